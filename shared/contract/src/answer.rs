@@ -1,0 +1,383 @@
+//! `Answer`: what a participant says to a frame. The answer is the acknowledgement.
+//!
+//! | offset | size | field         | type     | meaning                                            |
+//! |-------:|-----:|---------------|----------|----------------------------------------------------|
+//! |      0 |    8 | `run_id`      | u64      | the run of the frame                               |
+//! |      8 |    8 | `tick`        | u64      | the tick of the frame                              |
+//! |     16 |    8 | `digest_seen` | u64      | the digest of the frame as it was read             |
+//! |     24 |    8 | `sent_ns`     | u64      | monotonic clock at send: a hint for waiting        |
+//! |     32 |    8 | `compute_ns`  | u64      | time between frame and answer, as reported         |
+//! |     40 |    4 | `participant` | u32      | place in the roster                                |
+//! |     44 |    4 | `kind`        | u32      | 0 abstain, 1 taken, 2 estimate, 3 command, 4 both, 5 goodbye, 6 failed, 7 ready |
+//! |     48 |    4 | `flags`       | u32      | bit 0: a covariance is present                     |
+//! |     52 |    4 | `reserved`    | u32      | zero                                               |
+//! |     56 |   24 | `pose`        | [f64; 3] | estimate: x m, y m, theta rad in the world frame   |
+//! |     80 |   72 | `covariance`  | [f64; 9] | row-major, of the error τ (m, m, rad) with truth = estimate ⊞ τ |
+//! |    152 |    8 | `v_m_s`       | f64      | command for the next tick, body frame              |
+//! |    160 |    8 | `omega_rad_s` | f64      | command for the next tick, body frame              |
+//!
+//! An `Answer` is what travels; a [`Reply`] is what it means. Whatever arrives
+//! from another process becomes a `Reply` only through [`Answer::message`],
+//! which refuses numbers that are not numbers.
+
+use bytemuck::{Pod, Zeroable};
+use rusty_geometry::{SE2, Twist};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::layout::{Field, field_table};
+
+/// What travels. See the module for the layout.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Answer {
+    /// The run of the frame that is answered.
+    pub run_id: u64,
+    /// The tick of the frame that is answered.
+    pub tick: u64,
+    /// The digest of the frame as it was read.
+    pub digest_seen: u64,
+    /// Monotonic clock at send, ns: a hint for waiting.
+    pub sent_ns: u64,
+    /// Time between frame and answer, ns, as reported.
+    pub compute_ns: u64,
+    /// Place in the roster.
+    pub participant: u32,
+    kind: u32,
+    flags: u32,
+    reserved: u32,
+    pose: [f64; 3],
+    covariance: [f64; 9],
+    v_m_s: f64,
+    omega_rad_s: f64,
+}
+
+field_table! {
+    /// The layout of [`Answer`], field by field.
+    pub const ANSWER_FIELDS for Answer, size 168 {
+        run_id: "u64" at 0, 8;
+        tick: "u64" at 8, 8;
+        digest_seen: "u64" at 16, 8;
+        sent_ns: "u64" at 24, 8;
+        compute_ns: "u64" at 32, 8;
+        participant: "u32" at 40, 4;
+        kind: "u32" at 44, 4;
+        flags: "u32" at 48, 4;
+        reserved: "u32" at 52, 4;
+        pose: "[f64; 3]" at 56, 24;
+        covariance: "[f64; 9]" at 80, 72;
+        v_m_s: "f64" at 152, 8;
+        omega_rad_s: "f64" at 160, 8;
+    }
+}
+
+/// A pose somebody believes in, and how much.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Believed pose of the body in the world frame.
+    pub pose_in_world: SE2,
+    /// Row-major 3×3 covariance of the error τ (m, m, rad) in the tangent
+    /// space at the estimate: truth = estimate ⊞ τ. `None`: not reported.
+    pub covariance: Option<[f64; 9]>,
+}
+
+impl From<SE2> for Estimate {
+    fn from(pose_in_world: SE2) -> Self {
+        Self {
+            pose_in_world,
+            covariance: None,
+        }
+    }
+}
+
+/// What an answer means for the run. The order of the variants is part of the
+/// log format and of the run digest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Reply {
+    /// No answer: the participant had been lost, and the run went on without it.
+    #[default]
+    Missing,
+    /// The frame was read, and nothing is said about it.
+    Abstain,
+    /// The frame was taken (scorers, loggers, observers).
+    Taken,
+    /// An estimate.
+    Estimate(Estimate),
+    /// A command for the next tick.
+    Command(Twist),
+    /// An estimate and a command.
+    Both(Estimate, Twist),
+}
+
+impl Reply {
+    /// The estimate, if there is one.
+    #[must_use]
+    pub fn estimate(&self) -> Option<&Estimate> {
+        match self {
+            Self::Estimate(e) | Self::Both(e, _) => Some(e),
+            _ => None,
+        }
+    }
+
+    /// The command, if there is one.
+    #[must_use]
+    pub fn command(&self) -> Option<Twist> {
+        match self {
+            Self::Command(c) | Self::Both(_, c) => Some(*c),
+            _ => None,
+        }
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// Names the first field that is not finite, or a covariance whose
+    /// diagonal is negative.
+    pub fn check(&self) -> Result<(), AnswerError> {
+        if let Some(e) = self.estimate() {
+            let p = e.pose_in_world;
+            finite("estimate x_m", p.x())?;
+            finite("estimate y_m", p.y())?;
+            finite("estimate theta_rad", p.theta())?;
+            for (i, value) in e.covariance.iter().flatten().enumerate() {
+                finite(COVARIANCE[i], *value)?;
+                if i % 4 == 0 && *value < 0.0 {
+                    return Err(AnswerError::NegativeVariance {
+                        field: COVARIANCE[i],
+                        value: *value,
+                    });
+                }
+            }
+        }
+        if let Some(c) = self.command() {
+            finite("command v_m_s", c.v_m_s)?;
+            finite("command omega_rad_s", c.omega_rad_s)?;
+        }
+        Ok(())
+    }
+}
+
+impl From<SE2> for Reply {
+    fn from(pose_in_world: SE2) -> Self {
+        Self::Estimate(pose_in_world.into())
+    }
+}
+
+impl From<Estimate> for Reply {
+    fn from(estimate: Estimate) -> Self {
+        Self::Estimate(estimate)
+    }
+}
+
+impl From<Twist> for Reply {
+    fn from(command: Twist) -> Self {
+        Self::Command(command)
+    }
+}
+
+const COVARIANCE: [&str; 9] = [
+    "covariance[0][0]",
+    "covariance[0][1]",
+    "covariance[0][2]",
+    "covariance[1][0]",
+    "covariance[1][1]",
+    "covariance[1][2]",
+    "covariance[2][0]",
+    "covariance[2][1]",
+    "covariance[2][2]",
+];
+
+fn finite(field: &'static str, value: f64) -> Result<(), AnswerError> {
+    if value.is_finite() {
+        Ok(())
+    } else {
+        Err(AnswerError::NotFinite { field, value })
+    }
+}
+
+/// What a participant may say at all: a reply, or that it comes or leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Message {
+    /// An answer to a tick.
+    Reply(Reply),
+    /// The participant has finished its work after the last frame.
+    Goodbye,
+    /// The participant gave up by itself (it panicked, or could not write).
+    Failed,
+    /// The participant's ports are open: frames will reach it from now on.
+    Ready,
+}
+
+/// Why bytes that arrived are no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum AnswerError {
+    /// A number is NaN or infinite.
+    #[error(
+        "{field} is {value}; answer with finite numbers, or abstain on a tick without an estimate"
+    )]
+    NotFinite {
+        /// Which number.
+        field: &'static str,
+        /// What it was.
+        value: f64,
+    },
+    /// A variance is negative.
+    #[error("{field} is {value}; a variance is at least 0: report none rather than a broken one")]
+    NegativeVariance {
+        /// Which number.
+        field: &'static str,
+        /// What it was.
+        value: f64,
+    },
+    /// The kind is none of those in the table.
+    #[error(
+        "answer kind {0} is unknown (known: 0 to 7); build the client against this version of the contract"
+    )]
+    UnknownKind(u32),
+}
+
+impl Answer {
+    /// An answer that carries `message`. Ids, tick, digest and clocks are the
+    /// sender's to fill in.
+    #[must_use]
+    pub fn carrying(message: &Message) -> Self {
+        let mut answer = Self::default();
+        answer.kind = match message {
+            Message::Reply(reply) => {
+                answer.put(reply);
+                match reply {
+                    Reply::Missing | Reply::Abstain => 0,
+                    Reply::Taken => 1,
+                    Reply::Estimate(_) => 2,
+                    Reply::Command(_) => 3,
+                    Reply::Both(..) => 4,
+                }
+            }
+            Message::Goodbye => 5,
+            Message::Failed => 6,
+            Message::Ready => 7,
+        };
+        answer
+    }
+
+    fn put(&mut self, reply: &Reply) {
+        if let Some(e) = reply.estimate() {
+            let p = e.pose_in_world;
+            self.pose = [p.x(), p.y(), p.theta()];
+            if let Some(covariance) = e.covariance {
+                self.flags = 1;
+                self.covariance = covariance;
+            }
+        }
+        if let Some(c) = reply.command() {
+            self.v_m_s = c.v_m_s;
+            self.omega_rad_s = c.omega_rad_s;
+        }
+    }
+
+    /// What the answer means, checked.
+    ///
+    /// # Errors
+    /// [`AnswerError`] names the number that is no number, or the kind that is
+    /// none.
+    pub fn message(&self) -> Result<Message, AnswerError> {
+        let [x, y, theta] = self.pose;
+        let estimate = Estimate {
+            pose_in_world: SE2::new(x, y, theta),
+            covariance: (self.flags & 1 != 0).then_some(self.covariance),
+        };
+        let command = Twist {
+            v_m_s: self.v_m_s,
+            omega_rad_s: self.omega_rad_s,
+        };
+        let reply = match self.kind {
+            0 => Reply::Abstain,
+            1 => Reply::Taken,
+            2 => Reply::Estimate(estimate),
+            3 => Reply::Command(command),
+            4 => Reply::Both(estimate, command),
+            5 => return Ok(Message::Goodbye),
+            6 => return Ok(Message::Failed),
+            7 => return Ok(Message::Ready),
+            kind => return Err(AnswerError::UnknownKind(kind)),
+        };
+        reply.check()?;
+        Ok(Message::Reply(reply))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn estimate() -> Estimate {
+        Estimate {
+            pose_in_world: SE2::new(1.0, -2.0, 0.5),
+            covariance: Some([1.0, 0.1, 0.0, 0.1, 2.0, 0.0, 0.0, 0.0, 3.0]),
+        }
+    }
+
+    #[test]
+    fn every_message_survives_the_wire() {
+        let twist = Twist {
+            v_m_s: 0.5,
+            omega_rad_s: -1.0,
+        };
+        for message in [
+            Message::Reply(Reply::Abstain),
+            Message::Reply(Reply::Taken),
+            Message::Reply(Reply::Estimate(estimate())),
+            Message::Reply(Reply::Estimate(SE2::new(1.0, 2.0, 3.0).into())),
+            Message::Reply(Reply::Command(twist)),
+            Message::Reply(Reply::Both(estimate(), twist)),
+            Message::Goodbye,
+            Message::Failed,
+            Message::Ready,
+        ] {
+            assert_eq!(Answer::carrying(&message).message(), Ok(message));
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_none_are_named() {
+        let mut bad = estimate();
+        bad.pose_in_world = SE2::new(0.0, f64::NAN, 0.0);
+        let error = Answer::carrying(&Message::Reply(Reply::Estimate(bad)))
+            .message()
+            .unwrap_err();
+        assert!(
+            error.to_string().starts_with("estimate y_m is NaN"),
+            "{error}"
+        );
+
+        let mut bad = estimate();
+        bad.covariance = Some([1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0]);
+        let error = Answer::carrying(&Message::Reply(Reply::Estimate(bad)))
+            .message()
+            .unwrap_err();
+        assert!(
+            error.to_string().starts_with("covariance[1][1] is -1"),
+            "{error}"
+        );
+
+        let twist = Twist {
+            v_m_s: f64::INFINITY,
+            omega_rad_s: 0.0,
+        };
+        let error = Answer::carrying(&Message::Reply(Reply::Command(twist)))
+            .message()
+            .unwrap_err();
+        assert!(
+            error.to_string().contains("command v_m_s is inf"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn any_bytes_are_an_answer_or_an_error() {
+        for fill in 0..=255u8 {
+            let answer: Answer = bytemuck::pod_read_unaligned(&[fill; 168]);
+            let _ = answer.message();
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The LiDAR: geometry of its beams, and the noise its data sheet states.
+
+use rusty_geometry::SE2;
+use serde::{Deserialize, Serialize};
+
+use super::{FieldError, at_least, within};
+use crate::frame::MAX_BEAMS;
+
+/// A planar ray-cast LiDAR. Beam k of n points along
+/// φ_k = `first_bearing_rad` + `fov_rad`·k/n in the sensor frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LidarConfig {
+    /// Number of beams n, 1 to 1080.
+    pub beams: u32,
+    /// Bearing of beam 0 in the sensor frame, rad.
+    pub first_bearing_rad: f64,
+    /// Angle over which the n beams are spread, rad; beam n would be beam 0
+    /// again at 2π.
+    pub fov_rad: f64,
+    /// Range z_max a beam reports when nothing came back, m.
+    pub range_max_m: f64,
+    /// Standard deviation σ_r of a range, m.
+    pub range_std_m: f64,
+    /// Probability that a beam returns nothing.
+    pub dropout: f64,
+    /// Pose of the sensor on the body.
+    pub sensor_in_body: SE2,
+}
+
+impl Default for LidarConfig {
+    /// Rusty's: 180 beams over the full circle, beam 90 straight ahead, 8 m,
+    /// 2 cm, no dropout, mounted at the centre.
+    fn default() -> Self {
+        Self {
+            beams: 180,
+            first_bearing_rad: -std::f64::consts::PI,
+            fov_rad: std::f64::consts::TAU,
+            range_max_m: 8.0,
+            range_std_m: 0.02,
+            dropout: 0.0,
+            sensor_in_body: SE2::identity(),
+        }
+    }
+}
+
+impl LidarConfig {
+    /// Bearing φ_k of beam `k` in the sensor frame, rad.
+    #[must_use]
+    pub fn bearing_rad(&self, k: u32) -> f64 {
+        self.first_bearing_rad + self.fov_rad * f64::from(k) / f64::from(self.beams)
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// [`FieldError`] names the first that cannot be used.
+    pub fn check(&self) -> Result<(), FieldError> {
+        at_least("lidar.beams", u64::from(self.beams), 1, MAX_BEAMS as u64)?;
+        let pi = std::f64::consts::PI;
+        within(
+            "lidar.first_bearing_rad",
+            self.first_bearing_rad,
+            -2.0 * pi,
+            2.0 * pi,
+        )?;
+        within("lidar.fov_rad", self.fov_rad, 1e-6, 2.0 * pi + 1e-9)?;
+        within("lidar.range_max_m", self.range_max_m, 1e-3, 1e4)?;
+        within("lidar.range_std_m", self.range_std_m, 0.0, 1e3)?;
+        within("lidar.dropout", self.dropout, 0.0, 1.0)?;
+        let s = self.sensor_in_body;
+        within("lidar.sensor_in_body.x_m", s.x(), -100.0, 100.0)?;
+        within("lidar.sensor_in_body.y_m", s.y(), -100.0, 100.0)?;
+        within("lidar.sensor_in_body.theta_rad", s.theta(), -pi, pi)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beam_90_of_180_points_straight_ahead() {
+        assert_eq!(LidarConfig::default().bearing_rad(90), 0.0);
+        assert_eq!(LidarConfig::default().bearing_rad(0), -std::f64::consts::PI);
+    }
+
+    #[test]
+    fn every_field_is_checked() {
+        assert!(LidarConfig::default().check().is_ok());
+        let broken: [fn(&mut LidarConfig); 7] = [
+            |l| l.beams = 0,
+            |l| l.beams = 1081,
+            |l| l.first_bearing_rad = f64::NAN,
+            |l| l.fov_rad = 7.0,
+            |l| l.range_max_m = -8.0,
+            |l| l.range_std_m = -0.1,
+            |l| l.dropout = 1.5,
+        ];
+        for (i, break_it) in broken.iter().enumerate() {
+            let mut lidar = LidarConfig::default();
+            break_it(&mut lidar);
+            assert!(lidar.check().is_err(), "field {i}");
+        }
+    }
+}

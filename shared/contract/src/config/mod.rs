@@ -1,0 +1,17 @@
+//! What determines a run: robot, LiDAR, script, world, seed, time.
+//!
+//! Every field carries its unit in its name, every default is a number (none
+//! of them reads the machine), and every check names field, value and remedy.
+
+mod check;
+mod lidar;
+mod robot;
+mod run;
+mod script;
+
+pub use check::FieldError;
+pub(crate) use check::{at_least, seconds, within};
+pub use lidar::LidarConfig;
+pub use robot::{NominalRobot, RobotConfig};
+pub use run::RunConfig;
+pub use script::{PatrolConfig, ScriptConfig, parse_commands};

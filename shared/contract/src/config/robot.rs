@@ -1,0 +1,107 @@
+//! The robot: what its maker says of it, and what is true of it.
+
+use rusty_geometry::DiffDrive;
+use serde::{Deserialize, Serialize};
+
+use super::{FieldError, within};
+
+/// The robot of a run, true parameters included.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RobotConfig {
+    /// Nominal wheel radius r, m. The left wheel is exactly this large.
+    pub wheel_radius_m: f64,
+    /// Distance ℓ between the wheels' contact points, m.
+    pub track_m: f64,
+    /// Radius of the body's disc, m; it is what touches walls.
+    pub body_radius_m: f64,
+    /// Encoder counts N per wheel revolution.
+    pub ticks_per_rev: u64,
+    /// Fastest a wheel can turn, rad/s; commands beyond it are scaled down.
+    pub wheel_limit_rad_s: f64,
+    /// σ of the slip ε per wheel and *tick* (not scaled by √dt, on purpose).
+    pub slip_std: f64,
+    /// δ: the right wheel is really r·(1 + δ). Odometry never learns this.
+    pub radius_bias_right: f64,
+}
+
+impl Default for RobotConfig {
+    /// Rusty, with a slip of 0.02 and equal wheels.
+    fn default() -> Self {
+        Self {
+            wheel_radius_m: 0.033,
+            track_m: 0.16,
+            body_radius_m: 0.11,
+            ticks_per_rev: 4096,
+            wheel_limit_rad_s: 20.0,
+            slip_std: 0.02,
+            radius_bias_right: 0.0,
+        }
+    }
+}
+
+/// What the maker says of the robot: all an estimator is told.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NominalRobot {
+    /// Wheels, track and encoders.
+    pub drive: DiffDrive,
+    /// Radius of the body's disc, m.
+    pub body_radius_m: f64,
+    /// Fastest a wheel can turn, rad/s.
+    pub wheel_limit_rad_s: f64,
+}
+
+impl RobotConfig {
+    /// What may be told of the robot: no slip, no bias.
+    #[must_use]
+    pub fn nominal(&self) -> NominalRobot {
+        NominalRobot {
+            drive: DiffDrive {
+                wheel_radius_m: self.wheel_radius_m,
+                track_m: self.track_m,
+                ticks_per_rev: self.ticks_per_rev,
+            },
+            body_radius_m: self.body_radius_m,
+            wheel_limit_rad_s: self.wheel_limit_rad_s,
+        }
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// [`FieldError`] names the first that cannot be used.
+    pub fn check(&self) -> Result<(), FieldError> {
+        within("robot.wheel_radius_m", self.wheel_radius_m, 1e-4, 10.0)?;
+        within("robot.track_m", self.track_m, 1e-3, 100.0)?;
+        within("robot.body_radius_m", self.body_radius_m, 0.0, 100.0)?;
+        super::at_least("robot.ticks_per_rev", self.ticks_per_rev, 1, 1 << 40)?;
+        within("robot.wheel_limit_rad_s", self.wheel_limit_rad_s, 1e-3, 1e5)?;
+        // A negative σ would be accepted by the distribution and mirror the noise.
+        within("robot.slip_std", self.slip_std, 0.0, 1.0)?;
+        within("robot.radius_bias_right", self.radius_bias_right, -0.5, 0.5)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_field_is_checked() {
+        assert!(RobotConfig::default().check().is_ok());
+        let broken: [fn(&mut RobotConfig); 7] = [
+            |r| r.wheel_radius_m = 0.0,
+            |r| r.track_m = f64::NAN,
+            |r| r.body_radius_m = -1.0,
+            |r| r.ticks_per_rev = 0,
+            |r| r.wheel_limit_rad_s = f64::INFINITY,
+            |r| r.slip_std = -0.02,
+            |r| r.radius_bias_right = 2.0,
+        ];
+        for (i, break_it) in broken.iter().enumerate() {
+            let mut robot = RobotConfig::default();
+            break_it(&mut robot);
+            assert!(robot.check().is_err(), "field {i}");
+        }
+    }
+}

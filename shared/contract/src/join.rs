@@ -1,0 +1,161 @@
+//! The one exchange before the first tick: a request to join, and its answer.
+//!
+//! Both are JSON, so that a client of another version can be refused in words
+//! it understands. A `Start` holds only what the role may know; what belongs
+//! to scorers and loggers alone travels in it as a sealed [`Brief`].
+
+use rusty_geometry::{SE2, WorldSpec};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::config::{LidarConfig, NominalRobot};
+use crate::log::LogHeader;
+use crate::scenario::Role;
+
+/// Longest request the server reads, bytes.
+pub const MAX_REQUEST_BYTES: usize = 4096;
+
+/// "I am here."
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct JoinRequest {
+    /// [`PROTOCOL_VERSION`](crate::PROTOCOL_VERSION) of the client.
+    pub protocol: u32,
+    /// [`layout_hash`](crate::layout::layout_hash) of the client.
+    pub layout: u64,
+    /// The name it is called in the roster.
+    pub name: String,
+    /// Its process, so that the kernel can tell the server of its death.
+    pub pid: u32,
+    /// How it waits: it looks for frames for this long before it may sleep, ns.
+    pub awake_ns: u64,
+    /// What it is and which version, for messages.
+    pub client: String,
+}
+
+impl JoinRequest {
+    /// A request by this build of the contract.
+    #[must_use]
+    pub fn new(name: &str, pid: u32, awake_ns: u64, client: &str) -> Self {
+        Self {
+            protocol: crate::PROTOCOL_VERSION,
+            layout: crate::layout::layout_hash(),
+            name: name.to_owned(),
+            pid,
+            awake_ns,
+            client: client.to_owned(),
+        }
+    }
+}
+
+/// What the server says to a request.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum JoinReply {
+    /// Welcome.
+    Start(Box<Start>),
+    /// No.
+    Refused(Refusal),
+}
+
+/// All a participant is told.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Start {
+    /// This run, drawn afresh at every start.
+    pub run_id: u64,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Place in the roster.
+    pub participant: u32,
+    /// Name in the roster.
+    pub name: String,
+    /// Role in the roster.
+    pub role: Role,
+    /// Whether the run waits for its answers.
+    pub awaited: bool,
+    /// Process of the server.
+    pub server_pid: u32,
+    /// How many ticks the run has.
+    pub ticks: u64,
+    /// Length of a tick, s.
+    pub dt_s: f64,
+    /// One scan every so many ticks; 0: none.
+    pub scan_every: u64,
+    /// What the maker says of the robot.
+    pub robot: NominalRobot,
+    /// Geometry and published noise of the LiDAR.
+    pub lidar: LidarConfig,
+    /// The walls, where they are given.
+    pub map: Option<WorldSpec>,
+    /// Where the robot starts, where that is given.
+    pub initial_pose: Option<SE2>,
+    /// How the server waits, so that a client knows when it may be asleep, ns:
+    /// it yields for this long before it blocks.
+    pub server_awake_ns: u64,
+    /// For scorers and loggers: a [`Brief`] in JSON, sealed with the key.
+    pub sealed_brief: Option<Vec<u8>>,
+}
+
+/// What only scorers and loggers are told.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Brief {
+    /// The header of this run's log: configuration, seed, roster.
+    pub header: LogHeader,
+    /// The folder for what they write; `None` when they should write nothing
+    /// unless told otherwise on their own command line.
+    pub out_dir: Option<String>,
+}
+
+/// Why somebody may not take part.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Error)]
+pub enum Refusal {
+    /// Nobody of that name is in the roster.
+    #[error("the roster has no participant {name:?}; it has: {}", roster.join(", "))]
+    Unknown {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        roster: Vec<String>,
+    },
+    /// Somebody has that name already.
+    #[error("{name:?} has joined already (process {pid}); a second one would answer twice")]
+    Taken {
+        /// The name asked for.
+        name: String,
+        /// The process that has it.
+        pid: u32,
+    },
+    /// Another version of the protocol.
+    #[error(
+        "the client speaks protocol {client}, the server {server}; build both from the same version"
+    )]
+    Protocol {
+        /// The client's.
+        client: u32,
+        /// The server's.
+        server: u32,
+    },
+    /// Another layout of the wire structs.
+    #[error(
+        "the client was built for layout {client:016x}, the server for {server:016x}; build both \
+         from the same version (`sim-server layout` prints the server's)"
+    )]
+    Layout {
+        /// The client's.
+        client: u64,
+        /// The server's.
+        server: u64,
+    },
+    /// The request could not be read.
+    #[error("the request to join cannot be read: {0}")]
+    Unreadable(String),
+    /// The participant was lost and the run went on without it.
+    #[error("{name:?} was dropped from this run ({why}); it cannot come back into it")]
+    Dropped {
+        /// The name asked for.
+        name: String,
+        /// Why it was dropped.
+        why: String,
+    },
+    /// The run is over.
+    #[error("the run has ended")]
+    Ended,
+}

@@ -1,0 +1,132 @@
+//! One tick in a log, and the last line.
+
+use rusty_geometry::{EncoderTicks, SE2, Twist};
+use serde::{Deserialize, Serialize};
+
+use crate::answer::Reply;
+use crate::digest::RunDigest;
+use crate::frame::Frame;
+use crate::truth::TruthKey;
+
+/// What stands in a record, owned.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Entry {
+    /// A tick.
+    Tick(TickRecord),
+    /// The last line.
+    End(Trailer),
+}
+
+/// The same, borrowed, for writing without a copy.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub enum EntryRef<'a> {
+    /// A tick.
+    Tick(TickRef<'a>),
+    /// The last line.
+    End(Trailer),
+}
+
+/// A frame with its truth, and the replies to it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TickRecord {
+    /// Number of the tick, from 0.
+    pub tick: u64,
+    /// Time of the frame where it is not (tick + 1)·dt, s.
+    pub stamp_s: Option<f64>,
+    /// Cumulative encoder counts.
+    pub ticks: EncoderTicks,
+    /// Command applied in this tick.
+    pub command: Twist,
+    /// True pose in the world frame, where known: x m, y m, θ rad.
+    pub truth: Option<[f64; 3]>,
+    /// The scan, where there is one, m.
+    pub ranges_m: Option<Vec<f64>>,
+    /// Replies of the answering participants, in roster order.
+    pub replies: Vec<Reply>,
+}
+
+/// A [`TickRecord`] in borrowed parts; the same bytes.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct TickRef<'a> {
+    /// See [`TickRecord::tick`].
+    pub tick: u64,
+    /// See [`TickRecord::stamp_s`].
+    pub stamp_s: Option<f64>,
+    /// See [`TickRecord::ticks`].
+    pub ticks: EncoderTicks,
+    /// See [`TickRecord::command`].
+    pub command: Twist,
+    /// See [`TickRecord::truth`].
+    pub truth: Option<[f64; 3]>,
+    /// See [`TickRecord::ranges_m`].
+    pub ranges_m: Option<&'a [f64]>,
+    /// See [`TickRecord::replies`].
+    pub replies: &'a [Reply],
+}
+
+/// The last line of a complete log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Trailer {
+    /// How many ticks the log has.
+    pub ticks: u64,
+    /// Run digest over all of them.
+    pub run_digest: [u8; 16],
+    /// World digest over all of them.
+    pub world_digest: [u8; 16],
+}
+
+impl<'a> TickRef<'a> {
+    /// The record of a frame. `dt_s` is the run's; a frame whose time is the
+    /// one it implies does not store it.
+    #[must_use]
+    pub fn new(frame: &'a Frame, truth: Option<SE2>, replies: &'a [Reply], dt_s: f64) -> Self {
+        let implied = (frame.tick() + 1) as f64 * dt_s;
+        let stamped = frame.time_s().to_bits() != implied.to_bits();
+        Self {
+            tick: frame.tick(),
+            stamp_s: stamped.then(|| frame.time_s()),
+            ticks: frame.ticks(),
+            command: frame.command(),
+            truth: truth.map(|p| [p.x(), p.y(), p.theta()]),
+            ranges_m: frame.ranges_m(),
+            replies,
+        }
+    }
+}
+
+impl TickRecord {
+    /// Time of the frame in a run with this `dt_s`.
+    #[must_use]
+    pub fn time_s(&self, dt_s: f64) -> f64 {
+        self.stamp_s.unwrap_or((self.tick + 1) as f64 * dt_s)
+    }
+
+    /// True pose in the world frame, where known.
+    #[must_use]
+    pub fn pose_in_world(&self) -> Option<SE2> {
+        self.truth.map(|[x, y, theta]| SE2::new(x, y, theta))
+    }
+
+    /// Writes the frame again as it was, sealed with `key`.
+    pub fn write_frame(&self, frame: &mut Frame, dt_s: f64, key: &TruthKey) {
+        self.write_unsealed(frame, dt_s);
+        frame.seal(key, self.pose_in_world());
+    }
+
+    /// Writes all of the frame but digest and seal.
+    pub fn write_unsealed(&self, frame: &mut Frame, dt_s: f64) {
+        frame.begin(self.tick, self.time_s(dt_s), self.ticks, self.command);
+        if let Some(ranges) = &self.ranges_m {
+            let place = frame.write_scan(ranges.len());
+            let n = place.len();
+            place.copy_from_slice(&ranges[..n]);
+        }
+    }
+
+    /// Absorbs the tick, as server and logger do. `frame` is the one that
+    /// [`write_frame`](Self::write_frame) wrote.
+    pub fn absorb(&self, frame: &Frame, digest: &mut RunDigest) {
+        digest.absorb_frame(frame, self.pose_in_world());
+        digest.absorb_replies(self.replies.iter().copied());
+    }
+}

@@ -1,0 +1,346 @@
+//! The file a person writes: a run, and who takes part with which rights.
+
+use std::collections::BTreeSet;
+
+use rusty_geometry::SE2;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::config::{FieldError, LidarConfig, RobotConfig, ScriptConfig, at_least, seconds};
+use crate::names::{NameError, check_participant_name};
+use crate::tally::MAX_PARTICIPANTS;
+
+/// A scenario file (TOML). Every field has a default; an empty file is the
+/// Apartment patrol with dead reckoning, scorer and logger.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scenario {
+    /// What to call it.
+    pub name: String,
+    /// The seed of all noise.
+    pub seed: u64,
+    /// How many ticks.
+    pub ticks: u64,
+    /// Length of a tick, s.
+    pub dt_s: f64,
+    /// One scan every so many ticks; 0: none.
+    pub scan_every: u64,
+    /// A built-in place: `open`, `hallway`, `apartment`.
+    pub world: String,
+    /// A world file (TOML or JSON) instead, relative to the scenario's folder.
+    pub world_file: Option<String>,
+    /// Where the robot starts, world frame.
+    pub start: SE2,
+    /// What happens when a required participant is lost.
+    pub on_loss: OnLoss,
+    /// How long a participant may take for an answer, s.
+    pub answer_timeout_s: f64,
+    /// How long the server waits for all to join, s.
+    pub join_timeout_s: f64,
+    /// The robot.
+    pub robot: RobotConfig,
+    /// The LiDAR.
+    pub lidar: LidarConfig,
+    /// Where the commands come from.
+    pub script: ScriptConfig,
+    /// Who takes part, in roster order.
+    #[serde(rename = "participant")]
+    pub participants: Vec<Participant>,
+}
+
+/// What happens when a required participant is lost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OnLoss {
+    /// The run ends, and says who was lost.
+    #[default]
+    Abort,
+    /// The run goes on without it; its answers count as missing.
+    Continue,
+}
+
+/// What a participant may know and do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// Answers with estimates.
+    Estimator,
+    /// An estimator whose command moves the robot.
+    Driver,
+    /// Holds the key; compares.
+    Scorer,
+    /// Holds the key; writes the log.
+    Logger,
+    /// Looks on; is never waited for and may miss frames.
+    Observer,
+}
+
+impl Role {
+    /// Whether its answers are part of the run (and of the digest).
+    #[must_use]
+    pub fn answers(self) -> bool {
+        matches!(self, Self::Estimator | Self::Driver)
+    }
+
+    /// Whether it receives the key to the truth.
+    #[must_use]
+    pub fn holds_key(self) -> bool {
+        matches!(self, Self::Scorer | Self::Logger)
+    }
+
+    /// The word used in files and messages.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Estimator => "estimator",
+            Self::Driver => "driver",
+            Self::Scorer => "scorer",
+            Self::Logger => "logger",
+            Self::Observer => "observer",
+        }
+    }
+}
+
+impl std::fmt::Display for Role {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.word())
+    }
+}
+
+/// Whether a participant is told something.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Access {
+    /// It is told when it joins.
+    #[default]
+    Given,
+    /// It has to find out.
+    Hidden,
+}
+
+/// One participant of a scenario.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Participant {
+    /// Its name in roster, table and log; unique in the run.
+    pub name: String,
+    /// Its role.
+    #[serde(default = "estimator")]
+    pub role: Role,
+    /// Program and arguments. `launch` appends `--run` and `--name`. A bare
+    /// program name is looked up beside the server, then on the path. Empty:
+    /// started by hand.
+    #[serde(default)]
+    pub command: Vec<String>,
+    /// Whether the run waits for it. If not, it looks on like an observer, and
+    /// its answers are no part of the run.
+    #[serde(default = "yes")]
+    pub required: bool,
+    /// Whether it receives the walls.
+    #[serde(default)]
+    pub map: Access,
+    /// Whether it is told where the robot starts.
+    #[serde(default)]
+    pub initial_pose: Access,
+}
+
+fn estimator() -> Role {
+    Role::Estimator
+}
+fn yes() -> bool {
+    true
+}
+
+impl Participant {
+    /// A required participant with the usual rights, started as
+    /// `<name> --run …`.
+    #[must_use]
+    pub fn new(name: &str, role: Role) -> Self {
+        Self {
+            name: name.to_owned(),
+            role,
+            command: vec![name.to_owned()],
+            required: true,
+            map: Access::Given,
+            initial_pose: Access::Given,
+        }
+    }
+
+    /// Whether its answers are part of the run and of the digest.
+    #[must_use]
+    pub fn answers(&self) -> bool {
+        self.required && self.role.answers()
+    }
+
+    /// Whether the server waits for its answers.
+    #[must_use]
+    pub fn is_awaited(&self) -> bool {
+        self.required && self.role != Role::Observer
+    }
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Self {
+            name: "apartment".to_owned(),
+            seed: 42,
+            ticks: 1500,
+            dt_s: 0.02,
+            scan_every: 5,
+            world: "apartment".to_owned(),
+            world_file: None,
+            start: SE2::new(6.0, 4.5, 0.0),
+            on_loss: OnLoss::Abort,
+            answer_timeout_s: 10.0,
+            join_timeout_s: 20.0,
+            robot: RobotConfig::default(),
+            lidar: LidarConfig::default(),
+            script: ScriptConfig::default(),
+            participants: Self::usual_participants(),
+        }
+    }
+}
+
+/// Why a scenario cannot be run.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ScenarioError {
+    /// The text is no scenario: the parser's words, with line and field.
+    #[error("{0}")]
+    Syntax(String),
+    /// A field cannot be used.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// A participant's name cannot be used.
+    #[error("participant: {0}")]
+    Name(#[from] NameError),
+}
+
+impl Scenario {
+    /// Dead reckoning, scorer and logger.
+    #[must_use]
+    pub fn usual_participants() -> Vec<Participant> {
+        vec![
+            Participant::new("dead-reckoning", Role::Estimator),
+            Participant::new("score", Role::Scorer),
+            Participant::new("logger", Role::Logger),
+        ]
+    }
+
+    /// Reads and checks a scenario.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] with line, field, value and remedy.
+    pub fn from_toml(text: &str) -> Result<Self, ScenarioError> {
+        let scenario: Self = toml::from_str(text)
+            .map_err(|e| ScenarioError::Syntax(e.to_string().trim_end().to_owned()))?;
+        scenario.check()?;
+        Ok(scenario)
+    }
+
+    /// Checks every field but the files it names.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] names the first that cannot be used.
+    pub fn check(&self) -> Result<(), ScenarioError> {
+        at_least("ticks", self.ticks, 1, 1 << 40)?;
+        seconds("answer_timeout_s", self.answer_timeout_s)?;
+        seconds("join_timeout_s", self.join_timeout_s)?;
+        self.robot.check()?;
+        self.lidar.check()?;
+        self.script.check()?;
+        self.check_participants()
+    }
+
+    fn check_participants(&self) -> Result<(), ScenarioError> {
+        let count = self.participants.len();
+        at_least(
+            "participant (number of)",
+            count as u64,
+            0,
+            MAX_PARTICIPANTS as u64,
+        )?;
+        let mut names = BTreeSet::new();
+        for (i, p) in self.participants.iter().enumerate() {
+            check_participant_name(&p.name)?;
+            if !names.insert(&p.name) {
+                let field = format!("participant[{i}].name");
+                let remedy = "give every participant a name of its own";
+                return Err(FieldError::new(field, &p.name, "is there twice", remedy).into());
+            }
+        }
+        let drivers = self
+            .participants
+            .iter()
+            .filter(|p| p.role == Role::Driver)
+            .count();
+        let wanted = usize::from(matches!(self.script, ScriptConfig::Driver {}));
+        if drivers != wanted {
+            let (problem, remedy) = if wanted == 1 {
+                (
+                    "must be 1 with script kind \"driver\"",
+                    "give one participant role = \"driver\"",
+                )
+            } else {
+                (
+                    "must be 0 with this script",
+                    "set [script] kind = \"driver\", or another role",
+                )
+            };
+            return Err(FieldError::new("drivers", drivers, problem, remedy).into());
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_file_is_the_default_run() {
+        assert_eq!(Scenario::from_toml("").unwrap(), Scenario::default());
+    }
+
+    #[test]
+    fn a_scenario_survives_its_text() {
+        let scenario = Scenario::default();
+        let text = toml::to_string(&scenario).unwrap();
+        assert_eq!(Scenario::from_toml(&text).unwrap(), scenario, "{text}");
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, expected) in [
+            ("sede = 1", "unknown field `sede`"),
+            ("seed = -1", "seed"),
+            ("ticks = 0", "ticks = 0: is out of range"),
+            ("dt_s = \"fast\"", "dt_s"),
+            (
+                "[robot]\nslip_std = nan",
+                "robot.slip_std = NaN: is not a number",
+            ),
+            ("[robot]\nslip = 0.1", "unknown field `slip`"),
+            (
+                "[lidar]\nbeams = 5000",
+                "lidar.beams = 5000: is out of range",
+            ),
+            ("[script]\nkind = \"waltz\"", "waltz"),
+            ("[script]\nkind = \"driver\"", "role = \"driver\""),
+            (
+                "[script]\nkind = \"straight\"\nv_m_s = inf",
+                "script.v_m_s = inf",
+            ),
+            (
+                "[[participant]]\nname = \"a\"\n[[participant]]\nname = \"a\"",
+                "is there twice",
+            ),
+            ("[[participant]]\nname = \"a/b\"", "another character"),
+            ("[[participant]]\nname = \"a\"\nrole = \"king\"", "king"),
+            ("on_loss = \"panic\"", "panic"),
+            ("answer_timeout_s = 0", "answer_timeout_s = 0"),
+        ] {
+            let error = Scenario::from_toml(text).unwrap_err().to_string();
+            assert!(error.contains(expected), "{text:?} gave {error}");
+        }
+    }
+}

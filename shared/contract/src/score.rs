@@ -1,0 +1,83 @@
+//! What a scorer writes down (`score.json`) and a launcher prints.
+
+use serde::{Deserialize, Serialize};
+
+/// The scores of a run: a document of its own, in SI units and degrees where
+/// the name says so.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScoreReport {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The seed, where the run was simulated.
+    pub seed: Option<u64>,
+    /// Ticks scored.
+    pub ticks: u64,
+    /// Ticks for which a true pose is known.
+    pub ticks_with_truth: u64,
+    /// Run digest, 32 hexadecimal digits.
+    pub digest: String,
+    /// One per estimator, in roster order.
+    pub scores: Vec<Score>,
+    /// Pictures written, as paths.
+    pub pictures: Vec<String>,
+}
+
+/// One estimator's scores against the truth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Score {
+    /// Name in the roster.
+    pub name: String,
+    /// Ticks with an estimate and a truth.
+    pub scored_ticks: u64,
+    /// Ticks without an estimate.
+    pub unscored_ticks: u64,
+    /// Distance between the last scored estimate and its truth, m.
+    pub final_position_error_m: Option<f64>,
+    /// Heading error there, degrees, 0 to 180.
+    pub final_heading_error_deg: Option<f64>,
+    /// Mean distance over all scored ticks, m.
+    pub mean_drift_m: Option<f64>,
+    /// 95th percentile of it, m (linear between ranks).
+    pub p95_drift_m: Option<f64>,
+    /// Absolute trajectory error: rmse of the translation part, m, no alignment.
+    pub ate_rmse_m: Option<f64>,
+    /// Relative pose error from one scored tick to the next: rmse of the
+    /// translation part, m.
+    pub rpe_rmse_m: Option<f64>,
+    /// The same, rotation part, degrees.
+    pub rpe_rmse_deg: Option<f64>,
+    /// Distance truly driven between the first and the last truth, m.
+    pub distance_m: f64,
+    /// Final position error per distance driven, percent.
+    pub drift_percent: Option<f64>,
+}
+
+impl std::fmt::Display for ScoreReport {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let width = self.scores.iter().map(|s| s.name.chars().count()).max().unwrap_or(0).max(9);
+        writeln!(
+            f,
+            "{:width$}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
+            "estimator", "final", "heading", "mean", "p95", "ATE rmse", "driven", "drift"
+        )?;
+        for s in &self.scores {
+            let cell = |value: Option<f64>, digits: usize, unit: &str| match value {
+                Some(value) => format!("{value:.digits$} {unit}"),
+                None => "unscored".to_owned(),
+            };
+            writeln!(
+                f,
+                "{:width$}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
+                s.name,
+                cell(s.final_position_error_m, 3, "m"),
+                cell(s.final_heading_error_deg, 2, "°"),
+                cell(s.mean_drift_m, 3, "m"),
+                cell(s.p95_drift_m, 3, "m"),
+                cell(s.ate_rmse_m, 3, "m"),
+                cell(Some(s.distance_m), 2, "m"),
+                cell(s.drift_percent, 2, "%"),
+            )?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,157 @@
+//! `Tally`: the answers of one tick, for those who score and log.
+//!
+//! The server publishes it after the last answer of a tick is in, to scorers
+//! and loggers only. Estimators never see each other's answers. Entries are
+//! those of the *answering* participants (estimators and drivers) in roster
+//! order; acknowledgements of scorers and loggers are no data.
+//!
+//! | offset | size | field          | type            | meaning                              |
+//! |-------:|-----:|----------------|-----------------|--------------------------------------|
+//! |      0 |    8 | `run_id`       | u64             | the run                              |
+//! |      8 |    8 | `tick`         | u64             | the tick that is complete            |
+//! |     16 |   16 | `run_digest`   | [u8; 16]        | the run digest up to and with it     |
+//! |     32 |   16 | `world_digest` | [u8; 16]        | the same, over frames alone          |
+//! |     48 |    4 | `count`        | u32             | entries in use                       |
+//! |     52 |    4 | `reserved`     | u32             | zero                                 |
+//! |     56 | 2944 | `entries`      | [TallyEntry; 16]| one per answering participant        |
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::answer::{Answer, Message, Reply};
+use crate::layout::{Field, field_table};
+
+/// The most participants a run can have.
+pub const MAX_PARTICIPANTS: usize = 16;
+
+/// The answers of one tick. See the module for the layout.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct Tally {
+    /// The run.
+    pub run_id: u64,
+    /// The tick that is complete.
+    pub tick: u64,
+    /// The run digest up to and with this tick.
+    pub run_digest: [u8; 16],
+    /// The digest of the frames alone, up to and with this tick.
+    pub world_digest: [u8; 16],
+    count: u32,
+    reserved: u32,
+    entries: [TallyEntry; MAX_PARTICIPANTS],
+}
+
+field_table! {
+    /// The layout of [`Tally`], field by field.
+    pub const TALLY_FIELDS for Tally, size 3000 {
+        run_id: "u64" at 0, 8;
+        tick: "u64" at 8, 8;
+        run_digest: "[u8; 16]" at 16, 16;
+        world_digest: "[u8; 16]" at 32, 16;
+        count: "u32" at 48, 4;
+        reserved: "u32" at 52, 4;
+        entries: "[TallyEntry; 16]" at 56, 2944;
+    }
+}
+
+/// One participant's answer, as it travelled, and what it took.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct TallyEntry {
+    /// The answer; all zeros but the participant where none came.
+    pub answer: Answer,
+    /// From publication to the arrival of the answer, ns, as the server saw it.
+    pub latency_ns: u64,
+    /// 1 where the participant had been lost, otherwise 0.
+    missing: u64,
+}
+
+field_table! {
+    /// The layout of [`TallyEntry`], field by field.
+    pub const TALLY_ENTRY_FIELDS for TallyEntry, size 184 {
+        answer: "Answer" at 0, 168;
+        latency_ns: "u64" at 168, 8;
+        missing: "u64" at 176, 8;
+    }
+}
+
+impl TallyEntry {
+    /// An entry for a participant that had been lost.
+    #[must_use]
+    pub fn missing(participant: u32) -> Self {
+        let mut answer = Answer::default();
+        answer.participant = participant;
+        Self {
+            answer,
+            latency_ns: 0,
+            missing: 1,
+        }
+    }
+
+    /// An entry for an answer that came after `latency_ns`.
+    #[must_use]
+    pub fn answered(answer: Answer, latency_ns: u64) -> Self {
+        Self {
+            answer,
+            latency_ns,
+            missing: 0,
+        }
+    }
+
+    /// What the participant replied. The server put only checked answers in;
+    /// should the bytes say otherwise, the reply counts as missing.
+    #[must_use]
+    pub fn reply(&self) -> Reply {
+        match (self.missing, self.answer.message()) {
+            (0, Ok(Message::Reply(reply))) => reply,
+            _ => Reply::Missing,
+        }
+    }
+}
+
+impl Tally {
+    /// Empties the tally for a tick.
+    pub fn begin(&mut self, run_id: u64, tick: u64) {
+        self.run_id = run_id;
+        self.tick = tick;
+        self.count = 0;
+        self.reserved = 0;
+    }
+
+    /// Adds the entry of the next answering participant. More than
+    /// [`MAX_PARTICIPANTS`] do not fit; a roster that long is refused earlier.
+    pub fn push(&mut self, entry: TallyEntry) {
+        if let Some(place) = self.entries.get_mut(self.count as usize) {
+            *place = entry;
+            self.count += 1;
+        }
+    }
+
+    /// The entries in roster order.
+    #[must_use]
+    pub fn entries(&self) -> &[TallyEntry] {
+        &self.entries[..(self.count as usize).min(MAX_PARTICIPANTS)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tally_holds_what_was_pushed_and_no_more() {
+        let mut tally = Tally::zeroed();
+        tally.begin(1, 2);
+        for i in 0..20 {
+            tally.push(TallyEntry::missing(i));
+        }
+        assert_eq!(tally.entries().len(), MAX_PARTICIPANTS);
+        assert_eq!(tally.entries()[3].reply(), Reply::Missing);
+        tally.begin(1, 3);
+        tally.push(TallyEntry::answered(
+            Answer::carrying(&Message::Reply(Reply::Abstain)),
+            5,
+        ));
+        assert_eq!(tally.entries().len(), 1);
+        assert_eq!(tally.entries()[0].reply(), Reply::Abstain);
+    }
+}

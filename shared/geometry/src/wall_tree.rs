@@ -1,0 +1,170 @@
+//! The tree of boxes around the walls, and what it promises.
+//!
+//! A bounding volume hierarchy from `parry2d` (its `Bvh`, built once). It only
+//! ever *discards* walls; every wall it does not discard is put to the exact
+//! formulas of [`Wall`]. The shape of the tree therefore cannot change a result,
+//! only its cost, provided that no box is ever too small. To make that certain
+//! despite rounding, every box is larger than its wall by [`MARGIN_M`], a
+//! thousand times the rounding of anything computed from points within [`FAR_M`];
+//! queries from farther out use no tree at all.
+
+use core::cell::Cell;
+
+use nalgebra::{Point2, Vector2};
+use parry2d_f64::bounding_volume::Aabb;
+use parry2d_f64::math::Vector;
+use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode, TraversalAction};
+
+use crate::wall::Wall;
+
+/// How much larger than its wall a box is on each side, metres.
+const MARGIN_M: f64 = 1e-6;
+
+/// Query points with a coordinate beyond this, in metres, scan every wall.
+const FAR_M: f64 = 1e7;
+
+/// The boxes of a list of walls; leaves carry indices into that list.
+#[derive(Clone, Debug)]
+pub(crate) struct WallTree {
+    bvh: Bvh,
+}
+
+impl WallTree {
+    /// Builds the tree for `walls`; every query must be given the same list.
+    pub(crate) fn new(walls: &[Wall]) -> Self {
+        let boxes: Vec<Aabb> = walls.iter().map(box_around).collect();
+        Self {
+            bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
+        }
+    }
+
+    /// The first wall along a ray within `max_m`: its distance and index, by the
+    /// formula and the tie rule of [`crate::wall`].
+    pub(crate) fn first_along(
+        &self,
+        walls: &[Wall],
+        origin: &Point2<f64>,
+        unit_dir: &Vector2<f64>,
+        max_m: f64,
+    ) -> Option<(f64, usize)> {
+        let best: Cell<Option<(f64, usize)>> = Cell::new(None);
+        let offer = |index: usize| {
+            let t = walls[index]
+                .cast(origin, unit_dir)
+                .filter(|t| *t <= max_m)?;
+            if best.get().is_none_or(|so_far| (t, index) < so_far) {
+                best.set(Some((t, index)));
+            }
+            Some(t)
+        };
+        if is_far(origin) {
+            for index in 0..walls.len() {
+                offer(index);
+            }
+            return best.get();
+        }
+        let inverse = Vector2::new(1.0 / unit_dir.x, 1.0 / unit_dir.y);
+        // The search drops a box whose entry is not below the best hit so far. A
+        // box is entered at least a margin before its wall is met, so walls in a
+        // tie are all offered; `best` decides between them.
+        let _ = self.bvh.find_best(
+            f64::INFINITY,
+            |node, _| entry(node, origin, &inverse, max_m),
+            |leaf, _| offer(leaf as usize),
+        );
+        best.get()
+    }
+
+    /// The least squared distance from `point` to any wall, square metres;
+    /// infinite without walls.
+    pub(crate) fn least_distance_squared(&self, walls: &[Wall], point: &Point2<f64>) -> f64 {
+        if is_far(point) {
+            return walls
+                .iter()
+                .map(|wall| wall.distance_squared(point))
+                .fold(f64::INFINITY, f64::min);
+        }
+        self.bvh
+            .find_best(
+                f64::INFINITY,
+                |node, _| box_distance_squared(node, point),
+                |leaf, _| Some(walls[leaf as usize].distance_squared(point)),
+            )
+            .map_or(f64::INFINITY, |(_, distance_squared)| distance_squared)
+    }
+
+    /// Whether `test` holds for a wall whose box comes within `reach_m` of
+    /// `point` along both axes; calls it for every such wall until it does.
+    pub(crate) fn any_near(
+        &self,
+        point: &Point2<f64>,
+        reach_m: f64,
+        mut test: impl FnMut(usize) -> bool,
+    ) -> bool {
+        let reach_m = reach_m + MARGIN_M;
+        let mut found = false;
+        self.bvh.traverse(|node| {
+            let (lo, hi) = (node.mins(), node.maxs());
+            let apart = lo.x - point.x > reach_m
+                || point.x - hi.x > reach_m
+                || lo.y - point.y > reach_m
+                || point.y - hi.y > reach_m;
+            if apart {
+                return TraversalAction::Prune;
+            }
+            if let Some(leaf) = node.leaf_data() {
+                found = test(leaf as usize);
+                if found {
+                    return TraversalAction::EarlyExit;
+                }
+            }
+            TraversalAction::Continue
+        });
+        found
+    }
+}
+
+/// The box of a wall, larger by the margin.
+fn box_around(wall: &Wall) -> Aabb {
+    let (a, b) = (wall.a, wall.b);
+    Aabb::new(
+        Vector::new(a.x.min(b.x) - MARGIN_M, a.y.min(b.y) - MARGIN_M),
+        Vector::new(a.x.max(b.x) + MARGIN_M, a.y.max(b.y) + MARGIN_M),
+    )
+}
+
+/// Whether the margin no longer covers rounding at this point.
+fn is_far(point: &Point2<f64>) -> bool {
+    !(point.x.abs() <= FAR_M && point.y.abs() <= FAR_M)
+}
+
+/// Where a ray enters a box, in metres along it (negative from inside), or
+/// `f64::MAX`, which the search drops, if it misses the box or meets it too late.
+///
+/// A direction along an axis makes an infinite inverse and possibly 0 · ∞ = NaN,
+/// which `min` and `max` skip; that happens only to a ray exactly on the border
+/// of a box, a margin away from the wall.
+#[inline]
+fn entry(node: &BvhNode, origin: &Point2<f64>, inverse: &Vector2<f64>, max_m: f64) -> f64 {
+    let (lo, hi) = (node.mins(), node.maxs());
+    let x1 = (lo.x - origin.x) * inverse.x;
+    let x2 = (hi.x - origin.x) * inverse.x;
+    let y1 = (lo.y - origin.y) * inverse.y;
+    let y2 = (hi.y - origin.y) * inverse.y;
+    let t_in = x1.min(x2).max(y1.min(y2));
+    let t_out = x1.max(x2).min(y1.max(y2));
+    if t_out >= t_in && t_out >= 0.0 && t_in <= max_m {
+        t_in
+    } else {
+        f64::MAX
+    }
+}
+
+/// Squared distance from a point to a box, zero inside.
+#[inline]
+fn box_distance_squared(node: &BvhNode, point: &Point2<f64>) -> f64 {
+    let (lo, hi) = (node.mins(), node.maxs());
+    let dx = (lo.x - point.x).max(point.x - hi.x).max(0.0);
+    let dy = (lo.y - point.y).max(point.y - hi.y).max(0.0);
+    dx * dx + dy * dy
+}

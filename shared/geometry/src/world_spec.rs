@@ -1,0 +1,223 @@
+//! The file format of a world: a name, a box and a list of walls.
+//!
+//! In TOML (JSON has the same keys):
+//!
+//! ```toml
+//! name = "box"
+//! bounds = [0.0, 0.0, 4.0, 3.0]          # x_min, y_min, x_max, y_max, metres
+//!
+//! [[walls]]
+//! a = [0.0, 0.0]                         # metres, world frame
+//! b = [4.0, 0.0]
+//! material = "Wall"                      # "Wall", "Glass" or "Door(3)"
+//! ```
+//!
+//! Unknown keys are errors. Reading checks the form only; [`WorldSpec::check`]
+//! checks the sense, and [`World::new`](crate::World::new) calls it.
+
+use nalgebra::Point2;
+use serde::{Deserialize, Serialize};
+
+use crate::gap::{Gap, find_gaps};
+use crate::material::Material;
+use crate::wall::Wall;
+use crate::world_error::WorldError;
+
+/// The longest name, in characters.
+pub const MAX_NAME_CHARS: usize = 64;
+/// The largest number of walls.
+pub const MAX_WALLS: usize = 100_000;
+/// The shortest wall, metres.
+pub const MIN_WALL_M: f64 = 1e-6;
+/// The largest coordinate of the bounds, metres: up to here the rounding of a
+/// coordinate stays near 1e-10 m.
+pub const MAX_COORDINATE_M: f64 = 1e6;
+
+/// One wall of a world file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WallSpec {
+    /// One end, `[x, y]` in metres, world frame.
+    pub a: [f64; 2],
+    /// The other end, `[x, y]` in metres, world frame.
+    pub b: [f64; 2],
+    /// What it is made of.
+    pub material: Material,
+}
+
+/// A world as it stands in a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldSpec {
+    /// A short name.
+    pub name: String,
+    /// `[x_min, y_min, x_max, y_max]` in metres, world frame.
+    pub bounds: [f64; 4],
+    /// The walls; their order breaks ties between equally near ones. Required,
+    /// though it may be empty: a file that forgot its walls is no open world.
+    pub walls: Vec<WallSpec>,
+}
+
+impl From<&WallSpec> for Wall {
+    fn from(spec: &WallSpec) -> Self {
+        Self {
+            a: Point2::from(spec.a),
+            b: Point2::from(spec.b),
+            material: spec.material,
+        }
+    }
+}
+
+impl WorldSpec {
+    /// Reads a world from TOML text.
+    ///
+    /// # Errors
+    /// [`WorldError::Text`] with the parser's place and reason.
+    pub fn from_toml_str(text: &str) -> Result<Self, WorldError> {
+        toml::from_str(text).map_err(|error| WorldError::Text {
+            format: "TOML",
+            detail: error.to_string().trim_end().to_owned(),
+        })
+    }
+
+    /// Reads a world from JSON text.
+    ///
+    /// # Errors
+    /// [`WorldError::Text`] with the parser's place and reason.
+    pub fn from_json_str(text: &str) -> Result<Self, WorldError> {
+        serde_json::from_str(text).map_err(|error| WorldError::Text {
+            format: "JSON",
+            detail: error.to_string(),
+        })
+    }
+
+    /// The world as TOML text that reads back to the same bits.
+    ///
+    /// # Errors
+    /// [`WorldError::Write`] with the writer's reason.
+    pub fn to_toml(&self) -> Result<String, WorldError> {
+        toml::to_string(self).map_err(|error| WorldError::Write {
+            name: self.name.clone(),
+            format: "TOML",
+            detail: error.to_string(),
+        })
+    }
+
+    /// The world as JSON text that reads back to the same bits, if every number
+    /// is finite (JSON has no others).
+    ///
+    /// # Errors
+    /// [`WorldError::Write`] with the writer's reason.
+    pub fn to_json(&self) -> Result<String, WorldError> {
+        serde_json::to_string_pretty(self).map_err(|error| WorldError::Write {
+            name: self.name.clone(),
+            format: "JSON",
+            detail: error.to_string(),
+        })
+    }
+
+    /// The walls as geometry, in file order.
+    #[must_use]
+    pub fn to_walls(&self) -> Vec<Wall> {
+        self.walls.iter().map(Wall::from).collect()
+    }
+
+    /// Wall ends that touch no other wall but stop within 5 cm of one; see
+    /// [`Gap`]. Meaningful for finite walls.
+    #[must_use]
+    pub fn gaps(&self) -> Vec<Gap> {
+        find_gaps(&self.to_walls())
+    }
+
+    /// Whether this is a world one can run in: a short name, ordered bounds,
+    /// finite walls of some length inside them, and no gap.
+    ///
+    /// # Errors
+    /// The first thing wrong, naming the wall by its index from 0.
+    pub fn check(&self) -> Result<(), WorldError> {
+        self.check_frame()?;
+        for (index, wall) in self.walls.iter().enumerate() {
+            self.check_wall(index, wall)?;
+        }
+        match self.gaps().first() {
+            None => Ok(()),
+            Some(gap) => Err(WorldError::Gap {
+                name: self.name.clone(),
+                gap: *gap,
+            }),
+        }
+    }
+
+    /// The name, the bounds and the number of walls.
+    fn check_frame(&self) -> Result<(), WorldError> {
+        let name = self.name.clone();
+        let chars = name.chars().count();
+        if chars == 0 || chars > MAX_NAME_CHARS || name.chars().any(char::is_control) {
+            return Err(WorldError::Name {
+                name,
+                limit: MAX_NAME_CHARS,
+            });
+        }
+        let bounds = self.bounds;
+        let [x_min, y_min, x_max, y_max] = bounds;
+        // NaN fails the first test, infinity too.
+        let near = bounds.iter().all(|c| c.abs() <= MAX_COORDINATE_M);
+        if !(near && x_min < x_max && y_min < y_max) {
+            return Err(WorldError::Bounds {
+                name,
+                bounds,
+                limit_m: MAX_COORDINATE_M,
+            });
+        }
+        let count = self.walls.len();
+        if count > MAX_WALLS {
+            return Err(WorldError::TooManyWalls {
+                name,
+                count,
+                limit: MAX_WALLS,
+            });
+        }
+        Ok(())
+    }
+
+    /// One wall by itself: finite, long enough, inside the bounds.
+    fn check_wall(&self, wall: usize, spec: &WallSpec) -> Result<(), WorldError> {
+        let WallSpec { a, b, .. } = *spec;
+        let name = || self.name.clone();
+        if !a.iter().chain(&b).all(|c| c.is_finite()) {
+            return Err(WorldError::NotFinite {
+                name: name(),
+                wall,
+                a,
+                b,
+            });
+        }
+        let bounds = self.bounds;
+        let [x_min, y_min, x_max, y_max] = bounds;
+        for (end, point) in [('a', a), ('b', b)] {
+            let [x, y] = point;
+            if !(x_min <= x && x <= x_max && y_min <= y && y <= y_max) {
+                return Err(WorldError::OutOfBounds {
+                    name: name(),
+                    wall,
+                    end,
+                    point,
+                    bounds,
+                });
+            }
+        }
+        let length_m = Wall::from(spec).length_m();
+        if length_m < MIN_WALL_M {
+            let limit_m = MIN_WALL_M;
+            return Err(WorldError::TooShort {
+                name: name(),
+                wall,
+                a,
+                b,
+                length_m,
+                limit_m,
+            });
+        }
+        Ok(())
+    }
+}

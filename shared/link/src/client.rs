@@ -1,0 +1,342 @@
+//! A participant's side: join, borrow a frame where it lies, answer it.
+
+use std::ops::Deref;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::Node;
+use iceoryx2::sample::Sample;
+use rusty_contract::answer::Message;
+use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, RunName, Start, Tally};
+
+use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
+use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
+use crate::{Domain, DomainError, LinkError, Peer, WaitPolicy};
+
+/// A participant's ports on a run.
+pub struct ClientLink {
+    start: Start,
+    server: Peer,
+    policy: WaitPolicy,
+    frames: Subscriber<Ipc, WireFrame, ()>,
+    tallies: Option<Subscriber<Ipc, WireTally, ()>>,
+    answers: Publisher<Ipc, WireAnswer, ()>,
+    wake_server: Notifier<Ipc>,
+    woken: Listener<Ipc>,
+    /// When the current wait for a frame began.
+    waiting_since_ns: u64,
+    _node: Node<Ipc>,
+    domain: Domain,
+}
+
+/// A frame where it lies. It stays valid for as long as it is held.
+pub struct BorrowedFrame {
+    sample: Sample<Ipc, WireFrame, ()>,
+    taken_ns: u64,
+}
+
+impl Deref for BorrowedFrame {
+    type Target = Frame;
+
+    fn deref(&self) -> &Frame {
+        &self.sample.payload().0
+    }
+}
+
+impl BorrowedFrame {
+    /// The monotonic clock when the frame was taken, ns.
+    #[must_use]
+    pub fn taken_ns(&self) -> u64 {
+        self.taken_ns
+    }
+}
+
+/// What a wait brought.
+pub enum Incoming {
+    /// A frame.
+    Frame(BorrowedFrame),
+    /// Nothing within the time given.
+    Nothing,
+}
+
+/// How long between two looks for a server that is not there yet.
+const RETRY: Duration = Duration::from_millis(5);
+
+impl ClientLink {
+    /// Finds the run, asks to join it and opens the ports. Waits up to
+    /// `timeout` for the run to appear.
+    ///
+    /// # Errors
+    /// [`LinkError::Refused`] in the server's words; [`LinkError::Domain`] if
+    /// there is no such run; [`LinkError::Stopped`] if `stop` was raised.
+    pub fn join(
+        run: &RunName,
+        request: &JoinRequest,
+        policy: WaitPolicy,
+        timeout: Duration,
+        stop: &AtomicBool,
+    ) -> Result<Self, LinkError> {
+        let deadline = Instant::now() + timeout;
+        let (domain, node, service) = loop {
+            let opened = Domain::find(run)
+                .map_err(LinkError::from)
+                .and_then(|domain| {
+                    let node = services::node(&domain)?;
+                    let service = services::join(&node, false)?;
+                    Ok((domain, node, service))
+                });
+            match opened {
+                Ok(opened) => break opened,
+                Err(e) if Instant::now() >= deadline => return Err(e),
+                // Not there yet, or still being set up.
+                Err(
+                    LinkError::Domain(DomainError::NoSuchRun { .. }) | LinkError::Transport { .. },
+                ) => {}
+                Err(e) => return Err(e),
+            }
+            if stop.load(Ordering::Relaxed) {
+                return Err(LinkError::Stopped);
+            }
+            std::thread::sleep(RETRY);
+        };
+        let server = Peer::new(domain.server_pid());
+        let woken = services::wakes(&node, "wake-clients", false)?
+            .listener_builder()
+            .create()
+            .map_err(LinkError::transport("open a wake-up port"))?;
+        let wake_server = services::wakes(&node, "wake-server", false)?
+            .notifier_builder()
+            .create()
+            .map_err(LinkError::transport("open a wake-up port"))?;
+        let caller = service
+            .client_builder()
+            .initial_max_slice_len(rusty_contract::join::MAX_REQUEST_BYTES)
+            .create()
+            .map_err(LinkError::transport("open the join port"))?;
+        let json = serde_json::to_vec(request).map_err(LinkError::transport("write a request"))?;
+        let pending = caller
+            .loan_slice_uninit(json.len())
+            .map_err(LinkError::transport("loan a request"))?
+            .write_from_slice(&json)
+            .send()
+            .map_err(LinkError::transport("send a request"))?;
+        let _ = wake_server.notify();
+        let mut waiter = Waiter::new(WaitPolicy::Block, 0);
+        let reply: JoinReply = loop {
+            let response = pending
+                .receive()
+                .map_err(LinkError::transport("receive the reply"))?;
+            if let Some(response) = response {
+                break serde_json::from_slice(response.payload())
+                    .map_err(LinkError::transport("read the reply"))?;
+            }
+            if stop.load(Ordering::Relaxed) {
+                return Err(LinkError::Stopped);
+            }
+            if server.is_dead() {
+                return Err(LinkError::ServerGone { pid: server.pid() });
+            }
+            if Instant::now() >= deadline {
+                let seconds = timeout.as_secs_f64();
+                let run = run.to_string();
+                return Err(LinkError::NoAnswer {
+                    run,
+                    seconds,
+                    pid: server.pid(),
+                });
+            }
+            let mut fds = vec![readable(services::listener_fd(&woken))];
+            fds.extend(server.fd().map(readable));
+            waiter.block(&mut fds, RETRY);
+            services::drain(&woken);
+        };
+        let start = match reply {
+            JoinReply::Start(start) => *start,
+            JoinReply::Refused(refusal) => return Err(refusal.into()),
+        };
+        Self::open(domain, node, server, policy, start, wake_server, woken)
+    }
+
+    fn open(
+        domain: Domain,
+        node: Node<Ipc>,
+        server: Peer,
+        policy: WaitPolicy,
+        start: Start,
+        wake_server: Notifier<Ipc>,
+        woken: Listener<Ipc>,
+    ) -> Result<Self, LinkError> {
+        let frames = services::pub_sub::<WireFrame>(&node, "frames", false)?
+            .subscriber_builder()
+            .create()
+            .map_err(LinkError::transport("open the frames port"))?;
+        // A subscriber that has never looked is passed over once its queue is
+        // full; the first look also connects it.
+        let _ = frames.has_samples();
+        let tallies = if start.role.holds_key() {
+            let port = services::pub_sub::<WireTally>(&node, "tallies", false)?
+                .subscriber_builder()
+                .create()
+                .map_err(LinkError::transport("open the tallies port"))?;
+            let _ = port.has_samples();
+            Some(port)
+        } else {
+            None
+        };
+        let answers = services::pub_sub::<WireAnswer>(&node, "answers", false)?
+            .publisher_builder()
+            .max_loaned_samples(2)
+            .create()
+            .map_err(LinkError::transport("open the answers port"))?;
+        let waiting_since_ns = monotonic_ns();
+        let mut link = Self {
+            start,
+            server,
+            policy,
+            frames,
+            tallies,
+            answers,
+            wake_server,
+            woken,
+            waiting_since_ns,
+            _node: node,
+            domain,
+        };
+        link.send(Answer::carrying(&Message::Ready))?;
+        let _ = link.wake_server.notify();
+        Ok(link)
+    }
+
+    /// What this participant was told.
+    #[must_use]
+    pub fn start(&self) -> &Start {
+        &self.start
+    }
+
+    /// The server's process.
+    #[must_use]
+    pub fn server(&self) -> &Peer {
+        &self.server
+    }
+
+    /// Waits for the next frame, for at most `at_most`.
+    ///
+    /// # Errors
+    /// [`LinkError::ServerGone`], [`LinkError::Stopped`].
+    pub fn wait_frame(&self, at_most: Duration, stop: &AtomicBool) -> Result<Incoming, LinkError> {
+        let mut waiter = Waiter::new(self.policy, self.waiting_since_ns);
+        let mut deadline = None;
+        loop {
+            if let Some(sample) = self
+                .frames
+                .receive()
+                .map_err(LinkError::transport("receive a frame"))?
+            {
+                return Ok(Incoming::Frame(BorrowedFrame {
+                    sample,
+                    taken_ns: monotonic_ns(),
+                }));
+            }
+            if stop.load(Ordering::Relaxed) {
+                return Err(LinkError::Stopped);
+            }
+            if waiter.yielded() {
+                continue;
+            }
+            // The server is asked about only before going to sleep: while it
+            // answers in time there is no need to.
+            if self.server.is_dead() {
+                // Its last frame may have come between the two looks.
+                return match self.frames.receive() {
+                    Ok(Some(sample)) => Ok(Incoming::Frame(BorrowedFrame {
+                        sample,
+                        taken_ns: monotonic_ns(),
+                    })),
+                    _ => Err(LinkError::ServerGone {
+                        pid: self.server.pid(),
+                    }),
+                };
+            }
+            let now = Instant::now();
+            let until = *deadline.get_or_insert(now + at_most);
+            if now >= until {
+                return Ok(Incoming::Nothing);
+            }
+            let mut fds = vec![readable(services::listener_fd(&self.woken))];
+            fds.extend(self.server.fd().map(readable));
+            waiter.block(&mut fds, until - now);
+            services::drain(&self.woken);
+        }
+    }
+
+    /// Answers a frame. The answer is the acknowledgement.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn answer(&mut self, frame: &BorrowedFrame, message: &Message) -> Result<(), LinkError> {
+        let mut answer = Answer::carrying(message);
+        answer.tick = frame.tick();
+        answer.digest_seen = frame.digest();
+        answer.compute_ns = monotonic_ns().saturating_sub(frame.taken_ns);
+        self.send(answer)?;
+        if may_sleep(
+            monotonic_ns(),
+            frame.published_ns,
+            self.start.server_awake_ns,
+        ) {
+            let _ = self.wake_server.notify();
+        }
+        Ok(())
+    }
+
+    /// Sends an answer as it is, but for run, participant and clock, and wakes
+    /// the server. For tests of the server; a participant uses
+    /// [`answer`](Self::answer).
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn send_raw(&mut self, answer: Answer) -> Result<(), LinkError> {
+        self.send(answer)?;
+        let _ = self.wake_server.notify();
+        Ok(())
+    }
+
+    fn send(&mut self, mut answer: Answer) -> Result<(), LinkError> {
+        answer.run_id = self.start.run_id;
+        answer.participant = self.start.participant;
+        answer.sent_ns = monotonic_ns();
+        self.waiting_since_ns = answer.sent_ns;
+        self.answers
+            .send_copy(WireAnswer(answer))
+            .map(|_| ())
+            .map_err(LinkError::transport("send an answer"))
+    }
+
+    /// The next tally, if there is one. Only scorers and loggers have any.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn next_tally(&self) -> Result<Option<Box<Tally>>, LinkError> {
+        let Some(port) = &self.tallies else {
+            return Ok(None);
+        };
+        let sample = port
+            .receive()
+            .map_err(LinkError::transport("receive a tally"))?;
+        Ok(sample.map(|sample| Box::new(sample.payload().0)))
+    }
+}
+
+impl Drop for ClientLink {
+    fn drop(&mut self) {
+        // A server that was killed cannot sweep its run. The last one out
+        // does; while the server lives this does nothing.
+        if self.server.is_dead() {
+            let _ = self.domain.sweep_if_dead();
+        }
+    }
+}

@@ -1,0 +1,490 @@
+//! The folder, the lock and the shared memory that belong to one run.
+//!
+//! Every run has a domain of its own: the folder `/tmp/rusty-<uid>/<run>` for
+//! sockets and service files, and a prefix of its own for names in shared
+//! memory. A process killed in the middle of creating a service leaves a name
+//! that nobody can use again; in a domain of its own that hurts nobody else,
+//! and sweeping the domain removes every trace.
+//!
+//! The file `lock` in the folder is locked by the server for as long as it
+//! lives. The kernel drops the lock with the process, so a free lock means
+//! that the run is dead and may be swept.
+
+use std::fs::{self, File};
+use std::io::{Read as _, Write as _};
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _};
+use std::path::{Path, PathBuf};
+
+use iceoryx2::prelude::{Config, FileName, SemanticString as _};
+use rustix::fs::{FlockOperation, flock};
+use rusty_contract::RunName;
+use thiserror::Error;
+
+/// Where the kernel keeps named shared memory.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// One run's place on this machine.
+#[derive(Debug)]
+pub struct Domain {
+    run: RunName,
+    folder: PathBuf,
+    /// Held by the server for its life; `None` in a client.
+    lock: Option<File>,
+}
+
+/// What is known of a run's folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RunState {
+    /// Its server lives.
+    Alive {
+        /// The server's process.
+        pid: u32,
+    },
+    /// Its server is gone; what is left can be swept.
+    Dead,
+}
+
+/// Why a domain cannot be used.
+#[derive(Debug, Error)]
+pub enum DomainError {
+    /// A living server has this name.
+    #[error(
+        "run {run:?} is in use by process {pid}; choose another name with --run, or end that \
+         run first"
+    )]
+    InUse {
+        /// The run.
+        run: String,
+        /// The server's process.
+        pid: u32,
+    },
+    /// No server has this name.
+    #[error("no run {run:?} is being served (looked in {folder}); {remedy}")]
+    NoSuchRun {
+        /// The run.
+        run: String,
+        /// Where it would be.
+        folder: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// The operating system says no.
+    #[error("{path}: {doing}: {error}")]
+    Io {
+        /// The file or folder.
+        path: String,
+        /// What was tried.
+        doing: &'static str,
+        /// What it said.
+        error: std::io::Error,
+    },
+    /// The base folder belongs to somebody else.
+    #[error("{path} belongs to user {owner}, not to you ({me}); remove it or ask its owner to")]
+    NotYours {
+        /// The folder.
+        path: String,
+        /// Its owner.
+        owner: u32,
+        /// This user.
+        me: u32,
+    },
+}
+
+fn io(path: &Path, doing: &'static str) -> impl FnOnce(std::io::Error) -> DomainError {
+    let path = path.display().to_string();
+    move |error| DomainError::Io { path, doing, error }
+}
+
+impl Domain {
+    /// The folder of all runs of this user.
+    #[must_use]
+    pub fn base() -> PathBuf {
+        PathBuf::from(format!("/tmp/rusty-{}", rustix::process::getuid().as_raw()))
+    }
+
+    /// Makes the domain of a new run and takes its lock. What a dead run of
+    /// the same name left is swept first.
+    ///
+    /// # Errors
+    /// [`DomainError::InUse`] names the process that has it.
+    pub fn create(run: &RunName) -> Result<Self, DomainError> {
+        let base = Self::base();
+        ensure_own_folder(&base)?;
+        let folder = base.join(run.as_str());
+        // A sweep beside us may remove folder and lock between two of our
+        // steps; then the lock we hold is on a file that is gone: once more.
+        loop {
+            ensure_own_folder(&folder)?;
+            let Some(mut lock) = take_lock(&folder)? else {
+                let pid = read_pid(&folder);
+                return Err(DomainError::InUse {
+                    run: run.to_string(),
+                    pid,
+                });
+            };
+            if !is_current(&lock, &folder) {
+                continue;
+            }
+            sweep_folder(&folder, false)?;
+            sweep_memory(&prefix_of(run))?;
+            let path = folder.join("lock");
+            let write = lock
+                .set_len(0)
+                .and_then(|()| write!(lock, "{}", std::process::id()));
+            write.map_err(io(&path, "write the lock"))?;
+            return Ok(Self {
+                run: run.clone(),
+                folder,
+                lock: Some(lock),
+            });
+        }
+    }
+
+    /// Finds the domain of a run that is being served.
+    ///
+    /// # Errors
+    /// [`DomainError::NoSuchRun`] lists the runs there are.
+    pub fn find(run: &RunName) -> Result<Self, DomainError> {
+        let folder = Self::base().join(run.as_str());
+        let domain = Self {
+            run: run.clone(),
+            folder,
+            lock: None,
+        };
+        match domain.state() {
+            Some(RunState::Alive { .. }) => Ok(domain),
+            _ => {
+                let alive: Vec<String> = Self::list()?
+                    .into_iter()
+                    .filter(|(_, state)| matches!(state, RunState::Alive { .. }))
+                    .map(|(run, _)| run.to_string())
+                    .collect();
+                let remedy = if alive.is_empty() {
+                    format!("start one with `sim-server serve --run {run}`")
+                } else {
+                    format!("being served: {}", alive.join(", "))
+                };
+                let folder = domain.folder.display().to_string();
+                Err(DomainError::NoSuchRun {
+                    run: run.to_string(),
+                    folder,
+                    remedy,
+                })
+            }
+        }
+    }
+
+    /// All runs of this user that have left a folder, by name.
+    ///
+    /// # Errors
+    /// [`DomainError::Io`] if the base folder cannot be read.
+    pub fn list() -> Result<Vec<(RunName, RunState)>, DomainError> {
+        let base = Self::base();
+        let entries = match fs::read_dir(&base) {
+            Ok(entries) => entries,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(e) => return Err(io(&base, "list the runs")(e)),
+        };
+        let mut runs: Vec<(RunName, RunState)> = entries
+            .flatten()
+            .filter_map(|entry| RunName::new(entry.file_name().to_str()?).ok())
+            .filter_map(|run| {
+                let folder = base.join(run.as_str());
+                let state = Self {
+                    run: run.clone(),
+                    folder,
+                    lock: None,
+                }
+                .state()?;
+                Some((run, state))
+            })
+            .collect();
+        runs.sort_by(|a, b| a.0.as_str().cmp(b.0.as_str()));
+        Ok(runs)
+    }
+
+    /// Sweeps every dead run of this user and says which there were.
+    ///
+    /// # Errors
+    /// [`DomainError::Io`] names what could not be removed.
+    pub fn sweep_dead() -> Result<Vec<RunName>, DomainError> {
+        let mut swept = Vec::new();
+        for (run, state) in Self::list()? {
+            let folder = Self::base().join(run.as_str());
+            if state == RunState::Dead
+                && (Self {
+                    run: run.clone(),
+                    folder,
+                    lock: None,
+                })
+                .sweep_if_dead()?
+            {
+                swept.push(run);
+            }
+        }
+        Ok(swept)
+    }
+
+    /// Sweeps this run if its server is gone, and says whether it did.
+    ///
+    /// # Errors
+    /// [`DomainError::Io`] names what could not be removed.
+    pub fn sweep_if_dead(&self) -> Result<bool, DomainError> {
+        if !self.folder.exists() {
+            return Ok(false);
+        }
+        match take_lock(&self.folder) {
+            Ok(Some(lock)) if is_current(&lock, &self.folder) => {
+                self.sweep()?;
+                Ok(true)
+            }
+            Ok(_) => Ok(false),
+            // Somebody else swept it meanwhile.
+            Err(_) if !self.folder.exists() => Ok(false),
+            Err(e) => Err(e),
+        }
+    }
+
+    /// Removes folder and memory. The caller holds the lock.
+    fn sweep(&self) -> Result<(), DomainError> {
+        sweep_memory(&prefix_of(&self.run))?;
+        sweep_folder(&self.folder, true)
+    }
+
+    fn state(&self) -> Option<RunState> {
+        if !self.folder.is_dir() {
+            return None;
+        }
+        match File::open(self.folder.join("lock")) {
+            Ok(lock) => match flock(&lock, FlockOperation::NonBlockingLockShared) {
+                Ok(()) => Some(RunState::Dead),
+                Err(_) => Some(RunState::Alive {
+                    pid: read_pid(&self.folder),
+                }),
+            },
+            Err(_) => Some(RunState::Dead),
+        }
+    }
+
+    /// The run this domain belongs to.
+    #[must_use]
+    pub fn run(&self) -> &RunName {
+        &self.run
+    }
+
+    /// The run's folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The server's process, as the lock file has it; 0 if it has none.
+    #[must_use]
+    pub fn server_pid(&self) -> u32 {
+        read_pid(&self.folder)
+    }
+
+    /// What the names of this run's shared memory begin with.
+    #[must_use]
+    pub fn memory_prefix(&self) -> String {
+        prefix_of(&self.run)
+    }
+
+    /// The transport's configuration for this domain. Given in code: a
+    /// configuration file in the working directory must change nothing.
+    pub(crate) fn transport(&self) -> Result<Config, crate::LinkError> {
+        let mut config = Config::default();
+        let root = iceoryx2::prelude::Path::new(self.folder.as_os_str().as_encoded_bytes())
+            .map_err(crate::LinkError::transport("use the run's folder"))?;
+        config.global.set_root_path(&root);
+        config.global.prefix = FileName::new(prefix_of(&self.run).as_bytes())
+            .map_err(crate::LinkError::transport("use the run's prefix"))?;
+        // Sweeping is done by the domain, never in the middle of a run.
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config.global.service.cleanup_dead_nodes_on_open = false;
+        Ok(config)
+    }
+}
+
+impl Drop for Domain {
+    fn drop(&mut self) {
+        if self.lock.is_some() {
+            // Nothing can be reported from here; what stays is swept by the
+            // next start or by `clean`.
+            let _ = self.sweep();
+        }
+    }
+}
+
+/// FNV-1a over user and run: short, and the same in every process.
+fn prefix_of(run: &RunName) -> String {
+    let uid = rustix::process::getuid().as_raw();
+    let mut hash = 0xcbf2_9ce4_8422_2325u64;
+    for byte in uid.to_le_bytes().iter().chain(run.as_str().as_bytes()) {
+        hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+    }
+    format!("rusty{hash:016x}_")
+}
+
+fn ensure_own_folder(path: &Path) -> Result<(), DomainError> {
+    match fs::DirBuilder::new().mode(0o700).create(path) {
+        Ok(()) => {}
+        Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
+        Err(e) => return Err(io(path, "make the folder")(e)),
+    }
+    let owner = fs::metadata(path)
+        .map_err(io(path, "look at the folder"))?
+        .uid();
+    let me = rustix::process::getuid().as_raw();
+    if owner != me {
+        return Err(DomainError::NotYours {
+            path: path.display().to_string(),
+            owner,
+            me,
+        });
+    }
+    Ok(())
+}
+
+/// Takes the lock if it is free.
+fn take_lock(folder: &Path) -> Result<Option<File>, DomainError> {
+    let path = folder.join("lock");
+    let open = fs::OpenOptions::new()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(&path);
+    let lock = match open {
+        Ok(lock) => lock,
+        // The folder was swept between two steps; the caller looks again.
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            ensure_own_folder(folder)?;
+            return take_lock(folder);
+        }
+        Err(e) => return Err(io(&path, "open the lock")(e)),
+    };
+    match flock(&lock, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => Ok(Some(lock)),
+        Err(_) => Ok(None),
+    }
+}
+
+/// Whether the locked file is still the one in the folder.
+fn is_current(lock: &File, folder: &Path) -> bool {
+    match (lock.metadata(), fs::metadata(folder.join("lock"))) {
+        (Ok(held), Ok(named)) => held.ino() == named.ino() && held.dev() == named.dev(),
+        _ => false,
+    }
+}
+
+fn read_pid(folder: &Path) -> u32 {
+    let mut text = String::new();
+    let read = File::open(folder.join("lock")).and_then(|f| f.take(20).read_to_string(&mut text));
+    read.ok()
+        .and_then(|_| text.trim().parse().ok())
+        .unwrap_or(0)
+}
+
+fn sweep_memory(prefix: &str) -> Result<(), DomainError> {
+    let Ok(entries) = fs::read_dir(SHARED_MEMORY) else {
+        return Ok(());
+    };
+    for entry in entries.flatten() {
+        if entry
+            .file_name()
+            .as_encoded_bytes()
+            .starts_with(prefix.as_bytes())
+        {
+            gone(fs::remove_file(entry.path())).map_err(io(&entry.path(), "remove"))?;
+        }
+    }
+    Ok(())
+}
+
+/// Empties the folder; with `whole`, removes lock and folder too.
+fn sweep_folder(folder: &Path, whole: bool) -> Result<(), DomainError> {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Ok(());
+    };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        if entry.file_name() == "lock" {
+            continue;
+        }
+        let is_folder = entry.file_type().is_ok_and(|t| t.is_dir());
+        let removed = if is_folder {
+            fs::remove_dir_all(&path)
+        } else {
+            fs::remove_file(&path)
+        };
+        gone(removed).map_err(io(&path, "remove"))?;
+    }
+    if whole {
+        let lock = folder.join("lock");
+        gone(fs::remove_file(&lock)).map_err(io(&lock, "remove"))?;
+        match fs::remove_dir(folder) {
+            // A new server may have moved in already.
+            Err(e) if e.kind() == std::io::ErrorKind::DirectoryNotEmpty => {}
+            other => gone(other).map_err(io(folder, "remove"))?,
+        }
+    }
+    Ok(())
+}
+
+/// Something that is not there any more is removed.
+fn gone(result: std::io::Result<()>) -> std::io::Result<()> {
+    match result {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn name(tag: &str) -> RunName {
+        RunName::new(&format!("t{}-{tag}", std::process::id())).unwrap()
+    }
+
+    #[test]
+    fn a_run_has_one_server() {
+        let run = name("one");
+        let first = Domain::create(&run).unwrap();
+        let error = Domain::create(&run).unwrap_err().to_string();
+        assert!(error.contains(&std::process::id().to_string()), "{error}");
+        assert_eq!(Domain::find(&run).unwrap().server_pid(), std::process::id());
+        let folder = first.folder().to_owned();
+        drop(first);
+        assert!(!folder.exists());
+        assert!(
+            Domain::find(&run)
+                .unwrap_err()
+                .to_string()
+                .contains("no run")
+        );
+    }
+
+    #[test]
+    fn what_a_dead_run_left_is_swept_and_a_living_one_is_not() {
+        let (dead, alive) = (name("dead"), name("alive"));
+        let living = Domain::create(&alive).unwrap();
+        let folder = Domain::base().join(dead.as_str());
+        fs::create_dir_all(folder.join("services")).unwrap();
+        fs::write(folder.join("services/x"), "x").unwrap();
+        let memory = Path::new(SHARED_MEMORY).join(format!("{}x", prefix_of(&dead)));
+        fs::write(&memory, "x").unwrap();
+        let corpse = Domain {
+            run: dead.clone(),
+            folder: folder.clone(),
+            lock: None,
+        };
+        assert!(corpse.sweep_if_dead().unwrap());
+        assert!(!folder.exists() && !memory.exists());
+        let view = Domain::find(&alive).unwrap();
+        assert!(!view.sweep_if_dead().unwrap());
+        assert!(living.folder().exists());
+    }
+}

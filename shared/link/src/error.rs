@@ -1,0 +1,60 @@
+//! What can go wrong between two processes.
+
+use rusty_contract::{KeyError, Refusal};
+use thiserror::Error;
+
+use crate::domain::DomainError;
+
+/// What can go wrong between two processes.
+#[derive(Debug, Error)]
+pub enum LinkError {
+    /// The run's folder, lock or memory.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
+    /// The transport failed.
+    #[error("shared memory: cannot {doing}: {why}")]
+    Transport {
+        /// What was tried.
+        doing: &'static str,
+        /// The transport's own words.
+        why: String,
+    },
+    /// The server said no.
+    #[error("refused: {0}")]
+    Refused(#[from] Refusal),
+    /// Nobody answered a request to join.
+    #[error(
+        "run {run:?}: no answer to the request to join within {seconds:.0} s; is its server \
+         stopped or overloaded? (process {pid})"
+    )]
+    NoAnswer {
+        /// The run.
+        run: String,
+        /// How long it was waited.
+        seconds: f64,
+        /// The server's process.
+        pid: u32,
+    },
+    /// The server's process has ended without a last word.
+    #[error("the server (process {pid}) is gone: it ended without a last word")]
+    ServerGone {
+        /// Its process.
+        pid: u32,
+    },
+    /// Somebody asked this process to stop.
+    #[error("stopped on request")]
+    Stopped,
+    /// The key does not fit.
+    #[error(transparent)]
+    Key(#[from] KeyError),
+}
+
+impl LinkError {
+    /// Wraps an error of the transport.
+    pub(crate) fn transport<E: std::fmt::Debug>(doing: &'static str) -> impl FnOnce(E) -> Self {
+        move |e| Self::Transport {
+            doing,
+            why: format!("{e:?}"),
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! The only crate that names iceoryx2: loan, fill, send; wait, borrow, answer.
+//!
+//! In reading order:
+//!
+//! * [`domain`]: the folder, the lock and the shared memory that belong to one
+//!   run, and how they are swept;
+//! * [`process`]: what the kernel says of a process: running, stopped, dead;
+//! * [`wait`]: look at the data, yield, then block for a bounded while;
+//! * [`server`]: the side that loans frames and collects answers;
+//! * [`client`]: the side that borrows frames and answers.
+//!
+//! Wake-ups are hints. Nothing here waits without a bound, and after every
+//! wait the data is looked at. The clock is read to decide who might be
+//! asleep; it never reaches a digest.
+
+pub mod client;
+pub mod domain;
+mod error;
+pub mod process;
+pub mod server;
+mod services;
+pub mod wait;
+
+pub use client::{BorrowedFrame, ClientLink, Incoming};
+pub use domain::{Domain, DomainError, RunState};
+pub use error::LinkError;
+pub use process::{Peer, PeerState};
+pub use server::{FrameLoan, JoinCall, ServerLink};
+pub use wait::{WaitPolicy, monotonic_ns};

@@ -1,0 +1,257 @@
+//! The server's side: loan a frame, publish it, collect answers.
+
+use std::ops::{Deref, DerefMut};
+use std::time::Duration;
+
+use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::server::Server;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::{AllocationStrategy, Node};
+use iceoryx2::sample_mut_uninit::SampleMutUninit;
+use rusty_contract::join::MAX_REQUEST_BYTES;
+use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally};
+
+use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
+use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
+use crate::{Domain, LinkError, Peer, WaitPolicy};
+
+/// The server's ports. They go before the domain goes.
+pub struct ServerLink {
+    frames: Publisher<Ipc, WireFrame, ()>,
+    tallies: Publisher<Ipc, WireTally, ()>,
+    answers: Subscriber<Ipc, WireAnswer, ()>,
+    joins: Server<Ipc, [u8], (), [u8], ()>,
+    wake_clients: Notifier<Ipc>,
+    woken: Listener<Ipc>,
+    policy: WaitPolicy,
+    /// When the current wait began: at the last publication.
+    waiting_since_ns: u64,
+    waiter: Waiter,
+    _node: Node<Ipc>,
+}
+
+/// A frame in shared memory that nobody else sees yet: write into it, then
+/// [`publish`](ServerLink::publish) it.
+pub struct FrameLoan(SampleMutUninit<Ipc, std::mem::MaybeUninit<WireFrame>, ()>);
+
+/// Somebody asks to join.
+pub struct JoinCall {
+    active: ActiveRequest<Ipc, [u8], (), [u8], ()>,
+}
+
+impl Deref for FrameLoan {
+    type Target = Frame;
+
+    fn deref(&self) -> &Frame {
+        // SAFETY: the bytes lie in memory mapped from the kernel, which is
+        // zeroed at first and later holds older frames, so they are
+        // initialised; `Frame` is `Pod`, so every pattern is one.
+        unsafe { &self.0.payload().assume_init_ref().0 }
+    }
+}
+
+impl DerefMut for FrameLoan {
+    fn deref_mut(&mut self) -> &mut Frame {
+        // SAFETY: as in `deref`; the loan is the only access to these bytes.
+        unsafe { &mut self.0.payload_mut().assume_init_mut().0 }
+    }
+}
+
+impl ServerLink {
+    /// Creates the services of a run and the server's ports on them.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`] says what could not be created.
+    pub fn create(domain: &Domain, policy: WaitPolicy) -> Result<Self, LinkError> {
+        let node = services::node(domain)?;
+        let frames = services::pub_sub::<WireFrame>(&node, "frames", true)?
+            .publisher_builder()
+            .max_loaned_samples(2)
+            .create()
+            .map_err(LinkError::transport("open the frames port"))?;
+        let tallies = services::pub_sub::<WireTally>(&node, "tallies", true)?
+            .publisher_builder()
+            .max_loaned_samples(2)
+            .create()
+            .map_err(LinkError::transport("open the tallies port"))?;
+        let answers = services::pub_sub::<WireAnswer>(&node, "answers", true)?
+            .subscriber_builder()
+            .create()
+            .map_err(LinkError::transport("open the answers port"))?;
+        let wake_clients = services::wakes(&node, "wake-clients", true)?
+            .notifier_builder()
+            .create()
+            .map_err(LinkError::transport("open a wake-up port"))?;
+        let woken = services::wakes(&node, "wake-server", true)?
+            .listener_builder()
+            .create()
+            .map_err(LinkError::transport("open a wake-up port"))?;
+        // Last, because clients take it as the sign that all others exist.
+        let joins = services::join(&node, true)?
+            .server_builder()
+            .initial_max_slice_len(1 << 16)
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .create()
+            .map_err(LinkError::transport("open the join port"))?;
+        let waiting_since_ns = monotonic_ns();
+        let waiter = Waiter::new(policy, waiting_since_ns);
+        Ok(Self {
+            frames,
+            tallies,
+            answers,
+            joins,
+            wake_clients,
+            woken,
+            policy,
+            waiting_since_ns,
+            waiter,
+            _node: node,
+        })
+    }
+
+    /// How the server waits.
+    #[must_use]
+    pub fn policy(&self) -> WaitPolicy {
+        self.policy
+    }
+
+    /// The next request to join, if somebody asks.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn next_join(&self) -> Result<Option<JoinCall>, LinkError> {
+        let active = self
+            .joins
+            .receive()
+            .map_err(LinkError::transport("receive a request"))?;
+        Ok(active.map(|active| JoinCall { active }))
+    }
+
+    /// A frame in shared memory to write the next tick into.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn loan(&self) -> Result<FrameLoan, LinkError> {
+        self.frames
+            .loan_uninit()
+            .map(FrameLoan)
+            .map_err(LinkError::transport("loan a frame"))
+    }
+
+    /// Sends a frame to everyone, and says when and to how many. The wait for
+    /// its answers begins.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn publish(&mut self, mut frame: FrameLoan) -> Result<(u64, usize), LinkError> {
+        let now = monotonic_ns();
+        frame.published_ns = now;
+        // SAFETY: the frame is initialised, see `FrameLoan::deref`.
+        let sample = unsafe { frame.0.assume_init() };
+        let receivers = sample
+            .send()
+            .map_err(LinkError::transport("publish a frame"))?;
+        self.waiting_since_ns = now;
+        self.waiter = Waiter::new(self.policy, now);
+        Ok((now, receivers))
+    }
+
+    /// Sends the answers of a tick to scorers and loggers.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn publish_tally(&self, write: impl FnOnce(&mut Tally)) -> Result<(), LinkError> {
+        let mut sample = self
+            .tallies
+            .loan_uninit()
+            .map_err(LinkError::transport("loan a tally"))?;
+        // SAFETY: as for `FrameLoan::deref`: mapped memory, `Pod` type.
+        write(unsafe { &mut sample.payload_mut().assume_init_mut().0 });
+        // SAFETY: initialised, as above.
+        let sample = unsafe { sample.assume_init() };
+        sample
+            .send()
+            .map(|_| ())
+            .map_err(LinkError::transport("publish a tally"))
+    }
+
+    /// Wakes the clients if one of them may be asleep: each is given by when
+    /// it began to wait and how long it stays awake, ns.
+    pub fn wake_sleepers(&self, mut waiting: impl Iterator<Item = (u64, u64)>) {
+        let now = monotonic_ns();
+        if waiting.any(|(since_ns, awake_ns)| may_sleep(now, since_ns, awake_ns)) {
+            self.wake_all();
+        }
+    }
+
+    /// Wakes every client.
+    pub fn wake_all(&self) {
+        // A wake-up that fails is one that is lost: the client looks by itself
+        // after a slice.
+        let _ = self.wake_clients.notify();
+    }
+
+    /// The next answer, if there is one. Anything may be in it.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn next_answer(&self) -> Result<Option<Answer>, LinkError> {
+        let sample = self
+            .answers
+            .receive()
+            .map_err(LinkError::transport("receive an answer"))?;
+        Ok(sample.map(|sample| sample.payload().0))
+    }
+
+    /// Gives the others time: yields while the awake time lasts, then blocks
+    /// until somebody wakes the server, a process of `peers` (asked for only
+    /// then) ends, or a slice or `at_most` is over. Says whether it blocked.
+    pub fn pause<'p, P>(&mut self, peers: impl FnOnce() -> P, at_most: Duration) -> bool
+    where
+        P: Iterator<Item = &'p Peer>,
+    {
+        if self.waiter.yielded() {
+            return false;
+        }
+        let mut fds = vec![readable(services::listener_fd(&self.woken))];
+        fds.extend(peers().filter_map(|peer| peer.fd()).map(|fd| readable(fd)));
+        self.waiter.block(&mut fds, at_most);
+        services::drain(&self.woken);
+        true
+    }
+}
+
+impl JoinCall {
+    /// The request.
+    ///
+    /// # Errors
+    /// [`Refusal::Unreadable`] to send back.
+    pub fn request(&self) -> Result<JoinRequest, Refusal> {
+        let bytes = self.active.payload();
+        if bytes.len() > MAX_REQUEST_BYTES {
+            let problem = format!("{} bytes, at most {MAX_REQUEST_BYTES}", bytes.len());
+            return Err(Refusal::Unreadable(problem));
+        }
+        serde_json::from_slice(bytes).map_err(|e| Refusal::Unreadable(e.to_string()))
+    }
+
+    /// Answers the request.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`], for instance because the caller is gone.
+    pub fn reply(self, reply: &JoinReply) -> Result<(), LinkError> {
+        let json = serde_json::to_vec(reply).map_err(LinkError::transport("write a reply"))?;
+        let loan = self
+            .active
+            .loan_slice_uninit(json.len())
+            .map_err(LinkError::transport("loan a reply"))?;
+        let response = loan.write_from_slice(&json);
+        response
+            .send()
+            .map(|_| ())
+            .map_err(LinkError::transport("send a reply"))
+    }
+}

@@ -1,0 +1,165 @@
+//! The six services of a run, with the numbers both sides must agree on.
+//!
+//! The server creates them all and so fixes their limits; clients only open.
+
+use iceoryx2::port::listener::Listener;
+use iceoryx2::prelude::{FileDescriptorBased as _, Node, NodeBuilder, ServiceName};
+use iceoryx2::prelude::{SignalHandlingMode, ZeroCopySend, ipc};
+use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
+use rusty_contract::layout::layout_hash;
+use rusty_contract::{Answer, Frame, Tally};
+use std::os::fd::BorrowedFd;
+
+use crate::{Domain, LinkError};
+
+pub(crate) type Ipc = ipc::Service;
+pub(crate) type PubSub<T> = publish_subscribe::PortFactory<Ipc, T, ()>;
+pub(crate) type JoinService = request_response::PortFactory<Ipc, [u8], (), [u8], ()>;
+pub(crate) type Wakes = event::PortFactory<Ipc>;
+
+/// More ports than participants: observers come and go, and the port of a
+/// process that was killed stays until the run is swept.
+const MAX_PORTS: usize = 64;
+/// Frames, tallies or answers that wait for a reader; lockstep needs one.
+const BUFFER: usize = 4;
+
+/// Declares a payload: a contract struct whose type name carries the layout
+/// hash, so that two builds with other layouts do not open each other's
+/// service even where the sizes are equal.
+macro_rules! payload {
+    ($name:ident($inner:ty) = $text:literal) => {
+        #[derive(Clone, Copy, Debug)]
+        #[repr(transparent)]
+        pub(crate) struct $name(pub(crate) $inner);
+
+        // SAFETY: the inner struct is `#[repr(C)]`, `Pod` (no pointers, no
+        // padding, every bit pattern valid) and self-contained; the name below
+        // is unique to it and to its layout.
+        unsafe impl ZeroCopySend for $name {
+            unsafe fn type_name() -> &'static str {
+                const TEXT: &[u8] = $text.as_bytes();
+                const NAME: [u8; TEXT.len() + 16] = {
+                    let mut name = [0; TEXT.len() + 16];
+                    let mut i = 0;
+                    while i < TEXT.len() {
+                        name[i] = TEXT[i];
+                        i += 1;
+                    }
+                    let hash = layout_hash();
+                    let mut digit = 0;
+                    while digit < 16 {
+                        let nibble = (hash >> (60 - 4 * digit)) as usize & 0xF;
+                        name[i + digit] = b"0123456789abcdef"[nibble];
+                        digit += 1;
+                    }
+                    name
+                };
+                const STR: &str = match std::str::from_utf8(&NAME) {
+                    Ok(text) => text,
+                    Err(_) => $text,
+                };
+                STR
+            }
+        }
+    };
+}
+
+payload!(WireFrame(Frame) = "rusty.Frame.");
+payload!(WireAnswer(Answer) = "rusty.Answer.");
+payload!(WireTally(Tally) = "rusty.Tally.");
+
+/// A node in the run's domain, with our own signal handling.
+pub(crate) fn node(domain: &Domain) -> Result<Node<Ipc>, LinkError> {
+    NodeBuilder::new()
+        .config(&domain.transport()?)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<Ipc>()
+        .map_err(LinkError::transport("join the run's domain"))
+}
+
+fn name(text: &'static str) -> Result<ServiceName, LinkError> {
+    ServiceName::new(text).map_err(LinkError::transport("name a service"))
+}
+
+/// Creates a publish-subscribe service, or opens it.
+pub(crate) fn pub_sub<T: ZeroCopySend + std::fmt::Debug>(
+    node: &Node<Ipc>,
+    text: &'static str,
+    create: bool,
+) -> Result<PubSub<T>, LinkError> {
+    let builder = node.service_builder(&name(text)?).publish_subscribe::<T>();
+    if create {
+        builder
+            .max_publishers(MAX_PORTS)
+            .max_subscribers(MAX_PORTS)
+            .max_nodes(2 * MAX_PORTS)
+            .subscriber_max_buffer_size(BUFFER)
+            .subscriber_max_borrowed_samples(BUFFER)
+            .history_size(0)
+            // A dead or slow reader loses its oldest sample; it never blocks
+            // the writer.
+            .enable_safe_overflow(true)
+            .create()
+            .map_err(LinkError::transport("create a service"))
+    } else {
+        builder
+            .open()
+            .map_err(LinkError::transport("open a service"))
+    }
+}
+
+/// Creates the join service, or opens it.
+pub(crate) fn join(node: &Node<Ipc>, create: bool) -> Result<JoinService, LinkError> {
+    let builder = node
+        .service_builder(&name("join")?)
+        .request_response::<[u8], [u8]>();
+    if create {
+        builder
+            .max_servers(1)
+            .max_clients(MAX_PORTS)
+            .max_nodes(2 * MAX_PORTS)
+            .max_active_requests_per_client(2)
+            .create()
+            .map_err(LinkError::transport("create the join service"))
+    } else {
+        builder
+            .open()
+            .map_err(LinkError::transport("open the join service"))
+    }
+}
+
+/// Creates a wake-up service, or opens it.
+pub(crate) fn wakes(
+    node: &Node<Ipc>,
+    text: &'static str,
+    create: bool,
+) -> Result<Wakes, LinkError> {
+    let builder = node.service_builder(&name(text)?).event();
+    if create {
+        builder
+            .max_listeners(MAX_PORTS)
+            .max_notifiers(MAX_PORTS)
+            .max_nodes(2 * MAX_PORTS)
+            .event_id_max_value(1)
+            .create()
+            .map_err(LinkError::transport("create a wake-up service"))
+    } else {
+        builder
+            .open()
+            .map_err(LinkError::transport("open a wake-up service"))
+    }
+}
+
+/// The descriptor behind a listener.
+pub(crate) fn listener_fd(listener: &Listener<Ipc>) -> BorrowedFd<'_> {
+    // SAFETY: the descriptor is open for as long as the listener lives, and
+    // the borrow ends before it.
+    unsafe { BorrowedFd::borrow_raw(listener.file_descriptor().native_handle()) }
+}
+
+/// Takes all waiting wake-ups. What they were for shows in the data.
+pub(crate) fn drain(listener: &Listener<Ipc>) {
+    // An error here means a wake-up is lost; the next look at the data comes
+    // with the next slice.
+    let _ = listener.try_wait(|_| {});
+}

@@ -1,0 +1,155 @@
+//! Look at the data, yield, then block for a bounded while.
+//!
+//! A waiter looks for data for an *awake time*, giving its core away between
+//! looks (`sched_yield`); then it blocks on a descriptor, in bounded slices.
+//! Awake times and the moments at which waiting began travel with the data, so
+//! a sender can tell whether its receiver may be asleep: only then does it pay
+//! for a wake-up. While everyone is awake a tick needs no blocking system call.
+//!
+//! The sender reads the clock *after* its data is visible. If the receiver's
+//! awake time is then less than half over, the receiver will still look at
+//! least once; otherwise it is woken. A wake-up lost all the same costs one
+//! slice, never a hang.
+
+use std::os::fd::BorrowedFd;
+use std::time::Duration;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::time::{ClockId, clock_gettime};
+
+/// How a process waits for the other side.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WaitPolicy {
+    /// Yield for up to 400 µs, then block.
+    #[default]
+    Balanced,
+    /// Yield for ever: lowest latency, one core per process.
+    Spin,
+    /// Block at once: lowest use of the processor.
+    Block,
+}
+
+impl WaitPolicy {
+    /// How long a waiter looks before it may sleep, ns.
+    #[must_use]
+    pub fn awake_ns(self) -> u64 {
+        match self {
+            Self::Balanced => 400_000,
+            Self::Spin => u64::MAX,
+            Self::Block => 0,
+        }
+    }
+}
+
+impl std::str::FromStr for WaitPolicy {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "balanced" => Ok(Self::Balanced),
+            "spin" => Ok(Self::Spin),
+            "block" => Ok(Self::Block),
+            other => Err(format!(
+                "{other:?} is no way to wait; use balanced, spin or block"
+            )),
+        }
+    }
+}
+
+impl std::fmt::Display for WaitPolicy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Balanced => "balanced",
+            Self::Spin => "spin",
+            Self::Block => "block",
+        })
+    }
+}
+
+/// The system-wide monotonic clock, ns.
+#[must_use]
+pub fn monotonic_ns() -> u64 {
+    let t = clock_gettime(ClockId::Monotonic);
+    t.tv_sec as u64 * 1_000_000_000 + t.tv_nsec as u64
+}
+
+/// Whether a receiver that began to wait at `since_ns` may be asleep at `now_ns`.
+pub(crate) fn may_sleep(now_ns: u64, since_ns: u64, awake_ns: u64) -> bool {
+    awake_ns != u64::MAX && now_ns.saturating_sub(since_ns) >= awake_ns / 2
+}
+
+/// One wait: yields first, then blocks in growing slices.
+pub(crate) struct Waiter {
+    awake_until_ns: u64,
+    slice: Duration,
+}
+
+/// First and longest slice of blocking.
+const FIRST_SLICE: Duration = Duration::from_millis(2);
+const LONGEST_SLICE: Duration = Duration::from_millis(20);
+
+impl Waiter {
+    /// A wait that began at `since_ns`.
+    pub(crate) fn new(policy: WaitPolicy, since_ns: u64) -> Self {
+        Self {
+            awake_until_ns: since_ns.saturating_add(policy.awake_ns()),
+            slice: FIRST_SLICE,
+        }
+    }
+
+    /// Whether it is still in its awake time; if so, the core was given away
+    /// once.
+    pub(crate) fn yielded(&self) -> bool {
+        // Several yields per look at the clock: both are system calls or
+        // close to it, and the data is what matters.
+        if monotonic_ns() < self.awake_until_ns {
+            std::thread::yield_now();
+            true
+        } else {
+            false
+        }
+    }
+
+    /// Blocks until one of `fds` is readable, `at_most` is over, or a slice is.
+    pub(crate) fn block(&mut self, fds: &mut [PollFd<'_>], at_most: Duration) {
+        let slice = self.slice.min(at_most);
+        self.slice = (self.slice * 2).min(LONGEST_SLICE);
+        let timeout = Timespec {
+            tv_sec: 0,
+            tv_nsec: i64::from(slice.subsec_nanos()),
+        };
+        // Interrupted or timed out: the caller looks at data and flags.
+        let _ = poll(fds, Some(&timeout));
+    }
+}
+
+/// A descriptor to wait for.
+pub(crate) fn readable(fd: BorrowedFd<'_>) -> PollFd<'_> {
+    PollFd::from_borrowed_fd(fd, PollFlags::IN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_receiver_is_woken_from_half_its_awake_time_on() {
+        assert!(!may_sleep(1_000, 900, 400));
+        assert!(may_sleep(1_100, 900, 400));
+        assert!(may_sleep(1_000, 1_000, 0));
+        assert!(!may_sleep(u64::MAX, 0, u64::MAX));
+    }
+
+    #[test]
+    fn policies_have_names() {
+        for policy in [WaitPolicy::Balanced, WaitPolicy::Spin, WaitPolicy::Block] {
+            assert_eq!(policy.to_string().parse(), Ok(policy));
+        }
+        assert!(
+            "sleep"
+                .parse::<WaitPolicy>()
+                .unwrap_err()
+                .contains("balanced")
+        );
+    }
+}

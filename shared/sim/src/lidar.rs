@@ -1,0 +1,201 @@
+//! The LiDAR: one scan of the world from a true pose.
+//!
+//! Source: the online *Probabilistic Robotics*, chapter 4, Algorithm
+//! `raycast_scan`. The sensor stands at T = x ∘ T_lidar; per beam k, with z* the
+//! exact distance to the first wall along bearing φ_k, capped at z_max, and with
+//! u ~ U[0, 1) and ε ~ N(0, σ_r²):
+//!
+//! z = z_max if u < p_drop or z* ≥ z_max, else z = clamp(z* + ε, 0, z_max).
+//!
+//! Departures: the sine and cosine of every φ_k are taken once, and a scan turns
+//! them by the heading, so that it costs one sine and one cosine in all; the
+//! draws are placed, not consumed, see [`crate::noise`].
+
+use nalgebra::{Point2, Vector2};
+use rusty_contract::LidarConfig;
+use rusty_geometry::{Hit, SE2, World, trig};
+
+use crate::noise::LidarNoise;
+
+/// A planar LiDAR.
+#[derive(Clone, Debug)]
+pub struct Lidar {
+    /// (cos φ_k, sin φ_k), sensor frame.
+    beams_in_sensor: Vec<Vector2<f64>>,
+    range_max_m: f64,
+    range_std_m: f64,
+    dropout: f64,
+    sensor_in_body: SE2,
+}
+
+impl Lidar {
+    /// The sensor that `config` describes. The configuration must be checked,
+    /// see [`LidarConfig::check`].
+    #[must_use]
+    pub fn new(config: &LidarConfig) -> Self {
+        let direction = |k| {
+            let (s, c) = trig::sin_cos(config.bearing_rad(k));
+            Vector2::new(c, s)
+        };
+        Self {
+            beams_in_sensor: (0..config.beams).map(direction).collect(),
+            range_max_m: config.range_max_m,
+            range_std_m: config.range_std_m,
+            dropout: config.dropout,
+            sensor_in_body: config.sensor_in_body,
+        }
+    }
+
+    /// Number of beams n.
+    #[must_use]
+    pub fn beams(&self) -> usize {
+        self.beams_in_sensor.len()
+    }
+
+    /// The scan of tick `tick` from the body pose `pose_in_world`: writes the
+    /// range of beam k, in metres, to `ranges_m[k]`. Of a slice that is not
+    /// [`beams`](Self::beams) long, the part that both have is written.
+    ///
+    /// The noise depends on seed, tick and beam alone: not on what other scans
+    /// were taken, nor on what the beams hit.
+    pub fn scan(
+        &self,
+        world: &World,
+        pose_in_world: &SE2,
+        noise: &mut LidarNoise,
+        tick: u64,
+        ranges_m: &mut [f64],
+    ) {
+        let sensor_in_world = pose_in_world.compose(&self.sensor_in_body);
+        let hits = self.hits(world, &sensor_in_world);
+        for ((range_m, hit), draw) in ranges_m.iter_mut().zip(hits).zip(noise.at(tick)) {
+            *range_m = if draw.u < self.dropout {
+                self.range_max_m
+            } else {
+                self.measured_m(&hit, self.range_std_m * draw.z)
+            };
+        }
+    }
+
+    /// What the beams meet from the *sensor* pose `sensor_in_world`, without
+    /// noise or dropout: distance (z_max where nothing is met) and material of
+    /// beam k to `hits[k]`. For drawings and tests.
+    pub fn ranges_and_materials(&self, world: &World, sensor_in_world: &SE2, hits: &mut [Hit]) {
+        for (place, hit) in hits.iter_mut().zip(self.hits(world, sensor_in_world)) {
+            *place = hit;
+        }
+    }
+
+    /// The exact hit of every beam, in order.
+    fn hits(&self, world: &World, sensor_in_world: &SE2) -> impl Iterator<Item = Hit> {
+        let origin = Point2::from(sensor_in_world.translation());
+        let (s, c) = trig::sin_cos(sensor_in_world.theta());
+        self.beams_in_sensor.iter().map(move |beam| {
+            let along = Vector2::new(c * beam.x - s * beam.y, s * beam.x + c * beam.y);
+            world.raycast_dir(origin, along, self.range_max_m)
+        })
+    }
+
+    /// The range of a beam that did not drop out. Written with comparisons:
+    /// `f64::max` may return either zero for two zeros of unlike sign.
+    fn measured_m(&self, hit: &Hit, error_m: f64) -> f64 {
+        let range_m = hit.distance_m + error_m;
+        if hit.distance_m >= self.range_max_m || range_m >= self.range_max_m {
+            self.range_max_m
+        } else if range_m <= 0.0 {
+            0.0
+        } else {
+            range_m
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rusty_geometry::{Material, apartment, open};
+
+    const NOTHING: Hit = Hit {
+        distance_m: f64::NAN,
+        material: None,
+    };
+
+    fn scan(config: &LidarConfig, world: &World, tick: u64) -> Vec<f64> {
+        let lidar = Lidar::new(config);
+        let mut ranges_m = vec![f64::NAN; lidar.beams()];
+        let pose = SE2::new(4.9, 2.84, 1.0);
+        lidar.scan(world, &pose, &mut LidarNoise::new(3), tick, &mut ranges_m);
+        ranges_m
+    }
+
+    #[test]
+    fn an_open_world_returns_the_greatest_range_whatever_the_noise() {
+        let config = LidarConfig {
+            range_std_m: 1.0,
+            ..LidarConfig::default()
+        };
+        assert!(scan(&config, &open(), 0).iter().all(|r| *r == 8.0));
+    }
+
+    #[test]
+    fn ranges_stay_within_their_limits() {
+        let config = LidarConfig {
+            range_std_m: 10.0,
+            ..LidarConfig::default()
+        };
+        let ranges_m = scan(&config, &apartment(), 0);
+        assert!(ranges_m.iter().all(|r| (0.0..=8.0).contains(r)));
+        assert!(ranges_m.iter().any(|r| r.to_bits() == 0) && ranges_m.contains(&8.0));
+    }
+
+    #[test]
+    fn certain_dropout_leaves_nothing() {
+        let config = LidarConfig {
+            dropout: 1.0,
+            ..LidarConfig::default()
+        };
+        assert!(scan(&config, &apartment(), 0).iter().all(|r| *r == 8.0));
+    }
+
+    #[test]
+    fn without_noise_a_scan_is_what_the_beams_meet() {
+        let config = LidarConfig {
+            range_std_m: 0.0,
+            sensor_in_body: SE2::new(0.05, -0.02, 0.3),
+            ..LidarConfig::default()
+        };
+        let lidar = Lidar::new(&config);
+        let mut hits = vec![NOTHING; lidar.beams()];
+        let sensor = SE2::new(4.9, 2.84, 1.0).compose(&config.sensor_in_body);
+        lidar.ranges_and_materials(&apartment(), &sensor, &mut hits);
+        let ranges_m = scan(&config, &apartment(), 0);
+        assert!(ranges_m.iter().zip(&hits).all(|(r, h)| *r == h.distance_m));
+        assert!(hits.iter().any(|h| h.material == Some(Material::Wall)));
+    }
+
+    #[test]
+    fn a_turned_table_is_as_good_as_a_table_of_turned_bearings() {
+        let config = LidarConfig::default();
+        let lidar = Lidar::new(&config);
+        let sensor = SE2::new(4.9, 2.84, 0.7);
+        let mut hits = vec![NOTHING; lidar.beams()];
+        lidar.ranges_and_materials(&apartment(), &sensor, &mut hits);
+        let origin = Point2::new(4.9, 2.84);
+        for (k, hit) in hits.iter().enumerate() {
+            let bearing_rad = 0.7 + config.bearing_rad(k as u32);
+            let direct = apartment().raycast(origin, bearing_rad, 8.0);
+            assert!((hit.distance_m - direct.distance_m).abs() < 1e-12, "{k}");
+        }
+    }
+
+    #[test]
+    fn a_short_slice_takes_the_first_beams() {
+        let lidar = Lidar::new(&LidarConfig::default());
+        let pose = SE2::new(4.9, 2.84, 1.0);
+        let mut few_m = [0.0; 7];
+        let mut noise = LidarNoise::new(3);
+        lidar.scan(&apartment(), &pose, &mut noise, 2, &mut few_m);
+        let all_m = scan(&LidarConfig::default(), &apartment(), 2);
+        assert_eq!(few_m, all_m[..7]);
+    }
+}

@@ -1,0 +1,86 @@
+//! The noise of the LiDAR: two draws per beam.
+
+use rusty_contract::MAX_BEAMS;
+
+use super::normal::{standard_normal, uniform};
+use super::stream::{Source, Stream};
+
+/// How many beams a tick has room for in the stream.
+pub const BEAM_SLOTS: usize = 2048;
+
+// A scan with more beams would run into the noise of the next tick.
+const _: () = assert!(MAX_BEAMS <= BEAM_SLOTS);
+
+/// The two draws of one beam.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BeamDraw {
+    /// Uniform in [0, 1): the beam drops out where it is below the probability.
+    pub u: f64,
+    /// Standard normal: the range error is ε = σ_r·z.
+    pub z: f64,
+}
+
+/// Draws for the beams of a LiDAR.
+#[derive(Clone, Debug)]
+pub struct LidarNoise {
+    stream: Stream,
+}
+
+impl LidarNoise {
+    /// The LiDAR noise of `seed`.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        Self {
+            stream: Stream::new(seed, Source::Lidar),
+        }
+    }
+
+    /// The draws of tick `tick`, beam 0 first, [`BEAM_SLOTS`] in all; take as
+    /// many as there are beams. Any tick may be asked for, in any order.
+    pub fn at(&mut self, tick: u64) -> impl Iterator<Item = BeamDraw> + '_ {
+        self.stream.seek(u128::from(tick) << 13);
+        (0..BEAM_SLOTS).map(|_| BeamDraw {
+            u: uniform(self.stream.next_u64()),
+            z: standard_normal(self.stream.next_u64()),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn alone(seed: u64, tick: u64) -> Vec<BeamDraw> {
+        LidarNoise::new(seed).at(tick).take(180).collect()
+    }
+
+    #[test]
+    fn a_tick_is_the_same_alone_and_after_others() {
+        let mut noise = LidarNoise::new(4);
+        for (tick, beams) in [(0, 180), (1, 7), (5, 1080), (10_000, 180), (5, 180)] {
+            let drawn: Vec<_> = noise.at(tick).take(beams).collect();
+            let shared = beams.min(180);
+            assert_eq!(drawn[..shared], alone(4, tick)[..shared], "tick {tick}");
+        }
+    }
+
+    #[test]
+    fn the_room_of_a_tick_ends_where_the_next_begins() {
+        let mut noise = LidarNoise::new(4);
+        assert_eq!(noise.at(0).count(), BEAM_SLOTS);
+        // The stream now stands at the next tick: no word was skipped or shared.
+        assert_eq!(noise.stream.next_u64(), {
+            let mut stream = Stream::new(4, Source::Lidar);
+            stream.seek(8192);
+            stream.next_u64()
+        });
+    }
+
+    #[test]
+    fn beams_ticks_and_seeds_differ() {
+        let base = alone(4, 2);
+        assert!(base.windows(2).all(|pair| pair[0] != pair[1]));
+        assert_ne!(base, alone(4, 3));
+        assert_ne!(base, alone(5, 2));
+    }
+}

@@ -1,0 +1,145 @@
+//! The simulation: a configuration, commands in, frames out.
+//!
+//! Source: the online *Probabilistic Robotics*, chapter 4, "The simulator", whose
+//! order within a tick is kept: command, motion, encoders, scan. A frame of
+//! tick t shows the world at the *end* of tick t, at (t + 1)·dt.
+//!
+//! Departures: frames are written in place into memory the caller lends, and the
+//! truth stays here, for the caller to seal, instead of going into the frame.
+
+use nalgebra::Point2;
+use rusty_contract::{Frame, RunConfig};
+use rusty_geometry::{SE2, Twist, World};
+
+use crate::lidar::Lidar;
+use crate::noise::{LidarNoise, SlipNoise};
+use crate::outcome::StepOutcome;
+use crate::robot::Robot;
+use crate::script::Script;
+use crate::sim_error::SimError;
+
+/// A robot in a place, between two ticks.
+///
+/// A `Sim` is a value: a clone goes on exactly as the original does.
+#[derive(Clone, Debug)]
+pub struct Sim {
+    config: RunConfig,
+    world: World,
+    robot: Robot,
+    lidar: Lidar,
+    script: Script,
+    slip_noise: SlipNoise,
+    lidar_noise: LidarNoise,
+    ticks_done: u64,
+}
+
+impl Sim {
+    /// The world of `config` before its first tick.
+    ///
+    /// # Errors
+    /// [`SimError`] when a field cannot be used, the world is not valid, or the
+    /// start touches a wall.
+    pub fn new(config: RunConfig) -> Result<Self, SimError> {
+        config.check()?;
+        let world = World::new(config.world.clone())?;
+        check_start(&config, &world)?;
+        Ok(Self {
+            robot: Robot::new(&config.robot, config.start),
+            lidar: Lidar::new(&config.lidar),
+            script: Script::new(&config.script, config.dt_s, config.start),
+            slip_noise: SlipNoise::new(config.seed),
+            lidar_noise: LidarNoise::new(config.seed),
+            ticks_done: 0,
+            world,
+            config,
+        })
+    }
+
+    /// One tick: takes the script's command (or `driver`'s, where the script is
+    /// "driver"; `None` stands), moves the robot, and writes tick, time, encoder
+    /// counts, the command as applied (limited to what the wheels can do) and,
+    /// in every `scan_every`-th tick from tick 0 on, the scan into `frame`.
+    ///
+    /// Allocates nothing. Does *not* seal the frame: digest and truth are the
+    /// caller's to add. Goes on beyond the configured number of ticks if asked
+    /// to; when to stop is the caller's to know.
+    ///
+    /// `driver` must be finite, and callers check that where the command comes
+    /// in, because only there can the culprit be named. Builds with debug
+    /// assertions stop here otherwise; others treat it as standing still.
+    pub fn step(&mut self, driver: Option<Twist>, frame: &mut Frame) -> StepOutcome {
+        debug_assert!(
+            driver.is_none_or(|d| d.v_m_s.is_finite() && d.omega_rad_s.is_finite()),
+            "driver command {driver:?} of tick {}: not finite; refuse it where it is received",
+            self.ticks_done
+        );
+        let tick = self.ticks_done;
+        let wanted = self.script.command(tick, &self.truth(), driver);
+        let applied = self.robot.limit(wanted);
+        let slip_z = self.slip_noise.at(tick);
+        let outcome = self
+            .robot
+            .step(&self.world, applied, self.config.dt_s, slip_z);
+
+        let time_s = self.config.time_s(tick);
+        frame.begin(tick, time_s, self.robot.encoder_ticks(), applied);
+        // `scan_every` 0 never divides: no scans.
+        if tick.checked_rem(self.config.scan_every) == Some(0) {
+            let ranges_m = frame.write_scan(self.lidar.beams());
+            let pose = self.robot.pose_in_world();
+            self.lidar
+                .scan(&self.world, &pose, &mut self.lidar_noise, tick, ranges_m);
+        }
+        self.ticks_done += 1;
+        outcome
+    }
+
+    /// The true pose after the last tick, world frame.
+    #[must_use]
+    pub fn truth(&self) -> SE2 {
+        self.robot.pose_in_world()
+    }
+
+    /// How many ticks are done; also the number of the next one.
+    #[must_use]
+    pub fn tick(&self) -> u64 {
+        self.ticks_done
+    }
+
+    /// How far the wheels have turned since the start, `[left, right]`, rad:
+    /// what the encoders round.
+    #[must_use]
+    pub fn wheel_angles_rad(&self) -> [f64; 2] {
+        self.robot.wheel_angles_rad()
+    }
+
+    /// The walls.
+    #[must_use]
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The configuration, as it was given.
+    #[must_use]
+    pub fn config(&self) -> &RunConfig {
+        &self.config
+    }
+}
+
+/// A body that touches a wall is blocked whatever it does, so it must not start
+/// like that.
+fn check_start(config: &RunConfig, world: &World) -> Result<(), SimError> {
+    let (start, body_radius_m) = (config.start, config.robot.body_radius_m);
+    if !world.blocks(&start, &start, body_radius_m) {
+        return Ok(());
+    }
+    let distance_m = world.distance_to_nearest(Point2::from(start.translation()));
+    Err(SimError::StartInWall {
+        world: world.name().to_owned(),
+        x_m: start.x(),
+        y_m: start.y(),
+        body_radius_m,
+        distance_m,
+        missing_m: body_radius_m - distance_m,
+    })
+}
