@@ -67,8 +67,11 @@ pub(crate) fn at_least(field: &str, value: u64, low: u64, high: u64) -> Result<(
     Ok(())
 }
 
-/// A time that a person would wait: above 0, at most a day.
-pub(crate) fn seconds(field: &str, value: f64) -> Result<(), FieldError> {
+/// A time that a person would wait: above 0, at most a day, s.
+///
+/// # Errors
+/// [`FieldError`] names `field`.
+pub fn seconds(field: &str, value: f64) -> Result<(), FieldError> {
     within(field, value, 0.001, 86_400.0)
 }
 

@@ -9,7 +9,7 @@ mod robot;
 mod run;
 mod script;
 
-pub use check::FieldError;
+pub use check::{FieldError, seconds as check_seconds};
 pub(crate) use check::{at_least, seconds, within};
 pub use lidar::LidarConfig;
 pub use robot::{NominalRobot, RobotConfig};

@@ -1,0 +1,64 @@
+//! What can go wrong for a participant.
+
+use rusty_contract::{AnswerError, Exit, KeyError, log::LogError};
+use rusty_link::LinkError;
+use thiserror::Error;
+
+/// What can go wrong for a participant.
+#[derive(Debug, Error)]
+pub enum ClientError {
+    /// Joining or talking to the server.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// Reading or writing a log.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// An answer that is none.
+    #[error("tick {tick}: {error}")]
+    Answer {
+        /// The tick that was to be answered.
+        tick: u64,
+        /// What is wrong with the answer.
+        error: AnswerError,
+    },
+    /// The key does not fit, or there is none.
+    #[error("key: {0}")]
+    Key(#[from] KeyError),
+    /// A key is needed.
+    #[error("{0} holds the key to the truth, but none was given; use --key-file or --key-stdin")]
+    NoKey(String),
+    /// The operating system says no.
+    #[error("{path}: {error}")]
+    Io {
+        /// The file.
+        path: String,
+        /// What it said.
+        error: std::io::Error,
+    },
+    /// The log has nobody of this name, or holds something unusable.
+    #[error("{0}")]
+    Unusable(String),
+    /// The estimator panicked; the panic itself is on stderr.
+    #[error("the estimator panicked at tick {tick}; its message is above")]
+    Panicked {
+        /// The tick it was working on.
+        tick: u64,
+    },
+    /// A picture could not be drawn.
+    #[error("the picture could not be drawn: {0}")]
+    Picture(String),
+}
+
+impl ClientError {
+    /// Wraps an error about a file.
+    pub fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.display().to_string();
+        move |error| Self::Io { path, error }
+    }
+
+    /// The exit code that goes with it.
+    #[must_use]
+    pub fn exit(&self) -> Exit {
+        Exit::Failed
+    }
+}

@@ -1,0 +1,56 @@
+//! Everything that takes part in a run: SDK, estimators, scorer, logger.
+//!
+//! A filter of your own is a type with two functions ([`Estimator`]), or a
+//! plain loop over a [`Session`]:
+//!
+//! ```no_run
+//! # use rusty_clients::{ClientArgs, ClientError, Session};
+//! # use rusty_clients::prelude::*;
+//! # fn main() -> Result<(), ClientError> {
+//! # let args = ClientArgs::default();
+//! let mut session = Session::join(&args)?;
+//! let drive = session.start().robot.drive;
+//! let mut pose = session.start().initial_pose.unwrap_or_default();
+//! let mut last = EncoderTicks::default();
+//! while let Some(tick) = session.next()? {
+//!     pose = pose.boxplus(&odometry_delta(last, tick.ticks(), &drive));
+//!     last = tick.ticks();
+//!     tick.answer(pose)?;
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The answer is the acknowledgement: the next tick happens when everyone has
+//! answered this one. A tick that is dropped abstains; an estimator that
+//! panics says so. The same binary works on a log without a server (`--log`).
+//!
+//! Nothing here can name the simulator: models are beliefs about the world,
+//! and this crate does not depend on it. Rays and walls for a sensor model are
+//! in `rusty_geometry`, which knows no noise.
+
+mod args;
+pub mod dead_reckoning;
+mod error;
+mod estimator;
+mod log_session;
+pub mod logger;
+pub mod scorer;
+pub mod scoring;
+mod session;
+mod tick;
+pub mod witness;
+
+pub use args::ClientArgs;
+pub use error::ClientError;
+pub use estimator::{Estimator, run};
+pub use session::Session;
+pub use tick::Tick;
+pub use witness::{Witness, run_witness};
+
+/// All that a filter usually needs.
+pub mod prelude {
+    pub use crate::{ClientError, Estimator, Session, Tick};
+    pub use rusty_contract::{Estimate, Exit, NominalRobot, Reply, Start};
+    pub use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Twist, World, odometry_delta};
+}

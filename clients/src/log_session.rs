@@ -1,0 +1,185 @@
+//! A session on a log: the same frames, no server.
+//!
+//! An estimator's answers go to a CSV file or stdout, and are compared with
+//! those that a participant of the same name gave when the log was recorded.
+
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use rusty_contract::log::{Ending, LogReader, Read};
+use rusty_contract::scenario::Access;
+use rusty_contract::{Brief, Frame, LogHeader, Participant, Reply, Role, Start, TruthKey};
+use rusty_link::WaitPolicy;
+
+use crate::ClientError;
+
+/// A session on a log.
+pub(crate) struct LogSession {
+    reader: LogReader,
+    start: Start,
+    key: TruthKey,
+    frame: Rc<Frame>,
+    replies: Vec<Reply>,
+    /// Place of this participant among the recorded replies.
+    place: Option<usize>,
+    answers: Answers,
+    equal: u64,
+    compared: u64,
+    cut: Option<String>,
+}
+
+/// Where an estimator's answers go.
+enum Answers {
+    NotYet(Option<PathBuf>),
+    Csv(Box<dyn Write>),
+}
+
+impl LogSession {
+    pub(crate) fn open(log: &Path, name: &str, out: Option<&Path>) -> Result<Self, ClientError> {
+        let reader = LogReader::open(log)?;
+        let header = reader.header();
+        let place = header.answering().position(|p| p.name == name);
+        // The key never leaves this process: it seals frames so that an
+        // estimator sees of a log just what it sees of a run.
+        let key = TruthKey::from_bytes([0x5A; 32]);
+        let start = start(header, name, &key);
+        Ok(Self {
+            start,
+            key,
+            frame: Rc::from(Frame::boxed()),
+            replies: Vec::new(),
+            place,
+            answers: Answers::NotYet(out.map(Path::to_owned)),
+            equal: 0,
+            compared: 0,
+            cut: None,
+            reader,
+        })
+    }
+
+    pub(crate) fn start(&self) -> &Start {
+        &self.start
+    }
+
+    pub(crate) fn key(&self) -> &TruthKey {
+        &self.key
+    }
+
+    pub(crate) fn recorded_replies(&self) -> &[Reply] {
+        &self.replies
+    }
+
+    pub(crate) fn was_cut(&self) -> bool {
+        self.cut.is_some()
+    }
+
+    pub(crate) fn next(&mut self) -> Result<Option<Rc<Frame>>, ClientError> {
+        match self.reader.read()? {
+            Read::Tick(entry) => {
+                if !entry.intact {
+                    let tick = entry.record.tick;
+                    eprintln!("tick {tick}: the record's checksum fails; its values are suspect");
+                }
+                // A frame that somebody still holds is left to them.
+                if Rc::get_mut(&mut self.frame).is_none() {
+                    self.frame = Rc::from(Frame::boxed());
+                }
+                if let Some(frame) = Rc::get_mut(&mut self.frame) {
+                    entry.record.write_frame(frame, self.start.dt_s, &self.key);
+                }
+                self.replies = entry.record.replies;
+                Ok(Some(Rc::clone(&self.frame)))
+            }
+            Read::End(Ending::Complete(_)) => self.end(),
+            Read::End(Ending::Cut { ticks, at_byte, problem }) => {
+                let text = format!("the log ends after {ticks} ticks (byte {at_byte}): {problem}");
+                eprintln!("{text}");
+                self.cut = Some(text);
+                self.end()
+            }
+        }
+    }
+
+    fn end(&mut self) -> Result<Option<Rc<Frame>>, ClientError> {
+        if let Answers::Csv(out) = &mut self.answers {
+            out.flush().map_err(ClientError::io(Path::new("answers")))?;
+        }
+        if self.compared > 0 {
+            let (equal, compared) = (self.equal, self.compared);
+            eprintln!("{equal} of {compared} answers equal the recorded ones, bit for bit");
+        }
+        Ok(None)
+    }
+
+    pub(crate) fn reply(&mut self, frame: &Frame, reply: Reply) -> Result<(), ClientError> {
+        if let Some(recorded) = self.place.and_then(|i| self.replies.get(i)) {
+            self.compared += 1;
+            // Their text has every digit, so it is equal when the bits are.
+            self.equal += u64::from(format!("{recorded:?}") == format!("{reply:?}"));
+        }
+        if reply == Reply::Taken {
+            return Ok(());
+        }
+        let io = |error| ClientError::Io { path: "answers".to_owned(), error };
+        if let Answers::NotYet(path) = &self.answers {
+            let mut out: Box<dyn Write> = match path {
+                Some(path) => {
+                    let file = std::fs::File::create(path).map_err(ClientError::io(path))?;
+                    Box::new(BufWriter::new(file))
+                }
+                None => Box::new(BufWriter::new(std::io::stdout())),
+            };
+            writeln!(out, "tick,time_s,x_m,y_m,theta_rad,v_m_s,omega_rad_s").map_err(io)?;
+            self.answers = Answers::Csv(out);
+        }
+        let Answers::Csv(out) = &mut self.answers else { return Ok(()) };
+        let pose = reply.estimate().map(|e| e.pose_in_world);
+        let command = reply.command();
+        let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:?}"));
+        writeln!(
+            out,
+            "{},{:?},{},{},{},{},{}",
+            frame.tick(),
+            frame.time_s(),
+            number(pose.map(|p| p.x())),
+            number(pose.map(|p| p.y())),
+            number(pose.map(|p| p.theta())),
+            number(command.map(|c| c.v_m_s)),
+            number(command.map(|c| c.omega_rad_s)),
+        )
+        .map_err(io)
+    }
+}
+
+/// What the participant `name` would be told: its own rights if the log's
+/// roster has it, the usual ones otherwise.
+fn start(header: &LogHeader, name: &str, key: &TruthKey) -> Start {
+    let config = &header.config;
+    let seat = header.roster.iter().position(|p| p.name == name);
+    let participant = seat
+        .map(|i| header.roster[i].clone())
+        .unwrap_or_else(|| Participant::new(name, Role::Estimator));
+    let given = |access: Access| access == Access::Given;
+    // Whoever can read the file can read its header, so the brief is for all.
+    let brief = Brief { header: header.clone(), out_dir: None };
+    let json = serde_json::to_vec(&brief).unwrap_or_default();
+    Start {
+        run_id: 0,
+        scenario: config.scenario.clone(),
+        participant: seat.unwrap_or(header.roster.len()) as u32,
+        name: name.to_owned(),
+        role: participant.role,
+        awaited: true,
+        server_pid: std::process::id(),
+        ticks: config.ticks,
+        dt_s: config.dt_s,
+        scan_every: config.scan_every,
+        robot: config.robot.nominal(),
+        lidar: config.lidar,
+        map: given(participant.map).then(|| config.world.clone()),
+        initial_pose: given(participant.initial_pose).then_some(config.start),
+        server_awake_ns: WaitPolicy::Spin.awake_ns(),
+        sealed_brief: Some(key.seal_brief(0, &json)),
+    }
+}

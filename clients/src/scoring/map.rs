@@ -1,0 +1,381 @@
+//! The map: walls, the true path, the believed paths, the last scan.
+
+use nalgebra::Point2;
+use plotters::prelude::RGBColor;
+use rusty_geometry::{Material, SE2, trig};
+
+use super::axes::{Axes, Step};
+use super::canvas::{Anchor, Canvas, Px, Rect};
+use super::errors::Timeline;
+use super::picture::PictureError;
+use super::polyline;
+use super::style::{DOOR, GLASS, INK, Look, SCAN, TRUTH, TRUTH_WIDTH, WALL, WHITE};
+use super::trace::RunTrace;
+
+/// Coordinates beyond this are drawn as if they were here, m: such a place is
+/// off the map in any case, and its arithmetic stays finite.
+const FARTHEST_M: f64 = 1e9;
+
+/// What is to be seen on the map, and the least box that holds it.
+pub(super) struct View {
+    /// Points of the last scan, world frame, m; empty if its pose is not known.
+    pub scan: Vec<[f64; 2]>,
+    x_m: [f64; 2],
+    y_m: [f64; 2],
+}
+
+impl View {
+    /// Walls and true path decide how large the map is (believed paths where
+    /// there are neither); scan and believed paths may widen it by half its
+    /// size, so that an estimate that ran away does not shrink the rest.
+    pub fn of(trace: &RunTrace) -> Self {
+        let scan = scan_points_m(trace);
+        let mut core = Extent::default();
+        for wall in &trace.world.walls {
+            core.include(wall.a);
+            core.include(wall.b);
+        }
+        let truths = (0..trace.ticks()).filter_map(|tick| trace.true_pose(tick));
+        truths.for_each(|pose| core.include(place_m(&pose)));
+        let believed = || {
+            let all = (0..trace.names.len()).flat_map(|i| (0..trace.ticks()).map(move |k| (i, k)));
+            all.filter_map(|(i, k)| trace.estimate(i, k))
+                .map(|pose| place_m(&pose))
+        };
+        if core.is_empty() {
+            believed().for_each(|at| core.include(at));
+        }
+        if core.is_empty() {
+            core.include([0.0, 0.0]);
+        }
+        let mut whole = core;
+        let room_m = 0.5 * core.size();
+        let near_by = core.grown(room_m.max(trace.lidar.range_max_m.min(10.0)));
+        scan.iter()
+            .for_each(|&at| whole.include(near_by.nearest(at)));
+        let near_by = core.grown(room_m.max(1.0));
+        believed().for_each(|at| whole.include(near_by.nearest(at)));
+        let whole = whole.grown((0.03 * whole.size()).max(0.5));
+        Self {
+            scan,
+            x_m: [whole.low[0], whole.high[0]],
+            y_m: [whole.low[1], whole.high[1]],
+        }
+    }
+
+    /// Height of the map per width of it, for which no room is left over.
+    pub fn aspect(&self) -> f64 {
+        (self.y_m[1] - self.y_m[0]) / (self.x_m[1] - self.x_m[0])
+    }
+
+    /// Draws the map into `frame`. Returns whether a believed path leaves it.
+    pub fn draw(
+        &self,
+        canvas: &mut Canvas<'_>,
+        frame: Rect,
+        trace: &RunTrace,
+        time: &Timeline,
+    ) -> Result<bool, PictureError> {
+        let axes = Axes::equal(frame, self.x_m, self.y_m);
+        // One step for both axes: the cells of the grid are square.
+        let step = Step::of(axes.x[1] - axes.x[0], 10.0);
+        axes.draw_grid(canvas, step, step)?;
+        draw_walls(canvas, &axes, trace)?;
+        self.draw_scan(canvas, &axes)?;
+        let truth = places_m(trace, |tick| trace.true_pose(tick));
+        draw_path(canvas, &axes, &truth, (&TRUTH, TRUTH_WIDTH))?;
+        let count = trace.names.len();
+        let mut left = false;
+        for i in 0..count {
+            let look = Look::of(i, count);
+            let path = places_m(trace, |tick| trace.estimate(i, tick));
+            draw_path(canvas, &axes, &path, (&look.ink, look.width))?;
+            left |= path.iter().any(|&(_, at)| !axes.holds(axes.px(at)));
+        }
+        draw_start(canvas, &axes, trace)?;
+        draw_end(canvas, &axes, trace)?;
+        axes.draw_frame(canvas, Some(step), step)?;
+        draw_marks(canvas, &axes, trace, time)?;
+        let middle = 0.5 * (frame.left + frame.right);
+        canvas.text(
+            [middle, frame.bottom + 37.0],
+            Anchor::Middle,
+            13.0,
+            &INK,
+            "x (m)",
+        )?;
+        let middle = 0.5 * (frame.top + frame.bottom);
+        canvas.text(
+            [frame.left - 46.0, middle],
+            Anchor::Upwards,
+            13.0,
+            &INK,
+            "y (m)",
+        )?;
+        Ok(left)
+    }
+
+    fn draw_scan(&self, canvas: &mut Canvas<'_>, axes: &Axes) -> Result<(), PictureError> {
+        for at in self
+            .scan
+            .iter()
+            .map(|&at| axes.px(at))
+            .filter(|&at| axes.holds(at))
+        {
+            draw_echo(canvas, at)?;
+        }
+        Ok(())
+    }
+}
+
+/// Draws a point of a scan: to be seen on white and on a dark wall.
+pub(super) fn draw_echo(canvas: &mut Canvas<'_>, at: Px) -> Result<(), PictureError> {
+    canvas.disc(at, 2.6, &INK)?;
+    canvas.disc(at, 1.7, &SCAN)
+}
+
+/// Draws a robot at `at` that looks along `heading_rad`: where it started, or
+/// where it stopped.
+pub(super) fn draw_robot(
+    canvas: &mut Canvas<'_>,
+    at: Px,
+    heading_rad: f64,
+    started: bool,
+) -> Result<(), PictureError> {
+    let (s, c) = trig::sin_cos(heading_rad);
+    // The end is the larger: the last estimates often lie on top of it.
+    let radius = if started { 7.0 } else { 9.5 };
+    let nose = [at[0] + 2.0 * radius * c, at[1] - 2.0 * radius * s];
+    canvas.line(&[at, nose], &WHITE, 5.5)?;
+    canvas.disc(at, radius + 1.5, &WHITE)?;
+    canvas.line(&[at, nose], &INK, 2.5)?;
+    canvas.disc(at, radius, &INK)?;
+    if started {
+        canvas.disc(at, radius - 2.4, &WHITE)
+    } else {
+        Ok(())
+    }
+}
+
+fn draw_walls(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PictureError> {
+    // Doors last: a door often shares its ends with a wall.
+    for order in 0..3 {
+        for wall in &trace.world.walls {
+            let (rank, (ink, width)) = match wall.material {
+                Material::Wall => (0, WALL),
+                Material::Glass => (1, GLASS),
+                Material::Door(_) => (2, DOOR),
+            };
+            if rank == order {
+                draw_line(canvas, axes, &[wall.a, wall.b], (&ink, width))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn draw_path(
+    canvas: &mut Canvas<'_>,
+    axes: &Axes,
+    path: &[(usize, [f64; 2])],
+    style: (&RGBColor, f64),
+) -> Result<(), PictureError> {
+    for line in polyline::runs(path) {
+        match line[..] {
+            [at] if axes.holds(axes.px(at)) => canvas.disc(axes.px(at), 0.5 * style.1, style.0)?,
+            _ => draw_line(canvas, axes, &line, style)?,
+        }
+    }
+    Ok(())
+}
+
+fn draw_line(
+    canvas: &mut Canvas<'_>,
+    axes: &Axes,
+    line: &[[f64; 2]],
+    (ink, width): (&RGBColor, f64),
+) -> Result<(), PictureError> {
+    let line: Vec<Px> = line.iter().map(|&at| axes.px(at)).collect();
+    for part in polyline::clip(&polyline::thin(&line), &axes.frame) {
+        canvas.line(&part, ink, width)?;
+    }
+    Ok(())
+}
+
+fn draw_start(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PictureError> {
+    match (0..trace.ticks()).find_map(|tick| trace.true_pose(tick)) {
+        Some(pose) => draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), true),
+        None => Ok(()),
+    }
+}
+
+fn draw_end(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PictureError> {
+    match (0..trace.ticks())
+        .rev()
+        .find_map(|tick| trace.true_pose(tick))
+    {
+        Some(pose) => draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), false),
+        None => Ok(()),
+    }
+}
+
+fn draw_marks(
+    canvas: &mut Canvas<'_>,
+    axes: &Axes,
+    trace: &RunTrace,
+    time: &Timeline,
+) -> Result<(), PictureError> {
+    let count = trace.names.len();
+    for i in 0..count {
+        let look = Look::of(i, count);
+        let last = (0..trace.ticks())
+            .rev()
+            .find(|&tick| trace.estimate(i, tick).is_some());
+        let marks = time.marks(trace, i).into_iter().map(|tick| (tick, 4.2));
+        for (tick, size) in marks.chain(last.map(|tick| (tick, 5.4))) {
+            let Some(pose) = trace.estimate(i, tick) else {
+                continue;
+            };
+            let at = axes.px(place_m(&pose));
+            if axes.holds(at) {
+                look.mark(canvas, at, size)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Where the beams of the last scan ended, world frame, m: true pose of its tick,
+/// then the sensor's pose on the body, then the beam. Beams from which nothing
+/// came back are left out.
+fn scan_points_m(trace: &RunTrace) -> Vec<[f64; 2]> {
+    let Some((tick, ranges_m)) = &trace.last_scan else {
+        return Vec::new();
+    };
+    let Some(body) = trace.true_pose(*tick) else {
+        return Vec::new();
+    };
+    let lidar = &trace.lidar;
+    let sensor = body * lidar.sensor_in_body;
+    let mut points = Vec::new();
+    for (k, &range_m) in (0u32..).zip(ranges_m) {
+        if !(range_m > 0.0 && range_m < lidar.range_max_m) {
+            continue;
+        }
+        let (s, c) = trig::sin_cos(lidar.bearing_rad(k));
+        let point = sensor.transform_point(&Point2::new(range_m * c, range_m * s));
+        if point.x.is_finite() && point.y.is_finite() {
+            points.push([point.x, point.y]);
+        }
+    }
+    points
+}
+
+fn places_m(trace: &RunTrace, pose_at: impl Fn(usize) -> Option<SE2>) -> Vec<(usize, [f64; 2])> {
+    let known = |tick| pose_at(tick).map(|pose| (tick, place_m(&pose)));
+    (0..trace.ticks()).filter_map(known).collect()
+}
+
+fn place_m(pose: &SE2) -> [f64; 2] {
+    [
+        pose.x().clamp(-FARTHEST_M, FARTHEST_M),
+        pose.y().clamp(-FARTHEST_M, FARTHEST_M),
+    ]
+}
+
+/// A box around points, m.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Default for Extent {
+    /// Around nothing.
+    fn default() -> Self {
+        Self {
+            low: [f64::INFINITY; 2],
+            high: [f64::NEG_INFINITY; 2],
+        }
+    }
+}
+
+impl Extent {
+    fn include(&mut self, at: [f64; 2]) {
+        if !(at[0].is_finite() && at[1].is_finite()) {
+            return;
+        }
+        self.low = [self.low[0].min(at[0]), self.low[1].min(at[1])];
+        self.high = [self.high[0].max(at[0]), self.high[1].max(at[1])];
+    }
+
+    fn is_empty(&self) -> bool {
+        self.low[0] > self.high[0]
+    }
+
+    /// The longer side, m.
+    fn size(&self) -> f64 {
+        (self.high[0] - self.low[0]).max(self.high[1] - self.low[1])
+    }
+
+    fn grown(&self, by_m: f64) -> Self {
+        Self {
+            low: self.low.map(|v| v - by_m),
+            high: self.high.map(|v| v + by_m),
+        }
+    }
+
+    /// The place in the box that is nearest to `at`.
+    fn nearest(&self, at: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|axis| at[axis].max(self.low[axis]).min(self.high[axis]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::trace::tests::empty;
+    use super::*;
+
+    #[test]
+    fn a_scan_is_drawn_from_the_sensor_on_the_true_body() {
+        let mut trace = empty(&[]);
+        trace.lidar.beams = 4;
+        trace.lidar.sensor_in_body = SE2::new(1.0, 0.0, 0.0);
+        let north = Some(SE2::new(10.0, 0.0, core::f64::consts::FRAC_PI_2));
+        // Beams look back, right, ahead, left; ahead nothing came back.
+        let scan = [3.0, 2.0, 8.0, f64::NAN];
+        trace.push(0.1, north, Some(&scan), std::iter::empty());
+        trace.push(0.2, Some(SE2::identity()), None, std::iter::empty());
+        let points = scan_points_m(&trace);
+        let expected = [[10.0, -2.0], [12.0, 1.0]];
+        assert_eq!(points.len(), expected.len());
+        for (point, expected) in points.iter().zip(expected) {
+            assert!(trig::hypot(point[0] - expected[0], point[1] - expected[1]) < 1e-12);
+        }
+        trace.truth[0] = None;
+        assert!(scan_points_m(&trace).is_empty());
+    }
+
+    #[test]
+    fn an_estimate_that_ran_away_does_not_shrink_the_map() {
+        let mut trace = empty(&["a"]);
+        for k in 0..10 {
+            let x_m = f64::from(k);
+            let truth = Some(SE2::new(x_m, 0.0, 0.0));
+            let estimate = Some(SE2::new(x_m * 1e6, f64::MAX, 0.0));
+            trace.push(x_m, truth, None, [estimate].into_iter());
+        }
+        let view = View::of(&trace);
+        assert!(view.x_m[0] > -6.0 && view.x_m[1] < 15.0, "{:?}", view.x_m);
+        assert!(view.y_m[0] > -6.0 && view.y_m[1] < 6.0, "{:?}", view.y_m);
+    }
+
+    #[test]
+    fn an_empty_run_has_a_map_of_some_size() {
+        let view = View::of(&empty(&["a"]));
+        assert_eq!(
+            (view.x_m, view.y_m, view.aspect()),
+            ([-0.5, 0.5], [-0.5, 0.5], 1.0)
+        );
+    }
+}

@@ -1,0 +1,175 @@
+//! Hand-computed scores, the trap at ±π, and the numbers evo gives.
+
+use super::super::trace::tests::empty;
+use super::*;
+use core::f64::consts::PI;
+
+/// One estimator, one tick per pair of (truth, estimate).
+fn trace(ticks: &[(Option<SE2>, Option<SE2>)]) -> RunTrace {
+    let mut trace = empty(&["a"]);
+    for (k, &(truth, estimate)) in ticks.iter().enumerate() {
+        trace.push((k + 1) as f64 * 0.1, truth, None, [estimate].into_iter());
+    }
+    trace
+}
+
+fn pose(x_m: f64, y_m: f64, theta_rad: f64) -> Option<SE2> {
+    Some(SE2::new(x_m, y_m, theta_rad))
+}
+
+fn near(found: Option<f64>, expected: f64) {
+    let found = found.unwrap();
+    assert!(
+        (found - expected).abs() < 1e-12,
+        "{found} is not {expected}"
+    );
+}
+
+#[test]
+fn by_hand() {
+    // Errors 0, 3 and 5 m (a 3-4-5 triangle); the robot drives 2 m, then 2 m.
+    let run = trace(&[
+        (pose(0.0, 0.0, 0.0), pose(0.0, 0.0, 0.0)),
+        (pose(2.0, 0.0, 0.0), pose(2.0, 3.0, 0.0)),
+        (pose(4.0, 0.0, 0.0), pose(7.0, 4.0, PI / 6.0)),
+    ]);
+    let score = &score(&run)[0];
+    assert_eq!((score.scored_ticks, score.unscored_ticks), (3, 0));
+    near(score.final_position_error_m, 5.0);
+    near(score.final_heading_error_deg, 30.0);
+    near(score.mean_drift_m, 8.0 / 3.0);
+    near(score.p95_drift_m, 3.0 + 0.9 * 2.0);
+    near(score.ate_rmse_m, (34.0_f64 / 3.0).sqrt());
+    // Believed motions less true ones: (0, 3), then (3, 1).
+    near(score.rpe_rmse_m, (19.0_f64 / 2.0).sqrt());
+    near(score.rpe_rmse_deg, 30.0 / 2.0_f64.sqrt());
+    assert_eq!(score.distance_m, 4.0);
+    near(score.drift_percent, 125.0);
+}
+
+#[test]
+fn the_trap_at_half_a_turn() {
+    // Truth just below +π, estimate just above −π: 0.2 rad apart, where plain
+    // subtraction says 6.08 rad.
+    let run = trace(&[
+        (pose(0.0, 0.0, PI - 0.1), pose(0.0, 0.0, -PI + 0.1)),
+        (pose(0.0, 0.0, -PI + 0.1), pose(0.0, 0.0, PI - 0.1)),
+    ]);
+    let score = &score(&run)[0];
+    near(score.final_heading_error_deg, 0.2_f64.to_degrees());
+    // Truth turned by +0.2 rad, estimate by −0.2 rad.
+    near(score.rpe_rmse_deg, 0.4_f64.to_degrees());
+    let signed: Vec<f64> = scored(&run, 0).map(|s| s.heading_error_rad()).collect();
+    near(Some(signed[0]), 0.2);
+    near(Some(signed[1]), -0.2);
+    let half = trace(&[(pose(0.0, 0.0, 0.0), pose(0.0, 0.0, -PI))]);
+    near(super::score(&half)[0].final_heading_error_deg, 180.0);
+}
+
+#[test]
+fn without_a_scored_tick_there_are_no_figures() {
+    let here = pose(1.0, 1.0, 0.0);
+    for ticks in [
+        vec![],
+        vec![(None, here), (None, here)],
+        vec![(here, None)],
+        vec![
+            (here, pose(f64::NAN, 0.0, 0.0)),
+            (pose(0.0, f64::INFINITY, 0.0), here),
+        ],
+    ] {
+        let score = &score(&trace(&ticks))[0];
+        assert_eq!(score.scored_ticks, 0);
+        assert_eq!(score.distance_m, 0.0);
+        for figure in [
+            score.final_position_error_m,
+            score.final_heading_error_deg,
+            score.mean_drift_m,
+            score.p95_drift_m,
+            score.ate_rmse_m,
+            score.rpe_rmse_m,
+            score.rpe_rmse_deg,
+            score.drift_percent,
+        ] {
+            assert_eq!(figure, None);
+        }
+    }
+}
+
+#[test]
+fn one_scored_tick_of_a_robot_that_stands() {
+    let score = &score(&trace(&[(pose(1.0, 0.0, 0.0), pose(1.0, 2.0, 0.0))]))[0];
+    near(score.ate_rmse_m, 2.0);
+    near(score.p95_drift_m, 2.0);
+    assert_eq!((score.rpe_rmse_m, score.rpe_rmse_deg), (None, None));
+    assert_eq!(score.drift_percent, None);
+}
+
+#[test]
+fn ticks_without_truth_or_estimate_are_passed_over() {
+    let run = trace(&[
+        (pose(0.0, 0.0, 0.0), pose(0.0, 0.0, 0.0)),
+        (None, pose(9.0, 9.0, 0.0)),
+        (pose(1.0, 0.0, 0.0), None),
+        (pose(3.0, 0.0, 0.0), pose(3.5, 0.0, 0.0)),
+        (None, None),
+    ]);
+    let score = &score(&run)[0];
+    assert_eq!((score.scored_ticks, score.unscored_ticks), (2, 2));
+    near(score.rpe_rmse_m, 0.5);
+    near(score.final_position_error_m, 0.5);
+    assert_eq!(score.distance_m, 3.0);
+}
+
+#[test]
+fn percentiles_are_linear_between_ranks() {
+    // numpy.percentile([1, 2, 3, 4], [0, 50, 95, 100]) = [1, 2.5, 3.85, 4]
+    let mut values = [4.0, 1.0, 3.0, 2.0];
+    near(percentile(&mut values, 0.0), 1.0);
+    near(percentile(&mut values, 0.5), 2.5);
+    near(percentile(&mut values, 0.95), 3.85);
+    near(percentile(&mut values, 1.0), 4.0);
+    assert_eq!(percentile(&mut [], 0.5), None);
+}
+
+/// Eight poses that turn through ±π, x m, y m, θ rad, and what was believed.
+const REFERENCE: [[f64; 3]; 8] = [
+    [0.0, 0.0, 3.0],
+    [-0.5, 0.07, 3.1],
+    [-1.0, 0.05, -3.12],
+    [-1.5, 0.0, -3.0],
+    [-1.98, -0.1, -2.5],
+    [-2.3, -0.45, -1.9],
+    [-2.4, -0.9, -1.5],
+    [-2.38, -1.4, -1.2],
+];
+const BELIEVED: [[f64; 3]; 8] = [
+    [0.01, 0.0, 3.01],
+    [-0.48, 0.09, 3.13],
+    [-1.02, 0.04, 3.135],
+    [-1.53, -0.02, -3.05],
+    [-2.04, -0.08, -2.57],
+    [-2.33, -0.4, -2.02],
+    [-2.47, -0.88, -1.58],
+    [-2.5, -1.36, -1.33],
+];
+
+/// evo 1.38.1 on the same poses (quaternions about z, 10 Hz): APE translation
+/// part without alignment; RPE with delta 1 frame, not all pairs; numpy's
+/// percentile of the APE; the path length of the reference.
+#[test]
+fn the_numbers_of_evo() {
+    let ticks: Vec<_> = REFERENCE
+        .iter()
+        .zip(&BELIEVED)
+        .map(|(r, e)| (pose(r[0], r[1], r[2]), pose(e[0], e[1], e[2])))
+        .collect();
+    let score = &score(&trace(&ticks))[0];
+    near(score.ate_rmse_m, 0.062_649_820_430_708_41);
+    near(score.mean_drift_m, 0.052_193_467_653_557_646);
+    near(score.p95_drift_m, 0.107_699_603_776_859_78);
+    near(score.final_position_error_m, 0.126_491_106_406_735_22);
+    near(score.rpe_rmse_m, 0.037_498_033_424_339_39);
+    near(score.rpe_rmse_deg, 2.298_105_768_610_671);
+    near(Some(score.distance_m), 3.433_689_161_571_432);
+}

@@ -1,0 +1,29 @@
+//! Scoring a run: what was true, what was believed, how far apart, as numbers
+//! and as a picture.
+//!
+//! In reading order:
+//!
+//! * [`trace`]: a run as a scorer keeps it, filled tick by tick;
+//! * [`metrics`]: one [`Score`](rusty_contract::score::Score) per estimator;
+//! * [`picture`]: the run on one page, as SVG; its parts are `map`, `errors` and
+//!   `panel`, its tools `canvas`, `axes`, `polyline` and `style`;
+//! * [`mod@png`]: the same page in pixels, with a font of its own.
+//!
+//! Nothing here reads a clock or a file: the same trace gives the same bytes.
+
+mod axes;
+mod canvas;
+mod errors;
+mod map;
+pub mod metrics;
+mod panel;
+pub mod picture;
+pub mod png;
+mod polyline;
+mod style;
+pub mod trace;
+
+pub use metrics::score;
+pub use picture::{PictureError, svg};
+pub use png::png;
+pub use trace::RunTrace;

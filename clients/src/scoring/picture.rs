@@ -1,0 +1,161 @@
+//! A run on one page: map, legend, scores, and the errors over time.
+//!
+//! A white card with dark ink, 1200 units wide and up to about 1050 high; wide
+//! worlds make a lower map. Lengths are in metres and equal along both axes of
+//! the map, times in seconds, headings in degrees. Text asks for "sans-serif".
+//!
+//! A line has at most about 2000 points, however long the run: those of a path
+//! that are needed to see no difference, and of an error its peaks.
+
+use rusty_contract::score::Score;
+use thiserror::Error;
+
+use super::canvas::{Anchor, Canvas, Rect, paint};
+use super::errors::{self, Timeline};
+use super::map::View;
+use super::metrics::distance_driven_m;
+use super::panel::Panel;
+use super::style::{INK, SOFT_INK};
+use super::trace::RunTrace;
+
+const WIDTH: f64 = 1200.0;
+const MARGIN_LEFT: f64 = 72.0;
+const MARGIN_RIGHT: f64 = 24.0;
+const MAP_TOP: f64 = 78.0;
+const MAP_RIGHT: f64 = 772.0;
+const PANEL_LEFT: f64 = 800.0;
+/// Heights of the map: at least, at most.
+const MAP_HEIGHTS: [f64; 2] = [300.0, 540.0];
+const PLOT_HEIGHT: f64 = 150.0;
+/// Longest text of a title, characters.
+const LONGEST_TITLE: usize = 72;
+
+/// Why there is no picture.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum PictureError {
+    /// The drawing backend refuses.
+    #[error(
+        "picture: drawing failed: {detail}; the scores do not need it: score without a picture"
+    )]
+    Draw {
+        /// What it says.
+        detail: String,
+    },
+    /// The text to be rendered is no SVG.
+    #[error("picture: the text is no SVG ({detail}); give it as `svg` made it")]
+    NotSvg {
+        /// What the parser says, with the place.
+        detail: String,
+    },
+    /// The picture does not fit into memory.
+    #[error("picture: {width} × {height} pixels are too many; make the SVG smaller")]
+    TooLarge {
+        /// Its width, pixels.
+        width: f32,
+        /// Its height, pixels.
+        height: f32,
+    },
+    /// The pixels cannot be written as PNG.
+    #[error("picture: writing PNG failed: {detail}; use the SVG instead")]
+    Encode {
+        /// What the encoder says.
+        detail: String,
+    },
+}
+
+/// Draws a run as the text of an SVG file. `scores` are those of
+/// [`score`](super::score), found by name; an estimator without one has dashes
+/// in the table.
+///
+/// Any trace can be drawn: without walls, truth, estimates or ticks, and with
+/// numbers that are none. An estimate that runs far off the map is cut at its
+/// edge, and the picture says so.
+///
+/// # Errors
+/// [`PictureError::Draw`] if the drawing backend refuses; it writes to memory
+/// only and is not known to.
+pub fn svg(trace: &RunTrace, scores: &[Score]) -> Result<String, PictureError> {
+    let time = Timeline::of(trace);
+    let view = View::of(trace);
+    let panel = Panel::new(trace, scores, &view, &time);
+    let [least, most] = MAP_HEIGHTS;
+    let width = MAP_RIGHT - MARGIN_LEFT;
+    let map_height = (width * view.aspect())
+        .min(most)
+        .max(least)
+        .max(panel.height());
+    let map = Rect {
+        left: MARGIN_LEFT,
+        top: MAP_TOP,
+        right: MAP_RIGHT,
+        bottom: MAP_TOP + map_height.round(),
+    };
+    let beside = Rect {
+        left: PANEL_LEFT,
+        right: WIDTH - MARGIN_RIGHT,
+        ..map
+    };
+    let plot = |top: f64| Rect {
+        left: MARGIN_LEFT,
+        top,
+        right: WIDTH - MARGIN_RIGHT,
+        bottom: top + PLOT_HEIGHT,
+    };
+    let position = plot(map.bottom + 76.0);
+    let heading = plot(position.bottom + 34.0);
+    let title = headline(trace);
+    paint((WIDTH, heading.bottom + 50.0), &title, |canvas| {
+        draw_title(canvas, &title, &details(trace, &time))?;
+        let left_map = view.draw(canvas, map, trace, &time)?;
+        panel.draw(canvas, &beside, &time, left_map)?;
+        errors::draw(canvas, position, heading, trace, &time)
+    })
+}
+
+fn draw_title(canvas: &mut Canvas<'_>, title: &str, details: &str) -> Result<(), PictureError> {
+    canvas.text([MARGIN_LEFT, 36.0], Anchor::Start, 23.0, &INK, title)?;
+    canvas.text([MARGIN_LEFT, 60.0], Anchor::Start, 14.0, &SOFT_INK, details)
+}
+
+/// Scenario, and what identifies the run.
+fn headline(trace: &RunTrace) -> String {
+    let mut title = shortened(&trace.scenario, LONGEST_TITLE - 24);
+    if let Some(seed) = trace.seed {
+        title.push_str(&format!(" · seed {seed}"));
+    }
+    if !trace.digest.is_empty() {
+        title.push_str(" · digest ");
+        title.extend(trace.digest.chars().take(12));
+    }
+    title
+}
+
+fn details(trace: &RunTrace, time: &Timeline) -> String {
+    let ticks = trace.ticks();
+    let truths = trace.ticks_with_truth();
+    let mut parts = vec![format!("{ticks} tick{}", if ticks == 1 { "" } else { "s" })];
+    if truths < ticks {
+        parts.push(format!("{truths} with a known truth"));
+    }
+    if ticks > 1 {
+        parts.push(format!("{:.1} s", time.span_s()));
+    }
+    if truths > 1 {
+        parts.push(format!("{:.1} m driven", distance_driven_m(trace)));
+    }
+    if !trace.world.name.is_empty() {
+        parts.push(format!("world {}", shortened(&trace.world.name, 40)));
+    }
+    parts.join(" · ")
+}
+
+fn shortened(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.to_owned();
+    }
+    text.chars().take(most - 1).chain(['…']).collect()
+}
+
+#[cfg(test)]
+#[path = "picture_tests.rs"]
+mod tests;

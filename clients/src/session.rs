@@ -1,0 +1,232 @@
+//! `Session`: one participant's part in a run, live or on a log.
+
+use std::fs;
+use std::io::Read as _;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use rusty_contract::answer::Message;
+use rusty_contract::{Brief, Frame, JoinRequest, Phase, Reply, Start, Tally, TruthKey};
+use rusty_link::{BorrowedFrame, ClientLink, Domain, Incoming};
+
+use crate::log_session::LogSession;
+use crate::{ClientArgs, ClientError, Tick};
+
+/// How long a wait lasts before it looks around; it is repeated for ever.
+const SLICE: Duration = Duration::from_millis(500);
+
+/// One participant's part in a run. Dropped after the last frame it says
+/// goodbye; dropped before, it tells the server that it failed.
+pub struct Session {
+    source: Source,
+    start: Start,
+    stop: Arc<AtomicBool>,
+    ending: Option<Phase>,
+    failed: bool,
+}
+
+enum Source {
+    Live(Box<ClientLink>),
+    Log(Box<LogSession>),
+}
+
+/// A frame in shared memory, or one read from a log.
+pub(crate) enum FrameHandle {
+    Live(BorrowedFrame),
+    Log(std::rc::Rc<Frame>),
+}
+
+impl std::ops::Deref for FrameHandle {
+    type Target = Frame;
+
+    fn deref(&self) -> &Frame {
+        match self {
+            Self::Live(frame) => frame,
+            Self::Log(frame) => frame,
+        }
+    }
+}
+
+impl Session {
+    /// Joins the run of `--run`, or opens the log of `--log`.
+    ///
+    /// # Errors
+    /// [`ClientError`], for instance the server's refusal in its own words.
+    pub fn join(args: &ClientArgs) -> Result<Self, ClientError> {
+        let stop = Arc::new(AtomicBool::new(false));
+        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+            // Without a handler the signal ends the process, which the server
+            // notices as well; so a failure to register is no reason to stop.
+            let _ = signal_hook::flag::register(signal, Arc::clone(&stop));
+        }
+        let name = args.name();
+        let (source, start) = match (&args.run, &args.log) {
+            (Some(run), _) => {
+                let version = concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION"));
+                let awake_ns = args.wait.awake_ns();
+                let request = JoinRequest::new(&name, std::process::id(), awake_ns, version);
+                let timeout = Duration::try_from_secs_f64(args.join_timeout).unwrap_or_default();
+                let link = ClientLink::join(run, &request, args.wait, timeout, &stop)?;
+                let start = link.start().clone();
+                (Source::Live(Box::new(link)), start)
+            }
+            (None, Some(log)) => {
+                let session = LogSession::open(log, &name, args.out.as_deref())?;
+                let start = session.start().clone();
+                (Source::Log(Box::new(session)), start)
+            }
+            (None, None) => {
+                let remedy = "give --run NAME or --log PATH";
+                return Err(ClientError::Unusable(remedy.to_owned()));
+            }
+        };
+        Ok(Self { source, start, stop, ending: None, failed: false })
+    }
+
+    /// What this participant is told: time step, robot, LiDAR, and map and
+    /// initial pose where they are given.
+    #[must_use]
+    pub fn start(&self) -> &Start {
+        &self.start
+    }
+
+    /// The next tick; `None` after the last. Answer it: a tick that is dropped
+    /// without an answer abstains.
+    ///
+    /// # Errors
+    /// [`ClientError::Link`] if the server is gone.
+    #[allow(clippy::should_implement_trait)] // a tick borrows the session: no iterator can
+    pub fn next(&mut self) -> Result<Option<Tick<'_>>, ClientError> {
+        match self.next_frame()? {
+            Some(frame) => Ok(Some(Tick::new(self, frame))),
+            None => Ok(None),
+        }
+    }
+
+    pub(crate) fn next_frame(&mut self) -> Result<Option<FrameHandle>, ClientError> {
+        if self.ending.is_some() {
+            return Ok(None);
+        }
+        let frame = match &mut self.source {
+            Source::Live(link) => loop {
+                match link.wait_frame(SLICE, &self.stop)? {
+                    Incoming::Frame(frame) if frame.run_id == self.start.run_id => {
+                        break FrameHandle::Live(frame);
+                    }
+                    Incoming::Frame(_) | Incoming::Nothing => {}
+                }
+            },
+            Source::Log(log) => match log.next()? {
+                Some(frame) => FrameHandle::Log(frame),
+                None => {
+                    self.ending = Some(Phase::Done);
+                    return Ok(None);
+                }
+            },
+        };
+        match frame.phase() {
+            Phase::Tick => Ok(Some(frame)),
+            phase => {
+                self.ending = Some(phase);
+                Ok(None)
+            }
+        }
+    }
+
+    pub(crate) fn reply(&mut self, frame: &FrameHandle, reply: Reply) -> Result<(), ClientError> {
+        let tick = frame.tick();
+        reply.check().map_err(|error| ClientError::Answer { tick, error })?;
+        match (&mut self.source, frame) {
+            (Source::Live(link), FrameHandle::Live(frame)) => {
+                link.answer(frame, &Message::Reply(reply))?;
+            }
+            (Source::Log(log), _) => log.reply(frame, reply)?,
+            (Source::Live(_), FrameHandle::Log(_)) => {}
+        }
+        Ok(())
+    }
+
+    /// The answers of the next complete tick (scorers and loggers).
+    pub(crate) fn next_tally(&mut self) -> Result<Option<Box<Tally>>, ClientError> {
+        match &mut self.source {
+            Source::Live(link) => Ok(link.next_tally()?),
+            Source::Log(_) => Ok(None),
+        }
+    }
+
+    /// Reads the key and opens what only scorers and loggers are told.
+    pub(crate) fn brief(&self, args: &ClientArgs) -> Result<(TruthKey, Brief), ClientError> {
+        let Some(sealed) = &self.start.sealed_brief else {
+            let (name, role) = (&self.start.name, self.start.role);
+            return Err(ClientError::Unusable(format!(
+                "{name:?} has the role {role} in this run; a scorer or logger needs its own role"
+            )));
+        };
+        let key = match &self.source {
+            Source::Live(_) => read_key(args, &self.start.name)?,
+            Source::Log(log) => log.key().clone(),
+        };
+        let json = key.open_brief(self.start.run_id, sealed)?;
+        let brief = serde_json::from_slice(&json)
+            .map_err(|e| ClientError::Unusable(format!("the run's brief cannot be read: {e}")))?;
+        Ok((key, brief))
+    }
+
+    /// What a log recorded beside the frame that was read last.
+    pub(crate) fn recorded_replies(&self) -> Option<&[Reply]> {
+        match &self.source {
+            Source::Live(_) => None,
+            Source::Log(log) => Some(log.recorded_replies()),
+        }
+    }
+
+    /// How the run ended, once it has.
+    #[must_use]
+    pub fn ending(&self) -> Option<Phase> {
+        self.ending
+    }
+
+    /// Whether the log it works on was cut off before its end.
+    #[must_use]
+    pub fn log_was_cut(&self) -> bool {
+        matches!(&self.source, Source::Log(log) if log.was_cut())
+    }
+
+    /// Marks the part as failed: the server is told so at the end.
+    pub(crate) fn fail(&mut self) {
+        self.failed = true;
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        let Source::Live(link) = &mut self.source else { return };
+        let well = self.ending.is_some() && !self.failed && !std::thread::panicking();
+        let message = if well { Message::Goodbye } else { Message::Failed };
+        // If the server is gone nobody misses it.
+        let _ = link.send_raw(rusty_contract::Answer::carrying(&message));
+    }
+}
+
+/// The key by the private channel: standard input, a file that was named, or
+/// the file in the run's folder.
+fn read_key(args: &ClientArgs, name: &str) -> Result<TruthKey, ClientError> {
+    let mut text = String::new();
+    if args.key_stdin {
+        let path = std::path::Path::new("standard input");
+        std::io::stdin().take(4096).read_to_string(&mut text).map_err(ClientError::io(path))?;
+    } else {
+        let file = match (&args.key_file, &args.run) {
+            (Some(file), _) => file.clone(),
+            (None, Some(run)) => Domain::base().join(run.as_str()).join("key"),
+            (None, None) => return Err(ClientError::NoKey(name.to_owned())),
+        };
+        match fs::read_to_string(&file) {
+            Ok(read) => text = read,
+            Err(_) if args.key_file.is_none() => return Err(ClientError::NoKey(name.to_owned())),
+            Err(e) => return Err(ClientError::io(&file)(e)),
+        }
+    }
+    Ok(TruthKey::from_hex(&text)?)
+}

@@ -1,0 +1,90 @@
+//! `Tick`: one frame, and the duty to answer it.
+
+use rusty_contract::Reply;
+use rusty_geometry::{EncoderTicks, Twist};
+
+use crate::session::FrameHandle;
+use crate::{ClientError, Session};
+
+/// One tick of the world, read where it lies. [`answer`](Self::answer) it;
+/// dropped without an answer it abstains.
+pub struct Tick<'a> {
+    session: &'a mut Session,
+    frame: FrameHandle,
+    answered: bool,
+}
+
+impl<'a> Tick<'a> {
+    pub(crate) fn new(session: &'a mut Session, frame: FrameHandle) -> Self {
+        Self { session, frame, answered: false }
+    }
+
+    /// Number of the tick, from 0.
+    #[must_use]
+    pub fn tick(&self) -> u64 {
+        self.frame.tick()
+    }
+
+    /// Time at the end of the tick, s.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        self.frame.time_s()
+    }
+
+    /// Cumulative encoder counts at the end of the tick.
+    #[must_use]
+    pub fn ticks(&self) -> EncoderTicks {
+        self.frame.ticks()
+    }
+
+    /// The command that was applied during the tick, body frame.
+    #[must_use]
+    pub fn command(&self) -> Twist {
+        self.frame.command()
+    }
+
+    /// The scan taken at the end of the tick, if there is one: ranges in
+    /// metres, one per beam, in shared memory.
+    #[must_use]
+    pub fn ranges_m(&self) -> Option<&[f64]> {
+        self.frame.ranges_m()
+    }
+
+    /// Answers with an estimate (a pose, or an `Estimate` with covariance), a
+    /// command, or any other `Reply`. The answer is the acknowledgement: only
+    /// when all have answered does the next tick happen.
+    ///
+    /// # Errors
+    /// [`ClientError::Answer`] names a number that is none; the tick then
+    /// abstains.
+    pub fn answer(mut self, reply: impl Into<Reply>) -> Result<(), ClientError> {
+        self.reply(reply.into())
+    }
+
+    pub(crate) fn reply(&mut self, reply: Reply) -> Result<(), ClientError> {
+        self.session.reply(&self.frame, reply)?;
+        self.answered = true;
+        Ok(())
+    }
+
+    /// Leaves the tick without a word: the server hears of the failure when
+    /// the session goes.
+    pub(crate) fn fail(mut self) {
+        self.answered = true;
+        self.session.fail();
+    }
+}
+
+impl Drop for Tick<'_> {
+    fn drop(&mut self) {
+        if self.answered {
+            return;
+        }
+        if std::thread::panicking() {
+            self.session.fail();
+        } else {
+            // If the server is gone, the next look for a frame says so.
+            let _ = self.session.reply(&self.frame, Reply::Abstain);
+        }
+    }
+}

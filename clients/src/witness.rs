@@ -1,0 +1,169 @@
+//! `Witness`: a scorer or logger as a type, and the loop that runs it.
+//!
+//! A witness holds the key. It acknowledges every frame at once and works on a
+//! tick when the answers to it are in, which is while the estimators work on
+//! the next one.
+
+use rusty_contract::{Brief, Exit, Frame, Phase, Reply, RunDigest, Start, Tally, TruthKey};
+use rusty_geometry::SE2;
+use rusty_link::LinkError;
+
+use crate::session::FrameHandle;
+use crate::{ClientArgs, ClientError, Session};
+
+/// A complete tick: the frame, the truth, and what everyone answered.
+pub struct Step<'a> {
+    /// The frame, where it lies.
+    pub frame: &'a Frame,
+    /// True pose in the world frame, where known.
+    pub truth: Option<SE2>,
+    /// Replies of the answering participants, in roster order.
+    pub replies: &'a [Reply],
+    /// The digests up to and with this tick, computed by this process.
+    pub digest: RunDigest,
+}
+
+/// Someone who is shown everything and says nothing.
+pub trait Witness: Sized {
+    /// Begins, knowing all.
+    ///
+    /// # Errors
+    /// Whatever keeps it from working; the server is told.
+    fn start(start: &Start, brief: &Brief, args: &ClientArgs) -> Result<Self, ClientError>;
+
+    /// Looks at one complete tick.
+    ///
+    /// # Errors
+    /// Whatever keeps it from working; the server is told.
+    fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError>;
+
+    /// The run is over.
+    ///
+    /// # Errors
+    /// Whatever kept it from finishing; the server is told.
+    fn finish(self, ending: Ending) -> Result<Exit, ClientError>;
+}
+
+/// How a run ended for a witness.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// The server said so; every tick it made was seen.
+    Told(Phase),
+    /// The log it reads is complete.
+    LogEnd,
+    /// The log it reads was cut off.
+    LogCut,
+    /// The server is gone without a word, or this process was asked to stop.
+    Broken,
+}
+
+/// Runs a witness to the end of a run or log.
+pub fn run_witness<W: Witness>(args: &ClientArgs) -> Exit {
+    match drive::<W>(args) {
+        Ok(exit) => exit,
+        Err(e) => {
+            eprintln!("{}: {e}", args.name());
+            e.exit()
+        }
+    }
+}
+
+fn drive<W: Witness>(args: &ClientArgs) -> Result<Exit, ClientError> {
+    let mut session = Session::join(args)?;
+    let result = watch::<W>(&mut session, args);
+    if result.is_err() {
+        session.fail();
+    }
+    result
+}
+
+fn watch<W: Witness>(session: &mut Session, args: &ClientArgs) -> Result<Exit, ClientError> {
+    let (key, brief) = session.brief(args)?;
+    let answering = brief.header.answering().count();
+    let mut witness = W::start(session.start(), &brief, args)?;
+    let mut state = State { key, digest: RunDigest::default(), replies: vec![Reply::Missing; answering] };
+    let mut waiting: Option<FrameHandle> = None;
+    let broken = loop {
+        let frame = match session.next_frame() {
+            Ok(frame) => frame,
+            Err(ClientError::Link(e @ (LinkError::ServerGone { .. } | LinkError::Stopped))) => {
+                break Some(e);
+            }
+            Err(e) => return Err(e),
+        };
+        if let Some(frame) = &frame {
+            session.reply(frame, Reply::Taken)?;
+        }
+        // The answers to the frame before this one are in by now.
+        if let Some(frame) = waiting.take() {
+            complete(session, &mut witness, &mut state, &frame)?;
+        }
+        match frame {
+            Some(frame) if session.recorded_replies().is_some() => {
+                complete(session, &mut witness, &mut state, &frame)?;
+            }
+            Some(frame) => waiting = Some(frame),
+            None => break None,
+        }
+    };
+    if let (Some(e), Some(frame)) = (&broken, waiting) {
+        eprintln!("{}: {e}", args.name());
+        // The last tick counts if it was completed before the end.
+        let _ = complete(session, &mut witness, &mut state, &frame);
+    }
+    let ending = match (broken, session.ending()) {
+        (Some(_), _) | (None, None) => Ending::Broken,
+        (None, Some(_)) if session.log_was_cut() => Ending::LogCut,
+        (None, Some(_)) if session.recorded_replies().is_some() => Ending::LogEnd,
+        (None, Some(phase)) => Ending::Told(phase),
+    };
+    witness.finish(ending)
+}
+
+struct State {
+    key: TruthKey,
+    digest: RunDigest,
+    replies: Vec<Reply>,
+}
+
+fn complete<W: Witness>(
+    session: &mut Session,
+    witness: &mut W,
+    state: &mut State,
+    frame: &FrameHandle,
+) -> Result<(), ClientError> {
+    let truth = frame.open_truth(&state.key)?.map(|t| t.pose_in_world());
+    state.digest.absorb_frame(frame, truth);
+    let mut expected = None;
+    if let Some(recorded) = session.recorded_replies() {
+        state.replies.clear();
+        state.replies.extend_from_slice(recorded);
+    } else {
+        let Some(tally) = tally_of(session, frame.tick())? else {
+            // The run was aborted in the middle of this tick: it does not count.
+            return Ok(());
+        };
+        state.replies.clear();
+        state.replies.extend(tally.entries().iter().map(|e| e.reply()));
+        expected = Some(tally.run_digest);
+    }
+    state.digest.absorb_replies(state.replies.iter().copied());
+    if expected.is_some_and(|digest| digest != state.digest.run()) {
+        return Err(ClientError::Unusable(format!(
+            "tick {}: what was read does not have the digest the server has; do not trust this run",
+            frame.tick()
+        )));
+    }
+    let step = Step { frame, truth, replies: &state.replies, digest: state.digest };
+    witness.step(&step)
+}
+
+/// The tally of `tick`: it was published before the frame after it.
+fn tally_of(session: &mut Session, tick: u64) -> Result<Option<Box<Tally>>, ClientError> {
+    while let Some(tally) = session.next_tally()? {
+        if tally.tick == tick {
+            return Ok(Some(tally));
+        }
+    }
+    Ok(None)
+}

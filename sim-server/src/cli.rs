@@ -1,0 +1,259 @@
+//! The command line: arguments in, one verb called, an exit code out.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use rusty_contract::{Exit, RunName};
+use rusty_link::WaitPolicy;
+
+use crate::run::Pace;
+use crate::verbs;
+
+/// A lockstep robot simulator: one world, published tick by tick into shared
+/// memory, to processes that must answer before time goes on.
+#[derive(Parser)]
+#[command(name = "sim-server", version, after_help = AFTER_HELP, propagate_version = true)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  sim-server launch                              the Apartment, dead reckoning, scores, picture
+  sim-server launch --seed 7 --ticks 3000        another seed, a minute
+  sim-server launch --add mine=./target/release/mine   your own filter beside it
+  sim-server verify runs/NAME/run.log            the same bits again?
+  sim-server replay runs/NAME/run.log            the same frames to the same clients
+
+Results go to stdout, talk to stderr; --json prints one JSON document.
+Exit codes: 0 done, 1 failed, 2 wrong usage, 3 finished but something was lost
+(a participant, data, or the end of the run), 4 not bit-exact.";
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Run a scenario: server and participants as processes; table, digest, picture
+    Launch(LaunchArgs),
+    /// Serve a scenario; participants join by name and are started by hand
+    Serve(ServeArgs),
+    /// Play a log to the same participants again, in lockstep
+    Replay(ReplayArgs),
+    /// Simulate a log's run again and compare every bit
+    Verify(LogArgs),
+    /// Compare two logs: first tick, field and bits that differ
+    Diff(DiffArgs),
+    /// Say what is in a log
+    Info(InfoArgs),
+    /// List the built-in worlds, draw one, or scan it without noise
+    Worlds(WorldsArgs),
+    /// Print the layout of the structs in shared memory
+    Layout(JsonArgs),
+    /// Make a run log from the recording of a real robot
+    #[command(subcommand)]
+    Import(ImportVerb),
+    /// Remove what dead runs left in shared memory; living ones stay
+    Clean(JsonArgs),
+}
+
+/// What all runs share.
+#[derive(Args, Clone, Debug)]
+pub struct RunArgs {
+    /// Name of the run [default: the scenario's and a random ending]
+    #[arg(long, value_name = "NAME")]
+    pub run: Option<RunName>,
+    /// Folder for log, scores and picture [default: runs/NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Simulated time: max, real, or a factor such as 2.5
+    #[arg(long, default_value = "max", value_name = "P")]
+    pub pace: Pace,
+    /// How everyone waits: balanced, spin (a core each) or block
+    #[arg(long, default_value_t, value_name = "HOW")]
+    pub wait: WaitPolicy,
+    /// How long an answer may take, s [default: the scenario's]
+    #[arg(long, value_name = "SECONDS")]
+    pub answer_timeout: Option<f64>,
+    /// How long the participants may take to join, s [default: the scenario's]
+    #[arg(long, value_name = "SECONDS")]
+    pub join_timeout: Option<f64>,
+    /// Add an estimator: NAME, or NAME=COMMAND to have it started
+    #[arg(long, value_name = "NAME[=COMMAND]")]
+    pub add: Vec<String>,
+    /// Leave a participant out
+    #[arg(long, value_name = "NAME")]
+    pub without: Vec<String>,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+    /// Show no progress
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// Which scenario, and what to change in it.
+#[derive(Args, Clone, Debug)]
+pub struct ScenarioArgs {
+    /// A scenario file, or one of: apartment, patrol, figure-eight, hallway, driver
+    #[arg(default_value = "apartment")]
+    pub scenario: String,
+    /// Seed of all noise [default: the scenario's]
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Number of ticks [default: the scenario's]
+    #[arg(long)]
+    pub ticks: Option<u64>,
+    /// Change a field, e.g. --set robot.slip_std=0.05
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub changes: Vec<String>,
+}
+
+/// `launch`.
+#[derive(Args, Clone, Debug)]
+pub struct LaunchArgs {
+    /// The scenario.
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
+    /// The run.
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// `serve`.
+#[derive(Args, Clone, Debug)]
+pub struct ServeArgs {
+    /// The scenario.
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
+    /// The run.
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// `replay`.
+#[derive(Args, Clone, Debug)]
+pub struct ReplayArgs {
+    /// The log to play
+    pub log: PathBuf,
+    /// Start nobody; wait for participants started by hand
+    #[arg(long)]
+    pub attach: bool,
+    /// The run.
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// A verb about one log.
+#[derive(Args, Clone, Debug)]
+pub struct LogArgs {
+    /// The log
+    pub log: PathBuf,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `diff`.
+#[derive(Args, Clone, Debug)]
+pub struct DiffArgs {
+    /// One log
+    pub a: PathBuf,
+    /// The other
+    pub b: PathBuf,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `info`.
+#[derive(Args, Clone, Debug)]
+pub struct InfoArgs {
+    /// The log
+    pub log: PathBuf,
+    /// One tick instead, from 0
+    #[arg(long, value_name = "N")]
+    pub tick: Option<u64>,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `worlds`.
+#[derive(Args, Clone, Debug)]
+pub struct WorldsArgs {
+    /// A built-in world, or a world file
+    pub name: Option<String>,
+    /// Scan it without noise from this sensor pose, in m, m, rad
+    #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, requires = "name")]
+    pub scan: Option<String>,
+    /// Beams of the scan, over the full circle
+    #[arg(long, default_value_t = 180)]
+    pub beams: u32,
+    /// Longest range of the scan, m
+    #[arg(long, default_value_t = 8.0)]
+    pub range_max: f64,
+    /// Draw it into this SVG file
+    #[arg(long, value_name = "FILE", requires = "name")]
+    pub svg: Option<PathBuf>,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A verb with nothing to say but how to print.
+#[derive(Args, Clone, Debug)]
+pub struct JsonArgs {
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Subcommand)]
+enum ImportVerb {
+    /// A CARMEN log (ODOM and FLASER lines), plain or gzip
+    Carmen(CarmenArgs),
+}
+
+/// `import carmen`.
+#[derive(Args, Clone, Debug)]
+pub struct CarmenArgs {
+    /// The recording
+    pub input: PathBuf,
+    /// The run log to write
+    #[arg(short, long, value_name = "LOG")]
+    pub output: PathBuf,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Parses the command line and does what it says.
+#[must_use]
+pub fn main() -> Exit {
+    let done = match Cli::parse().verb {
+        Verb::Launch(args) => verbs::launch(&args),
+        Verb::Serve(args) => verbs::serve(&args),
+        Verb::Replay(args) => verbs::replay(&args),
+        Verb::Verify(args) => verbs::verify(&args),
+        Verb::Diff(args) => verbs::diff(&args),
+        Verb::Info(args) => verbs::info(&args),
+        Verb::Worlds(args) => verbs::worlds(&args),
+        Verb::Layout(args) => verbs::layout(&args),
+        Verb::Import(ImportVerb::Carmen(args)) => verbs::import_carmen(&args),
+        Verb::Clean(args) => verbs::clean(&args),
+    };
+    done.unwrap_or_else(|e| {
+        eprintln!("sim-server: {e}");
+        e.exit()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

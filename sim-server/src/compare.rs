@@ -1,0 +1,166 @@
+//! Two ticks, field by field, bit by bit.
+
+use rusty_contract::Reply;
+use rusty_contract::log::TickRecord;
+use serde::Serialize;
+
+use crate::bits;
+
+/// The first thing that differs between two ticks.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mismatch {
+    /// The tick.
+    pub tick: u64,
+    /// The field: `left_ticks`, `truth.x_m`, `ranges_m[17]`, `dead-reckoning.y_m`, …
+    pub field: String,
+    /// One value, with its bits.
+    pub a: String,
+    /// The other value, with its bits.
+    pub b: String,
+}
+
+impl std::fmt::Display for Mismatch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "tick {}, {}: {} and {}", self.tick, self.field, self.a, self.b)
+    }
+}
+
+/// Compares two frames (and truths) of the same tick.
+#[must_use]
+pub fn frames(a: &TickRecord, b: &TickRecord, dt_s: f64) -> Option<Mismatch> {
+    let at = |field: &str, x: String, y: String| {
+        Some(Mismatch { tick: a.tick, field: field.to_owned(), a: x, b: y })
+    };
+    if a.tick != b.tick {
+        return at("tick", a.tick.to_string(), b.tick.to_string());
+    }
+    for (field, x, y) in [
+        ("left_ticks", a.ticks.left, b.ticks.left),
+        ("right_ticks", a.ticks.right, b.ticks.right),
+    ] {
+        if x != y {
+            return at(field, format!("{x} (bits {x:016x})"), format!("{y} (bits {y:016x})"));
+        }
+    }
+    for (field, x, y) in [
+        ("time_s", a.time_s(dt_s), b.time_s(dt_s)),
+        ("command.v_m_s", a.command.v_m_s, b.command.v_m_s),
+        ("command.omega_rad_s", a.command.omega_rad_s, b.command.omega_rad_s),
+    ] {
+        if x.to_bits() != y.to_bits() {
+            return at(field, bits::show(x), bits::show(y));
+        }
+    }
+    let names = ["truth.x_m", "truth.y_m", "truth.theta_rad"];
+    if let Some((field, x, y)) = lists(a.truth.as_ref(), b.truth.as_ref(), "truth", |i| names[i].to_owned()) {
+        return at(&field, x, y);
+    }
+    let (x, y) = (a.ranges_m.as_ref(), b.ranges_m.as_ref());
+    let found = lists(x, y, "ranges_m", |i| format!("ranges_m[{i}] (beam {i})"));
+    found.and_then(|(field, x, y)| at(&field, x, y))
+}
+
+/// Compares two optional lists of numbers; says field and both values.
+fn lists(
+    a: Option<impl AsRef<[f64]>>,
+    b: Option<impl AsRef<[f64]>>,
+    whole: &str,
+    name: impl Fn(usize) -> String,
+) -> Option<(String, String, String)> {
+    let length = |l: Option<usize>| l.map_or("absent".to_owned(), |n| format!("{n} values"));
+    let (na, nb) = (a.as_ref().map(|l| l.as_ref().len()), b.as_ref().map(|l| l.as_ref().len()));
+    if na != nb {
+        return Some((whole.to_owned(), length(na), length(nb)));
+    }
+    let (a, b) = (a?, b?);
+    let i = a.as_ref().iter().zip(b.as_ref()).position(|(x, y)| x.to_bits() != y.to_bits())?;
+    Some((name(i), bits::show(a.as_ref()[i]), bits::show(b.as_ref()[i])))
+}
+
+/// Compares the replies to the same tick; `names` are the answering
+/// participants'.
+#[must_use]
+pub fn replies(tick: u64, names: &[String], a: &[Reply], b: &[Reply]) -> Option<Mismatch> {
+    if a.len() != b.len() {
+        let (x, y) = (a.len().to_string(), b.len().to_string());
+        return Some(Mismatch { tick, field: "number of replies".to_owned(), a: x, b: y });
+    }
+    let i = a.iter().zip(b).position(|(x, y)| !bits::same(x, y))?;
+    let name = names.get(i).map_or_else(|| format!("reply {i}"), Clone::clone);
+    let (va, vb) = (bits::reply_values(&a[i]), bits::reply_values(&b[i]));
+    let same_kind = std::mem::discriminant(&a[i]) == std::mem::discriminant(&b[i]);
+    let field = va.iter().zip(&vb).find(|(x, y)| x.1.to_bits() != y.1.to_bits());
+    Some(match field {
+        Some((x, y)) if same_kind && va.len() == vb.len() => Mismatch {
+            tick,
+            field: format!("{name}.{}", x.0),
+            a: bits::show(x.1),
+            b: bits::show(y.1),
+        },
+        _ => Mismatch {
+            tick,
+            field: format!("{name}, kind of reply"),
+            a: format!("{:?}", a[i]),
+            b: format!("{:?}", b[i]),
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rusty_geometry::{EncoderTicks, SE2, Twist};
+
+    fn record() -> TickRecord {
+        TickRecord {
+            tick: 3,
+            stamp_s: None,
+            ticks: EncoderTicks { left: 5, right: -5 },
+            command: Twist { v_m_s: 0.5, omega_rad_s: 0.0 },
+            truth: Some([1.0, 2.0, 3.0]),
+            ranges_m: Some(vec![1.0, 2.5]),
+            replies: vec![SE2::new(1.0, 2.0, 3.0).into()],
+        }
+    }
+
+    #[test]
+    fn one_bit_of_a_range_is_named_with_beam_values_and_bits() {
+        let (a, mut b) = (record(), record());
+        assert_eq!(frames(&a, &b, 0.02), None);
+        b.ranges_m = Some(vec![1.0, f64::from_bits(2.5f64.to_bits() ^ 1)]);
+        let text = frames(&a, &b, 0.02).unwrap().to_string();
+        assert!(text.contains("tick 3, ranges_m[1] (beam 1): 2.5 (bits 4004000000000000)"), "{text}");
+        assert!(text.contains("(bits 4004000000000001)"), "{text}");
+    }
+
+    #[test]
+    fn every_field_is_seen() {
+        let changes: [fn(&mut TickRecord); 8] = [
+            |r| r.tick = 4,
+            |r| r.stamp_s = Some(0.1),
+            |r| r.ticks.left = 6,
+            |r| r.ticks.right = 6,
+            |r| r.command.omega_rad_s = -0.0,
+            |r| r.truth = None,
+            |r| r.truth = Some([1.0, 2.0, 3.5]),
+            |r| r.ranges_m = None,
+        ];
+        for (i, change) in changes.iter().enumerate() {
+            let mut b = record();
+            change(&mut b);
+            assert!(frames(&record(), &b, 0.02).is_some(), "change {i}");
+        }
+    }
+
+    #[test]
+    fn a_reply_is_named_by_participant_and_field() {
+        let names = ["dr".to_owned()];
+        let a = record().replies;
+        let b: Vec<Reply> = vec![SE2::new(1.0, 2.5, 3.0).into()];
+        let text = replies(3, &names, &a, &b).unwrap().to_string();
+        assert!(text.contains("dr.y_m: 2.0 (bits"), "{text}");
+        assert!(replies(3, &names, &a, &[Reply::Abstain]).unwrap().field.contains("kind"));
+        assert!(replies(3, &names, &a, &[]).is_some());
+        assert_eq!(replies(3, &names, &a, &a), None);
+    }
+}

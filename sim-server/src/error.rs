@@ -1,0 +1,91 @@
+//! What a verb can fail with.
+
+use rusty_contract::Exit;
+use rusty_contract::log::LogError;
+use rusty_contract::{FieldError, NameError};
+use rusty_link::{DomainError, LinkError};
+use rusty_sim::SimError;
+use thiserror::Error;
+
+use crate::import::ImportError;
+use crate::run::ChildrenError;
+use crate::scenario_file::SetupError;
+
+/// What a verb can fail with. Every text names place, value and remedy.
+#[derive(Debug, Error)]
+pub enum VerbError {
+    /// A scenario or world.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// A field or argument.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// A name.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// The world cannot be made.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// A log.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A recording.
+    #[error(transparent)]
+    Import(#[from] ImportError),
+    /// The run's place on this machine.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
+    /// Shared memory.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// A participant cannot be started.
+    #[error(transparent)]
+    Children(#[from] ChildrenError),
+    /// The operating system says no.
+    #[error("{path}: {error}")]
+    Io {
+        /// The file or folder.
+        path: String,
+        /// What it said.
+        error: std::io::Error,
+    },
+    /// No randomness for the run's key.
+    #[error("the operating system gives no random bytes for the run's key: {0}")]
+    Random(getrandom::Error),
+    /// A tick that the log does not have.
+    #[error("{log} has no tick {tick}: it has {ticks} ticks, numbered from 0")]
+    NoSuchTick {
+        /// The log.
+        log: String,
+        /// Asked for.
+        tick: u64,
+        /// Present.
+        ticks: u64,
+    },
+    /// A drawing failed.
+    #[error("cannot draw {path}: {why}")]
+    Draw {
+        /// The file.
+        path: String,
+        /// The plotting library's words.
+        why: String,
+    },
+}
+
+impl VerbError {
+    /// Wraps an error about a file.
+    pub fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.display().to_string();
+        move |error| Self::Io { path, error }
+    }
+
+    /// The exit code that goes with it: wrong input is wrong usage.
+    #[must_use]
+    pub fn exit(&self) -> Exit {
+        match self {
+            Self::Setup(_) | Self::Field(_) | Self::Name(_) | Self::Sim(_)
+            | Self::NoSuchTick { .. } => Exit::Usage,
+            _ => Exit::Failed,
+        }
+    }
+}

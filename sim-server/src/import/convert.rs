@@ -1,0 +1,236 @@
+//! From a recording to a run log on disk.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use rusty_contract::log::{LogError, LogWriter, TickRef, Trailer};
+use rusty_contract::{Frame, Reply, RunDigest, TruthKey};
+use rusty_geometry::Twist;
+
+use super::plan::{Plan, plan};
+use super::recording::{Event, Recording};
+use super::survey::{Survey, drive, look};
+use super::wheels::{Mount, Tick, Wheels};
+use super::{ImportError, ImportReport, Progress};
+
+/// Frames are sealed on the way to their digest, and digests do not depend on
+/// the key; nothing sealed with it is written.
+const ANY_KEY: [u8; 32] = [0; 32];
+
+/// Imports the CARMEN log `input`, plain or gzip, into the run log `output`.
+///
+/// Each odometry reading and each scan becomes one tick, in file order and with
+/// the file's own stamp as its time, bit for bit (a record that holds no stamp
+/// has the one that `dt_s` implies, as in every run log). Scans carry the corrected pose as truth. The header
+/// names `writer`, the file without its folder, and in its remarks all that the
+/// conversion assumed or left out.
+///
+/// `input` is read three times; `progress` hears how many of its lines are done,
+/// ending with all of them. The log is written beside `output` under another
+/// name and renamed when it is complete, so that an existing file is replaced
+/// by a whole log or not at all.
+///
+/// # Errors
+/// [`ImportError`] names file, line, field, value and remedy. A log without
+/// scans is no error; one without odometry is.
+pub fn import_carmen(
+    input: &Path,
+    output: &Path,
+    writer: &str,
+    progress: &mut dyn FnMut(u64),
+) -> Result<ImportReport, ImportError> {
+    check_two_files(input, output)?;
+    let mut progress = Progress::new(progress);
+
+    let mut recording = Recording::open(input)?;
+    let survey = look(&mut recording, &mut progress)?;
+    progress.pass(recording.line());
+    if !survey.has_odometry() {
+        return Err(no_odometry(input, &survey));
+    }
+
+    let mount = survey.mount();
+    let mut recording = Recording::open(input)?;
+    let driven = drive(&mut recording, mount, survey.range_max_m().0, &mut progress)?;
+    progress.pass(recording.line());
+
+    let plan = plan(input, writer, &survey, &driven)?;
+    let mut recording = Recording::open(input)?;
+    write(&mut recording, output, &plan, mount, &mut progress)?;
+    progress.pass(recording.line());
+    Ok(plan.report)
+}
+
+fn check_two_files(input: &Path, output: &Path) -> Result<(), ImportError> {
+    // A path that cannot be resolved is told where it is opened.
+    match (input.canonicalize(), output.canonicalize()) {
+        (Ok(from), Ok(to)) if from == to => Err(ImportError::SameFile {
+            path: output.display().to_string(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn no_odometry(input: &Path, survey: &Survey) -> ImportError {
+    let mut hint = String::new();
+    if survey.scans > 0 {
+        hint += &format!(
+            "; {} scans alone do not tell how the wheels turned",
+            survey.scans
+        );
+    }
+    if !survey.skipped.is_empty() {
+        let types: Vec<&str> = survey.skipped.keys().take(8).map(String::as_str).collect();
+        hint += &format!("; what stands there is {}", types.join(", "));
+    }
+    ImportError::NoOdometry {
+        path: input.display().to_string(),
+        lines: survey.lines,
+        hint,
+    }
+}
+
+/// Reads the recording once more and writes the run log.
+fn write(
+    recording: &mut Recording,
+    output: &Path,
+    plan: &Plan,
+    mount: Mount,
+    progress: &mut Progress<'_>,
+) -> Result<(), ImportError> {
+    let partial = Partial::create(output)?;
+    let buffer = BufWriter::with_capacity(1 << 16, partial.file(output)?);
+    let mut log = LogWriter::new(buffer, output, &plan.header)?;
+    let mut wheels = Wheels::new(mount);
+    let mut ticks = Ticks::new(plan.header.config.dt_s);
+    while let Some(event) = recording.next_event()? {
+        progress.at(event.line());
+        if let Some(tick) = wheels.take(&event) {
+            let ranges_m = match event {
+                Event::Scan { ranges_m, .. } => Some(ranges_m),
+                _ => None,
+            };
+            ticks.write(&mut log, &tick, ranges_m)?;
+        }
+    }
+    if ticks.done != plan.header.config.ticks || recording.line() != plan.report.lines {
+        return Err(ImportError::Changed {
+            path: recording.path().to_owned(),
+        });
+    }
+    let buffer = log.finish(ticks.trailer())?;
+    let synced = buffer
+        .into_inner()
+        .map_err(std::io::IntoInnerError::into_error)
+        .and_then(|file| file.sync_all());
+    synced.map_err(|error| LogError::Io {
+        path: output.display().to_string(),
+        error,
+    })?;
+    partial.commit(output)
+}
+
+/// The ticks written so far.
+struct Ticks {
+    frame: Box<Frame>,
+    key: TruthKey,
+    digest: RunDigest,
+    dt_s: f64,
+    done: u64,
+}
+
+impl Ticks {
+    fn new(dt_s: f64) -> Self {
+        Self {
+            frame: Frame::boxed(),
+            key: TruthKey::from_bytes(ANY_KEY),
+            digest: RunDigest::default(),
+            dt_s,
+            done: 0,
+        }
+    }
+
+    /// Writes a tick as a logger would have, had the robot been here: the
+    /// digests are those of the frames that a replay will show.
+    fn write<W: Write>(
+        &mut self,
+        log: &mut LogWriter<W>,
+        tick: &Tick,
+        ranges_m: Option<&[f64]>,
+    ) -> Result<(), ImportError> {
+        let frame = &mut self.frame;
+        frame.begin(self.done, tick.stamp_s, tick.counts, Twist::default());
+        if let Some(ranges_m) = ranges_m {
+            frame.write_scan(ranges_m.len()).copy_from_slice(ranges_m);
+        }
+        frame.seal(&self.key, tick.truth);
+        self.digest.absorb_frame(frame, tick.truth);
+        let replies: &[Reply] = &[];
+        self.digest.absorb_replies(replies.iter().copied());
+        log.tick(TickRef::new(frame, tick.truth, replies, self.dt_s))?;
+        self.done += 1;
+        Ok(())
+    }
+
+    fn trailer(&self) -> Trailer {
+        Trailer {
+            ticks: self.done,
+            run_digest: self.digest.run(),
+            world_digest: self.digest.world(),
+        }
+    }
+}
+
+/// A file under another name; removed unless it is committed.
+struct Partial {
+    path: PathBuf,
+    keep: bool,
+}
+
+impl Partial {
+    /// Picks a name beside `output`, so that renaming stays on one disk.
+    fn create(output: &Path) -> Result<Self, ImportError> {
+        let Some(name) = output.file_name() else {
+            return Err(ImportError::Output {
+                path: output.display().to_string(),
+                action: "naming the run log",
+                error: std::io::Error::other("the path names no file"),
+            });
+        };
+        let mut hidden = std::ffi::OsString::from(".");
+        hidden.push(name);
+        hidden.push(format!(".{}.partial", std::process::id()));
+        Ok(Self {
+            path: output.with_file_name(hidden),
+            keep: false,
+        })
+    }
+
+    fn file(&self, output: &Path) -> Result<File, ImportError> {
+        File::create(&self.path).map_err(|error| ImportError::Output {
+            path: output.display().to_string(),
+            action: "creating the run log",
+            error,
+        })
+    }
+
+    fn commit(mut self, output: &Path) -> Result<(), ImportError> {
+        std::fs::rename(&self.path, output).map_err(|error| ImportError::Output {
+            path: output.display().to_string(),
+            action: "renaming the finished run log",
+            error,
+        })?;
+        self.keep = true;
+        Ok(())
+    }
+}
+
+impl Drop for Partial {
+    fn drop(&mut self) {
+        if !self.keep {
+            // Nothing is left to do about a file that cannot be removed.
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Recordings of real robots, as run logs.
+//!
+//! [`import_carmen`] reads a log of the Carnegie Mellon Robot Navigation
+//! Toolkit (CARMEN), plain or gzip, and writes a run log that every program
+//! here can read: each odometry reading becomes a tick with encoder counts,
+//! each laser scan a tick with ranges and, as truth, its corrected pose.
+//!
+//! In reading order: `lines` (gzip, long lines), `carmen` (one line),
+//! `recording` (readings, scans, and echoes that are neither), `wheels`
+//! (counts from poses), `survey` (what must be known before the first tick),
+//! `plan` (header and remarks), `convert` (writing), [`report`], [`error`].
+//!
+//! Source of the format: the CARMEN logger, see `carmen`. Departures:
+//!
+//! * a recording has no commands and no encoder counts. The commands of all
+//!   frames are zero; the counts belong to virtual wheels, see `wheels`;
+//! * nothing is resampled: ticks stand in file order, at the file's own times,
+//!   which are neither rebased nor sorted;
+//! * truth is what a SLAM back end computed, at scans; elsewhere there is none.
+
+pub mod error;
+pub mod report;
+
+mod carmen;
+mod convert;
+mod lines;
+mod plan;
+mod recording;
+mod survey;
+mod wheels;
+
+#[cfg(test)]
+mod tests;
+
+pub use convert::import_carmen;
+pub use error::ImportError;
+pub use report::ImportReport;
+
+/// How many times the recording is read.
+const PASSES: u64 = 3;
+/// Lines between two calls of the caller's function.
+const PROGRESS_LINES: u64 = 256;
+
+/// Tells the caller how far the import is, as a number of lines: a third of a
+/// line for each time it was read, so that the number ends where the file does.
+struct Progress<'a> {
+    tell: &'a mut dyn FnMut(u64),
+    /// Lines of the passes before.
+    before: u64,
+    told: u64,
+}
+
+impl<'a> Progress<'a> {
+    fn new(tell: &'a mut dyn FnMut(u64)) -> Self {
+        Self {
+            tell,
+            before: 0,
+            told: 0,
+        }
+    }
+
+    /// Line `line` of this pass was read.
+    fn at(&mut self, line: u64) {
+        let lines = (self.before + line) / PASSES;
+        if lines >= self.told + PROGRESS_LINES {
+            self.told = lines;
+            (self.tell)(lines);
+        }
+    }
+
+    /// This pass is over, after `lines` lines.
+    fn pass(&mut self, lines: u64) {
+        self.before += lines;
+        self.told = self.before / PASSES;
+        (self.tell)(self.told);
+    }
+}

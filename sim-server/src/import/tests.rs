@@ -1,0 +1,102 @@
+//! Small logs for every rule, and the two real ones.
+
+mod counts;
+mod errors;
+mod real;
+mod rules;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use rusty_contract::log::{Ending, LogHeader, LogReader, Read, TickRecord};
+use rusty_contract::{Frame, RunDigest, TruthKey};
+
+use super::{ImportError, ImportReport, import_carmen};
+
+/// An import and what its log reads back as.
+struct Imported {
+    report: ImportReport,
+    header: LogHeader,
+    ticks: Vec<TickRecord>,
+}
+
+/// Imports `bytes` as a file called `name`.
+fn import_bytes(name: &str, bytes: &[u8]) -> Result<Imported, ImportError> {
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join(name);
+    std::fs::write(&input, bytes).unwrap();
+    let output = folder.path().join("out.runlog");
+    let imported = import_file(&input, &output);
+    let left = std::fs::read_dir(folder.path()).unwrap().count();
+    let expected = if imported.is_ok() { 2 } else { 1 };
+    assert_eq!(
+        left, expected,
+        "an import leaves its log, or nothing at all"
+    );
+    imported
+}
+
+fn import_text(text: &str) -> Result<Imported, ImportError> {
+    import_bytes("some robot.log", text.as_bytes())
+}
+
+fn import_file(input: &Path, output: &Path) -> Result<Imported, ImportError> {
+    let mut told = Vec::new();
+    let report = import_carmen(input, output, "test 1.0", &mut |n| told.push(n))?;
+    assert!(told.is_sorted(), "{told:?}");
+    assert_eq!(told.last(), Some(&report.lines));
+    let (header, ticks) = read_back(output);
+    assert_eq!(report.ticks, ticks.len() as u64);
+    assert_eq!(header.config.ticks, report.ticks);
+    Ok(Imported {
+        report,
+        header,
+        ticks,
+    })
+}
+
+/// Reads a log to its end, which must be complete, with digests that hold.
+fn read_back(path: &Path) -> (LogHeader, Vec<TickRecord>) {
+    let mut log = LogReader::open(path).unwrap();
+    let header = log.header().clone();
+    header.config.check().unwrap();
+    let (mut frame, key) = (Frame::boxed(), TruthKey::from_bytes([7; 32]));
+    let mut digest = RunDigest::default();
+    let mut ticks = Vec::new();
+    loop {
+        match log.read().unwrap() {
+            Read::Tick(entry) => {
+                assert!(entry.intact);
+                entry
+                    .record
+                    .write_frame(&mut frame, header.config.dt_s, &key);
+                entry.record.absorb(&frame, &mut digest);
+                ticks.push(entry.record);
+            }
+            Read::End(Ending::Complete(trailer)) => {
+                assert_eq!(trailer.ticks, ticks.len() as u64);
+                assert_eq!(trailer.run_digest, digest.run());
+                assert_eq!(trailer.world_digest, digest.world());
+                return (header, ticks);
+            }
+            Read::End(cut) => panic!("{cut:?}"),
+        }
+    }
+}
+
+/// An `ODOM` line.
+fn odom([x, y, theta]: [f64; 3], stamp_s: f64) -> String {
+    format!("ODOM {x} {y} {theta} 0 0 0 {stamp_s} host {stamp_s}\n")
+}
+
+/// A `FLASER` line with `beams` ranges of 1 m, 2 m, …
+fn flaser(beams: usize, pose: [f64; 3], odometry: [f64; 3], stamp_s: f64) -> String {
+    let mut line = format!("FLASER {beams}");
+    for beam in 1..=beams {
+        write!(line, " {beam}").unwrap();
+    }
+    for number in pose.iter().chain(&odometry) {
+        write!(line, " {number}").unwrap();
+    }
+    line + &format!(" {stamp_s} host {stamp_s}\n")
+}

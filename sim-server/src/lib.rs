@@ -1,0 +1,26 @@
+//! The process that owns time.
+//!
+//! In reading order:
+//!
+//! * [`cli`]: the command line;
+//! * [`verbs`]: what it can do, a file each;
+//! * [`lockstep`]: the protocol, a state machine without I/O;
+//! * [`run`]: a run, from the first join to the last goodbye;
+//! * [`source`]: where frames come from, the world or a log;
+//! * [`scenario_file`]: scenarios, built in or in files;
+//! * [`compare`]: two ticks, field by field, bit by bit;
+//! * [`import`]: recordings of real robots;
+//! * [`report`]: what a run came to;
+//! * [`bits`], [`error`].
+
+pub mod bits;
+pub mod cli;
+pub mod compare;
+pub mod error;
+pub mod import;
+pub mod lockstep;
+pub mod report;
+pub mod run;
+pub mod scenario_file;
+pub mod source;
+pub mod verbs;

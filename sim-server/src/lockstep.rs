@@ -1,0 +1,402 @@
+//! The lockstep protocol as a state machine that does no I/O.
+//!
+//! Events go in through the methods, decisions come out of [`Lockstep::next`];
+//! time is an argument. So it can be driven by a seed, without a process.
+//!
+//! ```text
+//! gathering ── all awaited seats ready ──▶ publish t ──▶ awaiting t
+//!     │                                        ▲             │ all awaited seats answered, or lost
+//!     │ join timeout                           └── close t ◀─┘
+//!     ▼                                               │ last tick, interrupt, or a loss that aborts
+//!   ending ── all goodbyes, deaths, or timeout ──▶ finished
+//! ```
+//!
+//! A tick ends only when every awaited seat that is not lost has answered
+//! *that* tick of *that* run with the digest of the frame it saw. Never
+//! attached, slow, stalled and dead are four different things: a seat that is
+//! merely slow gets a notice; the other three are losses, each with its name.
+
+mod seat;
+
+pub use seat::{Loss, LossKind, Seat, SeatState, SeatSummary};
+
+use rusty_contract::answer::Message;
+use rusty_contract::layout::layout_hash;
+use rusty_contract::{
+    Answer, JoinRequest, OnLoss, PROTOCOL_VERSION, Participant, Phase, Refusal, Reply,
+};
+
+/// What the machine must know of a run.
+#[derive(Clone, Debug)]
+pub struct Rules {
+    /// This run; answers that carry another id belong to another.
+    pub run_id: u64,
+    /// How many ticks.
+    pub ticks: u64,
+    /// What happens when an awaited participant is lost.
+    pub on_loss: OnLoss,
+    /// How long all may take to join, ns.
+    pub join_timeout_ns: u64,
+    /// How long an answer may take, ns.
+    pub answer_timeout_ns: u64,
+    /// How long a participant may take to say goodbye, ns: a scorer draws.
+    pub goodbye_timeout_ns: u64,
+    /// From when on a missing answer is worth a notice, ns.
+    pub slow_after_ns: u64,
+}
+
+/// What to do next.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Nothing before the next event or this time.
+    Wait {
+        /// Ask again at the latest then, ns.
+        until_ns: u64,
+    },
+    /// Make the frame of this tick and publish it; then call
+    /// [`Lockstep::published`].
+    Publish(u64),
+    /// All answers to this tick are in: absorb them.
+    Close(u64),
+    /// Somebody is slow. Say so, and go on waiting.
+    Slow {
+        /// The seat.
+        seat: usize,
+        /// How long it has taken so far, ns.
+        waited_ns: u64,
+    },
+    /// Somebody is lost. Say so.
+    Lost(Loss),
+    /// Publish the last word.
+    End(Phase),
+    /// The run is over.
+    Finished,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Gathering { since_ns: u64 },
+    Publishing,
+    Awaiting { since_ns: u64 },
+    Closing,
+    Ending { since_ns: Option<u64> },
+    Finished,
+}
+
+/// The machine.
+#[derive(Clone, Debug)]
+pub struct Lockstep {
+    rules: Rules,
+    seats: Vec<Seat>,
+    /// Places of the answering seats, in roster order.
+    answering: Vec<usize>,
+    state: State,
+    /// The tick being worked on.
+    tick: u64,
+    /// Digest of the frame of that tick.
+    digest: u64,
+    phase: Phase,
+    unsaid: Vec<Loss>,
+}
+
+impl Lockstep {
+    /// A machine that waits for `roster` to join from `now_ns` on.
+    #[must_use]
+    pub fn new(rules: Rules, roster: &[Participant], now_ns: u64) -> Self {
+        let answering = |(i, p): (usize, &Participant)| p.answers().then_some(i);
+        Self {
+            rules,
+            seats: roster.iter().map(Seat::new).collect(),
+            answering: roster.iter().enumerate().filter_map(answering).collect(),
+            state: State::Gathering { since_ns: now_ns },
+            tick: 0,
+            digest: 0,
+            phase: Phase::Done,
+            unsaid: Vec::new(),
+        }
+    }
+
+    /// The seats, in roster order.
+    #[must_use]
+    pub fn seats(&self) -> &[Seat] {
+        &self.seats
+    }
+
+    /// How the run ends or ended.
+    #[must_use]
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Ticks that are closed.
+    #[must_use]
+    pub fn ticks_done(&self) -> u64 {
+        self.tick
+    }
+
+    /// Whether all are still being waited for to join.
+    #[must_use]
+    pub fn is_gathering(&self) -> bool {
+        matches!(self.state, State::Gathering { .. })
+    }
+
+    /// Somebody asks to join. Gives it its seat.
+    ///
+    /// # Errors
+    /// [`Refusal`], to be sent back.
+    pub fn join(&mut self, request: &JoinRequest) -> Result<usize, Refusal> {
+        if request.protocol != PROTOCOL_VERSION {
+            return Err(Refusal::Protocol { client: request.protocol, server: PROTOCOL_VERSION });
+        }
+        if request.layout != layout_hash() {
+            return Err(Refusal::Layout { client: request.layout, server: layout_hash() });
+        }
+        if matches!(self.state, State::Ending { .. } | State::Finished) {
+            return Err(Refusal::Ended);
+        }
+        let name = request.name.clone();
+        let Some(seat) = self.seats.iter().position(|s| s.name == name) else {
+            let roster = self.seats.iter().map(|s| s.name.clone()).collect();
+            return Err(Refusal::Unknown { name, roster });
+        };
+        let place = &mut self.seats[seat];
+        match &place.state {
+            SeatState::Absent => {}
+            SeatState::Lost(loss) => {
+                return Err(Refusal::Dropped { name, why: loss.kind.word().to_owned() });
+            }
+            // An observer may come, go and come again.
+            SeatState::Left if !place.awaited => {}
+            _ => return Err(Refusal::Taken { name, pid: place.pid }),
+        }
+        place.pid = request.pid;
+        place.awake_ns = request.awake_ns;
+        place.state = SeatState::Joined;
+        Ok(seat)
+    }
+
+    /// An answer arrived. Whatever is in it, nothing breaks: what does not
+    /// belong to this run or this tick is counted and left.
+    pub fn answer(&mut self, answer: &Answer, now_ns: u64) {
+        let place = answer.participant as usize;
+        if answer.run_id != self.rules.run_id || place >= self.seats.len() {
+            return;
+        }
+        let (tick, digest) = (self.tick, self.digest);
+        let awaiting = match self.state {
+            State::Awaiting { since_ns } => Some(since_ns),
+            _ => None,
+        };
+        let ending = matches!(self.state, State::Ending { since_ns: Some(_) });
+        let seat = &mut self.seats[place];
+        seat.waiting_since_ns = answer.sent_ns;
+        let message = match answer.message() {
+            Ok(message) => message,
+            Err(e) => return self.lose(place, LossKind::Invalid, e.to_string()),
+        };
+        let reply = match message {
+            Message::Ready => return seat.ready(),
+            Message::Goodbye if ending || !seat.awaited => return seat.leave(),
+            Message::Goodbye => {
+                return self.lose(place, LossKind::Left, "it said goodbye before the end".into());
+            }
+            Message::Failed => {
+                return self.lose(place, LossKind::Failed, "it reported a failure of its own".into());
+            }
+            Message::Reply(reply) => reply,
+        };
+        let Some(since_ns) = awaiting.filter(|_| seat.state == SeatState::Ready && seat.awaited)
+        else {
+            seat.strays += 1;
+            return;
+        };
+        if answer.tick > tick {
+            let detail = format!("it answered tick {}, asked was tick {tick}", answer.tick);
+            return self.lose(place, LossKind::Invalid, detail);
+        }
+        if answer.tick < tick || seat.reply.is_some() {
+            // A second answer to a tick that has one. When it arrives is a
+            // matter of chance, so it must not matter.
+            seat.strays += 1;
+            return;
+        }
+        if answer.digest_seen != digest {
+            let detail = format!(
+                "it saw another frame at tick {tick}: digest {:016x}, published was {digest:016x}",
+                answer.digest_seen
+            );
+            return self.lose(place, LossKind::Invalid, detail);
+        }
+        seat.accept(*answer, reply, now_ns.saturating_sub(since_ns));
+    }
+
+    /// The kernel says that this seat's process has ended.
+    pub fn died(&mut self, seat: usize, how: &str) {
+        match self.seats[seat].state {
+            SeatState::Joined | SeatState::Ready | SeatState::Absent => {
+                self.lose(seat, LossKind::Dead, how.to_owned());
+            }
+            SeatState::Lost(_) | SeatState::Left => {}
+        }
+    }
+
+    /// Somebody asks the run to stop.
+    pub fn interrupt(&mut self) {
+        self.end(Phase::Interrupted);
+    }
+
+    /// The server itself cannot go on.
+    pub fn abort(&mut self) {
+        self.end(Phase::Aborted);
+    }
+
+    fn end(&mut self, phase: Phase) {
+        if !matches!(self.state, State::Ending { .. } | State::Finished) {
+            self.phase = phase;
+            self.state = State::Ending { since_ns: None };
+        }
+    }
+
+    fn lose(&mut self, seat: usize, kind: LossKind, detail: String) {
+        let place = &mut self.seats[seat];
+        if matches!(place.state, SeatState::Lost(_) | SeatState::Left) {
+            return;
+        }
+        if !place.awaited {
+            // Nobody waits for it, so nothing is lost.
+            place.state = SeatState::Left;
+            return;
+        }
+        let tick = (!matches!(self.state, State::Gathering { .. })).then_some(self.tick);
+        let loss = Loss { seat, name: place.name.clone(), kind, tick, detail };
+        place.state = SeatState::Lost(loss.clone());
+        self.unsaid.push(loss);
+        if self.rules.on_loss == OnLoss::Abort {
+            self.end(Phase::Aborted);
+        }
+    }
+
+    /// The frame of the current tick is out, with this digest.
+    pub fn published(&mut self, digest: u64, now_ns: u64) {
+        self.digest = digest;
+        for seat in &mut self.seats {
+            seat.reply = None;
+            seat.slow_said = false;
+        }
+        self.state = match self.state {
+            State::Ending { .. } => State::Ending { since_ns: Some(now_ns) },
+            _ => State::Awaiting { since_ns: now_ns },
+        };
+    }
+
+    /// What to do next at `now_ns`. `describe` says what the kernel knows of a
+    /// seat's process ("it is stopped by a signal"), for messages.
+    pub fn next(&mut self, now_ns: u64, describe: impl Fn(usize) -> String) -> Step {
+        if !self.unsaid.is_empty() {
+            return Step::Lost(self.unsaid.remove(0));
+        }
+        match self.state {
+            State::Gathering { since_ns } => self.next_gathering(since_ns, now_ns, describe),
+            State::Publishing => Step::Publish(self.tick),
+            State::Awaiting { since_ns } => self.next_awaiting(since_ns, now_ns, describe),
+            State::Closing => {
+                self.tick += 1;
+                self.state = State::Publishing;
+                if self.tick == self.rules.ticks {
+                    self.end(Phase::Done);
+                }
+                self.next(now_ns, describe)
+            }
+            State::Ending { since_ns: None } => Step::End(self.phase),
+            State::Ending { since_ns: Some(since_ns) } => self.next_ending(since_ns, now_ns),
+            State::Finished => Step::Finished,
+        }
+    }
+
+    fn next_gathering(&mut self, since: u64, now: u64, describe: impl Fn(usize) -> String) -> Step {
+        let missing = |s: &Seat| s.awaited && matches!(s.state, SeatState::Absent | SeatState::Joined);
+        if !self.seats.iter().any(missing) {
+            self.state = State::Publishing;
+            return Step::Publish(self.tick);
+        }
+        let until_ns = since.saturating_add(self.rules.join_timeout_ns);
+        if now < until_ns {
+            return Step::Wait { until_ns };
+        }
+        for seat in 0..self.seats.len() {
+            if missing(&self.seats[seat]) {
+                let what = match self.seats[seat].state {
+                    SeatState::Absent => "it never asked to join",
+                    _ => "it asked to join but never opened its ports",
+                };
+                self.lose(seat, LossKind::NeverAttached, format!("{what}{}", describe(seat)));
+            }
+        }
+        self.next(now, describe)
+    }
+
+    fn next_awaiting(&mut self, since: u64, now: u64, describe: impl Fn(usize) -> String) -> Step {
+        let open = |s: &Seat| s.awaited && s.state == SeatState::Ready && s.reply.is_none();
+        if !self.seats.iter().any(open) {
+            self.state = State::Closing;
+            return Step::Close(self.tick);
+        }
+        let waited_ns = now.saturating_sub(since);
+        if waited_ns < self.rules.slow_after_ns {
+            return Step::Wait { until_ns: since.saturating_add(self.rules.slow_after_ns) };
+        }
+        if waited_ns < self.rules.answer_timeout_ns {
+            let slow = self.seats.iter_mut().enumerate().find(|(_, s)| open(s) && !s.slow_said);
+            if let Some((seat, place)) = slow {
+                place.slow_said = true;
+                place.slow += 1;
+                return Step::Slow { seat, waited_ns };
+            }
+            return Step::Wait { until_ns: since.saturating_add(self.rules.answer_timeout_ns) };
+        }
+        for seat in 0..self.seats.len() {
+            if open(&self.seats[seat]) {
+                let seconds = self.rules.answer_timeout_ns as f64 * 1e-9;
+                let tick = self.tick;
+                let detail =
+                    format!("no answer to tick {tick} within {seconds} s{}", describe(seat));
+                self.lose(seat, LossKind::Stalled, detail);
+            }
+        }
+        self.next(now, describe)
+    }
+
+    fn next_ending(&mut self, since: u64, now: u64) -> Step {
+        let open = |s: &Seat| s.awaited && matches!(s.state, SeatState::Ready);
+        if !self.seats.iter().any(open) {
+            self.state = State::Finished;
+            return Step::Finished;
+        }
+        let until_ns = since.saturating_add(self.rules.goodbye_timeout_ns);
+        if now < until_ns {
+            return Step::Wait { until_ns };
+        }
+        for seat in 0..self.seats.len() {
+            if open(&self.seats[seat]) {
+                let seconds = self.rules.goodbye_timeout_ns as f64 * 1e-9;
+                let detail = format!("no goodbye within {seconds} s after the last frame");
+                self.lose(seat, LossKind::Stalled, detail);
+            }
+        }
+        Step::Lost(self.unsaid.remove(0))
+    }
+
+    /// The replies to the current tick: answering seats only, roster order.
+    pub fn replies(&self) -> impl ExactSizeIterator<Item = (usize, Reply)> {
+        self.answering.iter().map(|&i| (i, self.seats[i].reply.unwrap_or(Reply::Missing)))
+    }
+
+    /// The driver's command in reply to the current tick.
+    #[must_use]
+    pub fn driver_command(&self) -> Option<rusty_geometry::Twist> {
+        self.seats.iter().find(|s| s.driver).and_then(|s| s.reply?.command())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,230 @@
+//! One participant's place in the protocol, and how it can be lost.
+
+use rusty_contract::{Answer, Participant, Reply, Role};
+use serde::Serialize;
+
+/// One participant's place.
+#[derive(Clone, Debug)]
+pub struct Seat {
+    /// Name in the roster.
+    pub name: String,
+    /// Role in the roster.
+    pub role: Role,
+    /// Whether ticks wait for it.
+    pub awaited: bool,
+    /// Whether its replies are part of the run.
+    pub answering: bool,
+    /// Whether its command moves the robot.
+    pub driver: bool,
+    /// Where it stands.
+    pub state: SeatState,
+    /// Its process, once it has joined.
+    pub pid: u32,
+    /// How long it stays awake while waiting, ns.
+    pub awake_ns: u64,
+    /// When it began to wait for the next frame, ns.
+    pub waiting_since_ns: u64,
+    /// Its reply to the current tick.
+    pub reply: Option<Reply>,
+    /// The answer that carried it.
+    pub last: Answer,
+    /// What the current answer took, ns, as the server saw it.
+    pub latency_ns: u64,
+    /// Answers that were not asked for, or asked for before.
+    pub strays: u64,
+    /// How often it was slow.
+    pub slow: u64,
+    pub(super) slow_said: bool,
+    answers: u64,
+    abstained: u64,
+    latency_sum_ns: u64,
+    latency_max_ns: u64,
+    compute_sum_ns: u64,
+}
+
+/// Where a participant stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SeatState {
+    /// It has not asked to join.
+    Absent,
+    /// It was told to come in.
+    Joined,
+    /// Its ports are open.
+    Ready,
+    /// It said goodbye when it should.
+    Left,
+    /// It is lost.
+    Lost(Loss),
+}
+
+/// A participant that is lost.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Loss {
+    /// Its seat.
+    #[serde(skip)]
+    pub seat: usize,
+    /// Its name.
+    pub name: String,
+    /// In which way.
+    pub kind: LossKind,
+    /// At which tick; none before the first.
+    pub tick: Option<u64>,
+    /// What is known.
+    pub detail: String,
+}
+
+/// The ways of being lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LossKind {
+    /// It never joined, or never opened its ports.
+    NeverAttached,
+    /// It lives but did not answer in time.
+    Stalled,
+    /// Its process ended.
+    Dead,
+    /// It said itself that it failed.
+    Failed,
+    /// It left before the end.
+    Left,
+    /// It sent something that is no answer.
+    Invalid,
+}
+
+impl LossKind {
+    /// The word for it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::NeverAttached => "never attached",
+            Self::Stalled => "stalled",
+            Self::Dead => "dead",
+            Self::Failed => "failed",
+            Self::Left => "left",
+            Self::Invalid => "sent an invalid answer",
+        }
+    }
+}
+
+impl std::fmt::Display for Loss {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.name, self.kind.word())?;
+        if let Some(tick) = self.tick {
+            write!(f, " at tick {tick}")?;
+        }
+        write!(f, ": {}", self.detail)
+    }
+}
+
+/// What a participant did in a run, for tables and JSON.
+#[derive(Clone, Debug, Serialize)]
+pub struct SeatSummary {
+    /// Name in the roster.
+    pub name: String,
+    /// Role in the roster.
+    pub role: Role,
+    /// Its process; null if it never joined.
+    pub pid: Option<u32>,
+    /// Answers to ticks, abstentions among them.
+    pub answers: u64,
+    /// Ticks on which it abstained.
+    pub abstained: u64,
+    /// Answers that were not asked for, or asked for before.
+    pub strays: u64,
+    /// How often the server had to say that it is slow.
+    pub slow: u64,
+    /// Mean time from frame to answer as it reported, µs.
+    pub compute_mean_us: f64,
+    /// Mean time from publication to answer as the server saw it, µs.
+    pub latency_mean_us: f64,
+    /// The longest of those, µs.
+    pub latency_max_us: f64,
+    /// How it was lost; null if it was not.
+    pub lost: Option<Loss>,
+}
+
+impl Seat {
+    pub(super) fn new(participant: &Participant) -> Self {
+        Self {
+            name: participant.name.clone(),
+            role: participant.role,
+            awaited: participant.is_awaited(),
+            answering: participant.answers(),
+            driver: participant.answers() && participant.role == Role::Driver,
+            state: SeatState::Absent,
+            pid: 0,
+            awake_ns: 0,
+            waiting_since_ns: 0,
+            reply: None,
+            last: Answer::default(),
+            latency_ns: 0,
+            strays: 0,
+            slow: 0,
+            slow_said: false,
+            answers: 0,
+            abstained: 0,
+            latency_sum_ns: 0,
+            latency_max_ns: 0,
+            compute_sum_ns: 0,
+        }
+    }
+
+    pub(super) fn ready(&mut self) {
+        if self.state == SeatState::Joined {
+            self.state = SeatState::Ready;
+        }
+    }
+
+    pub(super) fn leave(&mut self) {
+        if !matches!(self.state, SeatState::Lost(_)) {
+            self.state = SeatState::Left;
+        }
+    }
+
+    pub(super) fn accept(&mut self, answer: Answer, reply: Reply, latency_ns: u64) {
+        self.answers += 1;
+        self.abstained += u64::from(reply == Reply::Abstain);
+        self.latency_ns = latency_ns;
+        self.latency_sum_ns = self.latency_sum_ns.saturating_add(latency_ns);
+        self.latency_max_ns = self.latency_max_ns.max(latency_ns);
+        self.compute_sum_ns = self.compute_sum_ns.saturating_add(answer.compute_ns);
+        self.last = answer;
+        self.reply = Some(reply);
+    }
+
+    /// Whether a process is expected to be there.
+    #[must_use]
+    pub fn is_present(&self) -> bool {
+        matches!(self.state, SeatState::Joined | SeatState::Ready)
+    }
+
+    /// How it was lost, if it was.
+    #[must_use]
+    pub fn loss(&self) -> Option<&Loss> {
+        match &self.state {
+            SeatState::Lost(loss) => Some(loss),
+            _ => None,
+        }
+    }
+
+    /// What it did.
+    #[must_use]
+    pub fn summary(&self) -> SeatSummary {
+        let mean_us = |sum_ns: u64| {
+            if self.answers == 0 { 0.0 } else { sum_ns as f64 * 1e-3 / self.answers as f64 }
+        };
+        SeatSummary {
+            name: self.name.clone(),
+            role: self.role,
+            pid: (self.pid != 0).then_some(self.pid),
+            answers: self.answers,
+            abstained: self.abstained,
+            strays: self.strays,
+            slow: self.slow,
+            compute_mean_us: mean_us(self.compute_sum_ns),
+            latency_mean_us: mean_us(self.latency_sum_ns),
+            latency_max_us: self.latency_max_ns as f64 * 1e-3,
+            lost: self.loss().cloned(),
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! The protocol, event by event and then by the thousand schedules.
+
+use super::*;
+use rusty_contract::Role;
+
+const RUN: u64 = 77;
+
+fn rules(ticks: u64, on_loss: OnLoss) -> Rules {
+    Rules {
+        run_id: RUN,
+        ticks,
+        on_loss,
+        join_timeout_ns: 1_000,
+        answer_timeout_ns: 1_000,
+        goodbye_timeout_ns: 5_000,
+        slow_after_ns: 100,
+    }
+}
+
+fn roster() -> Vec<Participant> {
+    vec![
+        Participant::new("a", Role::Estimator),
+        Participant::new("b", Role::Estimator),
+        Participant::new("log", Role::Logger),
+    ]
+}
+
+fn say(seat: u32, tick: u64, digest: u64, message: Message) -> Answer {
+    let mut answer = Answer::carrying(&message);
+    answer.run_id = RUN;
+    answer.participant = seat;
+    answer.tick = tick;
+    answer.digest_seen = digest;
+    answer
+}
+
+fn gathered(ticks: u64, on_loss: OnLoss) -> Lockstep {
+    let mut machine = Lockstep::new(rules(ticks, on_loss), &roster(), 0);
+    for (i, name) in ["a", "b", "log"].iter().enumerate() {
+        let request = JoinRequest::new(name, 100 + i as u32, 0, "test");
+        assert_eq!(machine.join(&request), Ok(i));
+        machine.answer(&say(i as u32, 0, 0, Message::Ready), 1);
+    }
+    machine
+}
+
+fn quiet(_: usize) -> String {
+    String::new()
+}
+
+const ABSTAIN: Message = Message::Reply(Reply::Abstain);
+
+#[test]
+fn a_run_goes_tick_by_tick_to_its_end() {
+    let mut m = gathered(2, OnLoss::Abort);
+    for tick in 0..2 {
+        assert_eq!(m.next(10, quiet), Step::Publish(tick));
+        m.published(5, 10);
+        for seat in 0..3 {
+            assert!(matches!(m.next(11, quiet), Step::Wait { .. }));
+            m.answer(&say(seat, tick, 5, ABSTAIN), 11);
+        }
+        assert_eq!(m.next(12, quiet), Step::Close(tick));
+    }
+    assert_eq!(m.next(13, quiet), Step::End(Phase::Done));
+    m.published(0, 13);
+    assert!(matches!(m.next(13, quiet), Step::Wait { .. }));
+    for seat in 0..3 {
+        m.answer(&say(seat, 2, 0, Message::Goodbye), 14);
+    }
+    assert_eq!(m.next(15, quiet), Step::Finished);
+    assert_eq!(m.ticks_done(), 2);
+}
+
+#[test]
+fn requests_are_refused_in_words() {
+    let mut m = Lockstep::new(rules(1, OnLoss::Abort), &roster(), 0);
+    let ask = |m: &mut Lockstep, change: fn(&mut JoinRequest)| {
+        let mut request = JoinRequest::new("a", 1, 0, "test");
+        change(&mut request);
+        m.join(&request)
+    };
+    assert!(matches!(ask(&mut m, |r| r.name = "z".into()), Err(Refusal::Unknown { .. })));
+    assert!(matches!(ask(&mut m, |r| r.protocol = 9), Err(Refusal::Protocol { .. })));
+    assert!(matches!(ask(&mut m, |r| r.layout ^= 1), Err(Refusal::Layout { .. })));
+    assert_eq!(ask(&mut m, |_| {}), Ok(0));
+    assert!(matches!(ask(&mut m, |_| {}), Err(Refusal::Taken { pid: 1, .. })));
+}
+
+#[test]
+fn who_never_attaches_is_named() {
+    let mut m = Lockstep::new(rules(1, OnLoss::Abort), &roster(), 0);
+    assert_eq!(m.next(999, quiet), Step::Wait { until_ns: 1_000 });
+    let Step::Lost(loss) = m.next(1_000, quiet) else { panic!("no loss") };
+    assert_eq!((loss.name.as_str(), loss.kind), ("a", LossKind::NeverAttached));
+    assert_eq!(loss.tick, None);
+}
+
+#[test]
+fn slow_is_a_notice_and_stalled_is_a_loss() {
+    let mut m = gathered(1, OnLoss::Continue);
+    m.next(0, quiet);
+    m.published(5, 0);
+    m.answer(&say(0, 0, 5, ABSTAIN), 1);
+    m.answer(&say(2, 0, 5, ABSTAIN), 1);
+    assert_eq!(m.next(50, quiet), Step::Wait { until_ns: 100 });
+    assert_eq!(m.next(150, quiet), Step::Slow { seat: 1, waited_ns: 150 });
+    assert_eq!(m.next(160, quiet), Step::Wait { until_ns: 1_000 });
+    let Step::Lost(loss) = m.next(1_000, quiet) else { panic!("no loss") };
+    assert_eq!((loss.name.as_str(), loss.kind, loss.tick), ("b", LossKind::Stalled, Some(0)));
+    assert_eq!(m.next(1_000, quiet), Step::Close(0));
+    let replies: Vec<Reply> = m.replies().map(|(_, r)| r).collect();
+    assert_eq!(replies, [Reply::Abstain, Reply::Missing]);
+}
+
+#[test]
+fn a_death_aborts_or_is_survived() {
+    for (policy, next) in [(OnLoss::Abort, Step::End(Phase::Aborted)), (OnLoss::Continue, Step::Close(0))] {
+        let mut m = gathered(1, policy);
+        m.next(0, quiet);
+        m.published(5, 0);
+        m.answer(&say(0, 0, 5, ABSTAIN), 1);
+        m.answer(&say(2, 0, 5, ABSTAIN), 1);
+        m.died(1, "killed by signal 9");
+        let Step::Lost(loss) = m.next(2, quiet) else { panic!("no loss") };
+        assert_eq!(loss.to_string(), "b dead at tick 0: killed by signal 9");
+        assert_eq!(m.next(2, quiet), next);
+    }
+}
+
+#[test]
+fn what_is_no_answer_is_refused_and_what_is_a_second_one_is_ignored() {
+    let mut m = gathered(3, OnLoss::Continue);
+    m.next(0, quiet);
+    m.published(5, 0);
+    m.answer(&say(0, 0, 5, ABSTAIN), 1);
+    m.answer(&say(0, 0, 5, Message::Reply(Reply::Taken)), 1);
+    assert_eq!(m.seats()[0].strays, 1);
+    assert_eq!(m.seats()[0].reply, Some(Reply::Abstain));
+    let mut stranger = say(0, 0, 5, ABSTAIN);
+    stranger.run_id = 1;
+    m.answer(&stranger, 1);
+    m.answer(&say(9, 0, 5, ABSTAIN), 1);
+    m.answer(&say(1, 2, 5, ABSTAIN), 1);
+    let Step::Lost(loss) = m.next(2, quiet) else { panic!("no loss") };
+    assert!(loss.to_string().contains("answered tick 2, asked was tick 0"), "{loss}");
+    m.answer(&say(2, 0, 6, ABSTAIN), 2);
+    let Step::Lost(loss) = m.next(2, quiet) else { panic!("no loss") };
+    assert!(loss.to_string().contains("saw another frame"), "{loss}");
+}
+
+#[test]
+fn a_nan_is_named() {
+    let mut m = gathered(1, OnLoss::Abort);
+    m.next(0, quiet);
+    m.published(5, 0);
+    let bad = rusty_geometry::SE2::new(f64::NAN, 0.0, 0.0);
+    m.answer(&say(1, 0, 5, Message::Reply(bad.into())), 1);
+    let Step::Lost(loss) = m.next(2, quiet) else { panic!("no loss") };
+    assert!(loss.to_string().contains("estimate x_m is NaN"), "{loss}");
+    assert_eq!(m.next(2, quiet), Step::End(Phase::Aborted));
+}
+
+/// A tiny generator for schedules (SplitMix64): the test needs no more.
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, n: u64) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (z ^ (z >> 31)) % n
+    }
+}
+
+/// Ten thousand random schedules of late, doubled, wrong and missing answers
+/// and deaths: a tick is never closed before every living awaited seat has
+/// answered it, nobody dead is waited for, and every run ends.
+#[test]
+fn no_schedule_breaks_the_promises() {
+    for seed in 0..10_000 {
+        let mut dice = Dice(seed);
+        let policy = if dice.below(2) == 0 { OnLoss::Abort } else { OnLoss::Continue };
+        let mut m = gathered(1 + dice.below(5), policy);
+        let mut now = 1;
+        let mut answered = [false; 3];
+        let mut tick = 0;
+        let mut steps = 0;
+        loop {
+            steps += 1;
+            assert!(steps < 5_000, "seed {seed} does not end");
+            match m.next(now, quiet) {
+                Step::Publish(t) => {
+                    tick = t;
+                    answered = [false; 3];
+                    m.published(t + 1000, now);
+                }
+                Step::Close(t) => {
+                    assert_eq!(t, tick, "seed {seed}");
+                    for (seat, done) in m.seats().iter().zip(answered) {
+                        assert!(done || seat.loss().is_some(), "seed {seed}: closed early");
+                    }
+                }
+                Step::End(_) => m.published(0, now),
+                Step::Finished => break,
+                Step::Lost(_) | Step::Slow { .. } => {}
+                Step::Wait { until_ns } => {
+                    assert!(until_ns > now, "seed {seed}: waits for the past");
+                    let seat = dice.below(3);
+                    let i = seat as usize;
+                    match dice.below(12) {
+                        0 => now = until_ns,
+                        1 => m.died(i, "killed"),
+                        2 => m.answer(&say(seat as u32, tick + 1, 0, ABSTAIN), now),
+                        3 => m.answer(&say(seat as u32, tick.wrapping_sub(1), 0, ABSTAIN), now),
+                        4 => m.answer(&say(seat as u32, tick, 3, ABSTAIN), now),
+                        5 => m.answer(&say(seat as u32, tick, 0, Message::Goodbye), now),
+                        _ => {
+                            let alive = m.seats()[i].is_present();
+                            m.answer(&say(seat as u32, tick, tick + 1000, ABSTAIN), now);
+                            answered[i] |= alive;
+                        }
+                    }
+                    now += dice.below(60);
+                }
+            }
+        }
+    }
+}

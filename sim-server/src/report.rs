@@ -1,0 +1,222 @@
+//! What a run came to: the document behind `--json`, and the text for people.
+
+use std::fs;
+use std::path::Path;
+
+use rusty_contract::score::Score;
+use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport};
+use serde::Serialize;
+
+use crate::lockstep::{Loss, SeatSummary};
+use crate::run::Outcome;
+use crate::source::{Comparison, FrameSource};
+
+/// What a run came to.
+#[derive(Debug, Serialize)]
+pub struct RunReport {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Name of the run.
+    pub run: String,
+    /// The seed; null for a recording.
+    pub seed: Option<u64>,
+    /// Ticks that are complete.
+    pub ticks: u64,
+    /// Ticks there were to be.
+    pub ticks_planned: u64,
+    /// How it ended: done, interrupted or aborted.
+    pub ended: &'static str,
+    /// Run digest.
+    pub digest: String,
+    /// Digest of the frames and truths alone.
+    pub world_digest: String,
+    /// Ticks per second, from the first frame to the last answer.
+    pub ticks_per_s: f64,
+    /// That time, s.
+    pub elapsed_s: f64,
+    /// The server's process.
+    pub server_pid: u32,
+    /// The log; null without a logger.
+    pub log: Option<String>,
+    /// The scores; null without a scorer.
+    pub scores_file: Option<String>,
+    /// The pictures.
+    pub pictures: Vec<String>,
+    /// What everyone did, in roster order.
+    pub participants: Vec<SeatSummary>,
+    /// Who was lost.
+    pub losses: Vec<Loss>,
+    /// Participants that ended badly after the run, and why the run ended
+    /// early, in words.
+    pub remarks: Vec<String>,
+    /// One per estimator.
+    pub scores: Vec<Score>,
+    /// For a replay: how the answers compare with the recorded ones.
+    pub comparison: Option<Comparison>,
+}
+
+impl RunReport {
+    /// Gathers what the run and its participants left.
+    #[must_use]
+    pub fn new(
+        header: &LogHeader,
+        name: &RunName,
+        out_dir: &Path,
+        outcome: &Outcome,
+        ended_badly: &[(usize, String)],
+        source: &dyn FrameSource,
+    ) -> Self {
+        let mut remarks: Vec<String> = ended_badly
+            .iter()
+            .map(|(seat, how)| format!("{}: {how}", header.roster[*seat].name))
+            .collect();
+        remarks.extend(outcome.source_error.iter().map(ToString::to_string));
+        let there = |file: &str| {
+            let path = out_dir.join(file);
+            path.exists().then(|| path.display().to_string())
+        };
+        let has = |role| header.roster.iter().any(|p| p.role == role);
+        let scores_file =
+            has(rusty_contract::Role::Scorer).then(|| there("score.json")).flatten();
+        let digest = outcome.digest.run_hex();
+        let scored = scores_file
+            .as_ref()
+            .and_then(|path| fs::read(path).ok())
+            .and_then(|json| serde_json::from_slice::<ScoreReport>(&json).ok())
+            // A file of an earlier run in the same folder is no result of this one.
+            .filter(|scored| scored.digest == digest);
+        if has(rusty_contract::Role::Scorer) && scored.is_none() {
+            remarks.push("there are no scores of this run".to_owned());
+        }
+        let (scores, pictures) = scored.map(|s| (s.scores, s.pictures)).unwrap_or_default();
+        let ended = match outcome.phase {
+            Phase::Tick | Phase::Done => "done",
+            Phase::Interrupted => "interrupted",
+            Phase::Aborted => "aborted",
+        };
+        let per_s =
+            if outcome.elapsed_s > 0.0 { outcome.ticks as f64 / outcome.elapsed_s } else { 0.0 };
+        Self {
+            scenario: header.config.scenario.clone(),
+            run: name.to_string(),
+            seed: header.seed(),
+            ticks: outcome.ticks,
+            ticks_planned: source.ticks(),
+            ended,
+            digest,
+            world_digest: outcome.digest.world_hex(),
+            ticks_per_s: per_s,
+            elapsed_s: outcome.elapsed_s,
+            server_pid: std::process::id(),
+            log: has(rusty_contract::Role::Logger).then(|| there("run.log")).flatten(),
+            scores_file,
+            pictures,
+            participants: outcome.seats.clone(),
+            losses: outcome.losses.clone(),
+            remarks,
+            scores,
+            comparison: source.comparison().cloned(),
+        }
+    }
+
+    /// The exit code that goes with it.
+    #[must_use]
+    pub fn exit(&self) -> Exit {
+        let differs = |c: &Comparison| {
+            c.first_difference.is_some()
+                || (self.ticks == self.ticks_planned
+                    && c.compared > 0
+                    && c.recorded_digest.as_ref().is_some_and(|d| *d != self.digest))
+        };
+        let cut = self.comparison.as_ref().is_some_and(|c| c.cut);
+        match self.ended {
+            "aborted" => Exit::Failed,
+            "interrupted" => Exit::Lost,
+            _ if !self.losses.is_empty() || !self.remarks.is_empty() || cut => Exit::Lost,
+            _ if self.comparison.as_ref().is_some_and(differs) => Exit::NotBitExact,
+            _ => Exit::Done,
+        }
+    }
+}
+
+impl std::fmt::Display for RunReport {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let width = self.participants.iter().map(|p| p.name.len()).max().unwrap_or(0).max(10);
+        writeln!(f)?;
+        writeln!(f, "{:width$}  {:9}  {:>8}  {:>9}  {:>9}", "process", "role", "pid", "answers", "abstained")?;
+        writeln!(f, "{:width$}  {:9}  {:>8}", "sim-server", "server", self.server_pid)?;
+        for p in &self.participants {
+            let pid = p.pid.map_or_else(|| "-".to_owned(), |pid| pid.to_string());
+            write!(
+                f,
+                "{:width$}  {:9}  {pid:>8}  {:>9}  {:>9}",
+                p.name,
+                p.role.word(),
+                p.answers,
+                p.abstained
+            )?;
+            match &p.lost {
+                Some(loss) => writeln!(f, "  {}", loss.kind.word())?,
+                None => writeln!(f)?,
+            }
+        }
+        writeln!(f)?;
+        if !self.scores.is_empty() {
+            let table = ScoreReport {
+                scenario: self.scenario.clone(),
+                seed: self.seed,
+                ticks: self.ticks,
+                ticks_with_truth: self.ticks,
+                digest: self.digest.clone(),
+                scores: self.scores.clone(),
+                pictures: Vec::new(),
+            };
+            writeln!(f, "{table}")?;
+        }
+        if self.ended != "done" {
+            writeln!(f, "{} after {} of {} ticks", self.ended, self.ticks, self.ticks_planned)?;
+        }
+        for loss in &self.losses {
+            writeln!(f, "lost     {loss}")?;
+        }
+        for remark in &self.remarks {
+            writeln!(f, "remark   {remark}")?;
+        }
+        if let Some(c) = &self.comparison {
+            self.write_comparison(f, c)?;
+        }
+        writeln!(f, "digest   {}", self.digest)?;
+        writeln!(f, "ticks    {} in {:.2} s, {:.0} per s", self.ticks, self.elapsed_s, self.ticks_per_s)?;
+        let files = [("log", &self.log), ("scores", &self.scores_file)];
+        for (what, path) in files.into_iter().filter_map(|(w, p)| Some((w, p.as_ref()?))) {
+            writeln!(f, "{what:8} {path}")?;
+        }
+        for picture in &self.pictures {
+            writeln!(f, "picture  {picture}")?;
+        }
+        Ok(())
+    }
+}
+
+impl RunReport {
+    fn write_comparison(
+        &self,
+        f: &mut std::fmt::Formatter<'_>,
+        c: &Comparison,
+    ) -> std::fmt::Result {
+        if c.compared == 0 {
+            return writeln!(f, "replay   the log has no answers by these participants to compare with");
+        }
+        writeln!(f, "replay   {} of {} answers equal the recorded ones, bit for bit", c.equal, c.compared)?;
+        if let Some(d) = &c.first_difference {
+            writeln!(f, "         first difference at tick {}, {}:", d.tick, d.name)?;
+            writeln!(f, "         recorded {}", d.recorded)?;
+            writeln!(f, "         replayed {}", d.replayed)?;
+        }
+        match &c.recorded_digest {
+            Some(digest) if *digest == self.digest => writeln!(f, "         the digest is the recorded one"),
+            Some(digest) => writeln!(f, "         the recorded digest is {digest}"),
+            None => writeln!(f, "         the log was cut, so it has no digest to compare with"),
+        }
+    }
+}

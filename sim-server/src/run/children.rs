@@ -1,0 +1,212 @@
+//! The participants that the server starts itself.
+
+use std::fs::{self, File};
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use rusty_contract::{Participant, RunName, TruthKey};
+use rusty_link::WaitPolicy;
+use thiserror::Error;
+
+/// Why a participant cannot be started.
+#[derive(Debug, Error)]
+pub enum ChildrenError {
+    /// The program is not there.
+    #[error(
+        "participant {name:?}: program {program:?} is neither beside {beside} nor on the path; \
+         build it (`cargo build --release`), or give its path in the scenario's `command`"
+    )]
+    NotFound {
+        /// Whose.
+        name: String,
+        /// What was asked for.
+        program: String,
+        /// Where it was looked for first.
+        beside: String,
+    },
+    /// The operating system does not start it.
+    #[error("participant {name:?}: cannot start {program}: {error}")]
+    Spawn {
+        /// Whose.
+        name: String,
+        /// The file.
+        program: String,
+        /// What it said.
+        error: std::io::Error,
+    },
+}
+
+struct Running {
+    seat: usize,
+    child: Child,
+    status: Option<ExitStatus>,
+    talk: PathBuf,
+}
+
+/// The participants that the server started. None of them outlives it.
+#[derive(Default)]
+pub struct Children(Vec<Running>);
+
+/// How participants are started.
+pub struct Spawn<'a> {
+    /// The run to join.
+    pub run: &'a RunName,
+    /// How they wait.
+    pub wait: WaitPolicy,
+    /// For those who hold it.
+    pub key: &'a TruthKey,
+    /// Where what they print goes.
+    pub out_dir: &'a Path,
+}
+
+impl Children {
+    /// Starts everyone in the roster who has a command.
+    ///
+    /// # Errors
+    /// [`ChildrenError`] names the participant; those already started are
+    /// ended.
+    pub fn start(roster: &[Participant], spawn: &Spawn<'_>) -> Result<Self, ChildrenError> {
+        let mut children = Self::default();
+        for (seat, participant) in roster.iter().enumerate() {
+            if !participant.command.is_empty() {
+                children.0.push(start_one(seat, participant, spawn)?);
+            }
+        }
+        Ok(children)
+    }
+
+    /// How the participant on `seat` ended, if the server started it and it
+    /// has ended.
+    pub fn ended(&mut self, seat: usize) -> Option<String> {
+        let running = self.0.iter_mut().find(|r| r.seat == seat)?;
+        if running.status.is_none() {
+            running.status = running.child.try_wait().ok().flatten();
+        }
+        let status = running.status?;
+        let mut how = match (status.code(), status.signal()) {
+            (Some(code), _) => format!("its process exited with code {code}"),
+            (_, Some(signal)) => format!("its process was killed by signal {signal}"),
+            _ => "its process has ended".to_owned(),
+        };
+        if let Some(line) = last_line(&running.talk) {
+            how = format!("{how}; its last words: {line}");
+        }
+        Some(how)
+    }
+
+    /// Waits for everyone to end by itself, then ends the rest. Says who did
+    /// not end well: seat and how.
+    pub fn finish(mut self, patience: Duration) -> Vec<(usize, String)> {
+        let deadline = Instant::now() + patience;
+        while Instant::now() < deadline && !self.all_ended() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let mut bad = Vec::new();
+        for i in 0..self.0.len() {
+            let seat = self.0[i].seat;
+            match (self.ended(seat), self.0[i].status) {
+                (None, _) => bad.push((seat, "it did not end by itself".to_owned())),
+                (Some(how), Some(status)) if !status.success() => bad.push((seat, how)),
+                _ => {}
+            }
+            if fs::metadata(&self.0[i].talk).is_ok_and(|m| m.len() == 0) {
+                let _ = fs::remove_file(&self.0[i].talk);
+            }
+        }
+        bad
+    }
+
+    fn all_ended(&mut self) -> bool {
+        self.0.iter_mut().all(|r| {
+            if r.status.is_none() {
+                r.status = r.child.try_wait().ok().flatten();
+            }
+            r.status.is_some()
+        })
+    }
+}
+
+impl Drop for Children {
+    fn drop(&mut self) {
+        for running in &mut self.0 {
+            if running.status.is_none() {
+                let _ = running.child.kill();
+                let _ = running.child.wait();
+            }
+        }
+    }
+}
+
+fn start_one(
+    seat: usize,
+    participant: &Participant,
+    spawn: &Spawn<'_>,
+) -> Result<Running, ChildrenError> {
+    let name = &participant.name;
+    let program = find_program(name, &participant.command[0])?;
+    let error = |error| ChildrenError::Spawn {
+        name: name.clone(),
+        program: program.display().to_string(),
+        error,
+    };
+    let talk = spawn.out_dir.join(format!("{name}.txt"));
+    let out = File::create(&talk).map_err(error)?;
+    let err = out.try_clone().map_err(error)?;
+    let holds_key = participant.role.holds_key();
+    let mut command = Command::new(&program);
+    command
+        .args(&participant.command[1..])
+        .args(["--run", spawn.run.as_str(), "--name", name])
+        .args(["--wait", &spawn.wait.to_string()])
+        .stdin(if holds_key { Stdio::piped() } else { Stdio::null() })
+        .stdout(out)
+        .stderr(err)
+        // Ctrl-C on the terminal reaches the server alone; it tells the others.
+        .process_group(0);
+    if holds_key {
+        command.arg("--key-stdin");
+    }
+    let mut child = command.spawn().map_err(error)?;
+    if let Some(mut pipe) = child.stdin.take() {
+        // A child that does not read its key cannot join, and that shows.
+        let _ = writeln!(pipe, "{}", spawn.key.to_hex());
+    }
+    Ok(Running { seat, child, status: None, talk })
+}
+
+/// A path is taken as it is; a bare name is looked up beside the server, in
+/// `examples` beside it, then on the path.
+fn find_program(name: &str, program: &str) -> Result<PathBuf, ChildrenError> {
+    if program.contains('/') {
+        return Ok(PathBuf::from(program));
+    }
+    let beside = std::env::current_exe()
+        .ok()
+        .and_then(|exe| exe.parent().map(Path::to_owned))
+        .unwrap_or_default();
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let mut places = vec![beside.clone(), beside.join("examples")];
+    places.extend(std::env::split_paths(&path));
+    places.into_iter().map(|place| place.join(program)).find(|file| file.is_file()).ok_or_else(
+        || ChildrenError::NotFound {
+            name: name.to_owned(),
+            program: program.to_owned(),
+            beside: beside.display().to_string(),
+        },
+    )
+}
+
+/// The last line of what a participant printed, for messages.
+fn last_line(path: &Path) -> Option<String> {
+    const TAIL: u64 = 2048;
+    let mut file = File::open(path).ok()?;
+    let length = file.metadata().ok()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(TAIL))).ok()?;
+    let mut text = Vec::new();
+    file.take(TAIL).read_to_end(&mut text).ok()?;
+    let text = String::from_utf8_lossy(&text);
+    text.lines().rev().find(|l| !l.trim().is_empty()).map(|l| l.trim().to_owned())
+}

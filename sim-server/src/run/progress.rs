@@ -1,0 +1,76 @@
+//! Telling a person how far a run is, on stderr.
+
+use std::io::IsTerminal as _;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Ticks between two looks at the clock.
+const TICKS_BETWEEN_LOOKS: u64 = 64;
+/// Between two lines where there is no terminal to draw a bar on.
+const BETWEEN_LINES: Duration = Duration::from_secs(2);
+
+/// A bar on a terminal, a line now and then elsewhere, nothing when quiet.
+pub struct Progress {
+    bar: Option<ProgressBar>,
+    quiet: bool,
+    ticks: u64,
+    last_line: Instant,
+    ended: Option<Instant>,
+}
+
+impl Progress {
+    /// Progress towards `ticks`.
+    #[must_use]
+    pub fn new(ticks: u64, quiet: bool) -> Self {
+        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
+            let bar = ProgressBar::with_draw_target(Some(ticks), ProgressDrawTarget::stderr());
+            let template = "{bar:32} {pos}/{len} ticks  {per_sec}  {eta} left";
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style);
+            }
+            bar
+        });
+        Self { bar, quiet, ticks, last_line: Instant::now(), ended: None }
+    }
+
+    /// So many ticks are done.
+    pub fn tick(&mut self, done: u64) {
+        if done % TICKS_BETWEEN_LOOKS != 0 && done != self.ticks {
+            return;
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_position(done);
+        } else if !self.quiet && (self.last_line.elapsed() >= BETWEEN_LINES || done == self.ticks) {
+            self.last_line = Instant::now();
+            let percent = 100.0 * done as f64 / self.ticks as f64;
+            eprintln!("  {done}/{} ticks ({percent:.0} %)", self.ticks);
+        }
+    }
+
+    /// Says something without breaking the bar. Said even when quiet: it is
+    /// about somebody in trouble.
+    pub fn say(&self, text: &str) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| eprintln!("{text}")),
+            None => eprintln!("{text}"),
+        }
+    }
+
+    /// The last tick is over.
+    pub fn done(&mut self) {
+        self.ended.get_or_insert_with(Instant::now);
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+
+    /// Seconds between `began` and [`done`](Self::done).
+    #[must_use]
+    pub fn elapsed_s(&self, began: Option<Instant>) -> f64 {
+        match (began, self.ended) {
+            (Some(began), Some(ended)) => (ended - began).as_secs_f64(),
+            _ => 0.0,
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Scenarios: built in or in a file, changed on the command line, set up.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rusty_contract::scenario::ScenarioError;
+use rusty_contract::{FieldError, RunConfig, Scenario, ScriptConfig};
+use rusty_geometry::{WorldError, WorldSpec};
+use thiserror::Error;
+
+/// The scenarios that come with the program: name and text.
+pub const BUILT_IN: [(&str, &str); 5] = [
+    ("apartment", include_str!("../scenarios/apartment.toml")),
+    ("patrol", include_str!("../scenarios/patrol.toml")),
+    ("figure-eight", include_str!("../scenarios/figure-eight.toml")),
+    ("hallway", include_str!("../scenarios/hallway.toml")),
+    ("driver", include_str!("../scenarios/driver.toml")),
+];
+
+/// Why a scenario cannot be set up.
+#[derive(Debug, Error)]
+pub enum SetupError {
+    /// The file cannot be read.
+    #[error("{path}: {error}{hint}")]
+    Read {
+        /// The file.
+        path: String,
+        /// What the operating system said.
+        error: std::io::Error,
+        /// What might have been meant.
+        hint: String,
+    },
+    /// What is in it cannot be used.
+    #[error("{path}: {error}")]
+    Scenario {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        error: ScenarioError,
+    },
+    /// The world cannot be used.
+    #[error("{path}: {error}")]
+    World {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        error: WorldError,
+    },
+    /// A field cannot be used together with the rest.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+}
+
+/// A scenario and where its files are looked for.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// What it says.
+    pub scenario: Scenario,
+    /// Folder that its paths are relative to.
+    pub folder: PathBuf,
+}
+
+/// Loads a built-in scenario by name, or a file by path, and applies changes
+/// of the form `robot.slip_std=0.05`.
+///
+/// # Errors
+/// [`SetupError`] names file, field, value and remedy.
+pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
+    let built_in = BUILT_IN.iter().find(|(name, _)| *name == which);
+    let (text, folder) = match built_in {
+        Some((_, text)) => ((*text).to_owned(), PathBuf::new()),
+        None => {
+            let path = Path::new(which);
+            let text = fs::read_to_string(path).map_err(|error| {
+                let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
+                let hint = format!("; built-in scenarios: {}", names.join(", "));
+                SetupError::Read { path: which.to_owned(), error, hint }
+            })?;
+            (text, path.parent().map(Path::to_owned).unwrap_or_default())
+        }
+    };
+    let error = |error| SetupError::Scenario { path: which.to_owned(), error };
+    let mut scenario = Scenario::from_toml(&text).map_err(error)?;
+    if !changes.is_empty() {
+        scenario = change(&text, changes).map_err(error)?;
+    }
+    Ok(Loaded { scenario, folder })
+}
+
+/// Applies `key=value` changes to the text of a scenario.
+fn change(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
+    let syntax = |e: toml::de::Error| ScenarioError::Syntax(e.to_string().trim_end().to_owned());
+    let mut table: toml::Table = toml::from_str(text).map_err(syntax)?;
+    for change in changes {
+        let error = |problem: &str| {
+            let remedy = "write --set key=value, e.g. --set robot.slip_std=0.05";
+            FieldError::new("--set", change, problem, remedy)
+        };
+        let (key, value) = change.split_once('=').ok_or_else(|| error("has no `=`"))?;
+        // A word that is no TOML value is meant as text.
+        let value = toml::from_str::<toml::Table>(&format!("v = {value}"))
+            .ok()
+            .and_then(|mut t| t.remove("v"))
+            .unwrap_or_else(|| toml::Value::String(value.to_owned()));
+        let mut place = &mut table;
+        let mut parts = key.trim().split('.').peekable();
+        while let Some(part) = parts.next() {
+            if parts.peek().is_none() {
+                place.insert(part.to_owned(), value);
+                break;
+            }
+            let next = place
+                .entry(part.to_owned())
+                .or_insert_with(|| toml::Value::Table(toml::Table::new()));
+            place = next.as_table_mut().ok_or_else(|| error("goes through a value"))?;
+        }
+    }
+    Scenario::from_toml(&table.to_string())
+}
+
+/// Reads a world: a built-in place by name, or a file by path.
+///
+/// # Errors
+/// [`SetupError`] names the file and the wall.
+pub fn world(which: &str) -> Result<WorldSpec, SetupError> {
+    if let Some(place) = rusty_geometry::places::place(which) {
+        return Ok(place.spec().clone());
+    }
+    world_file(Path::new(which))
+}
+
+fn world_file(path: &Path) -> Result<WorldSpec, SetupError> {
+    let name = path.display().to_string();
+    let text = fs::read_to_string(path).map_err(|error| {
+        let places: Vec<&str> = rusty_geometry::places::PLACES.iter().map(|(n, _)| *n).collect();
+        let hint = format!("; built-in worlds: {}", places.join(", "));
+        SetupError::Read { path: name.clone(), error, hint }
+    })?;
+    let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    let spec = if is_json {
+        WorldSpec::from_json_str(&text)
+    } else {
+        WorldSpec::from_toml_str(&text)
+    };
+    let error = |error| SetupError::World { path: name.clone(), error };
+    let spec = spec.map_err(error)?;
+    spec.check().map_err(error)?;
+    Ok(spec)
+}
+
+impl Loaded {
+    /// The configuration of the run, with all files read.
+    ///
+    /// # Errors
+    /// [`SetupError`] names file, field, value and remedy.
+    pub fn config(&self) -> Result<RunConfig, SetupError> {
+        let s = &self.scenario;
+        let world = match &s.world_file {
+            Some(file) => world_file(&self.folder.join(file))?,
+            None => match rusty_geometry::places::place(&s.world) {
+                Some(place) => place.spec().clone(),
+                None => {
+                    let remedy = "use open, hallway or apartment, or give a world_file";
+                    return Err(FieldError::new("world", &s.world, "is no built-in world", remedy).into());
+                }
+            },
+        };
+        let mut script = s.script.clone();
+        if let ScriptConfig::Commands { file: Some(file), list } = &mut script {
+            let path = self.folder.join(&*file);
+            let text = fs::read_to_string(&path).map_err(|error| SetupError::Read {
+                path: path.display().to_string(),
+                error,
+                hint: String::new(),
+            })?;
+            *list = rusty_contract::config::parse_commands(&text)?;
+        }
+        let config = RunConfig {
+            scenario: s.name.clone(),
+            seed: s.seed,
+            ticks: s.ticks,
+            dt_s: s.dt_s,
+            scan_every: s.scan_every,
+            start: s.start,
+            robot: s.robot,
+            lidar: s.lidar,
+            script,
+            world,
+        };
+        config.check()?;
+        Ok(config)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_built_in_scenario_can_be_set_up() {
+        for (name, _) in BUILT_IN {
+            let loaded = load(name, &[]).unwrap();
+            assert_eq!(loaded.scenario.name, name);
+            loaded.config().unwrap();
+        }
+    }
+
+    #[test]
+    fn a_change_reaches_its_field_and_a_wrong_one_is_named() {
+        let set = |text: &str| load("apartment", &[text.to_owned()]);
+        assert_eq!(set("lidar.beams=181").unwrap().scenario.lidar.beams, 181);
+        assert_eq!(set("on_loss=continue").unwrap().scenario.on_loss, rusty_contract::OnLoss::Continue);
+        assert!(set("lidar.beems=181").unwrap_err().to_string().contains("beems"));
+        assert!(set("lidar.beams").unwrap_err().to_string().contains("has no `=`"));
+        assert!(set("robot.slip_std=nan").unwrap_err().to_string().contains("NaN"));
+    }
+}

@@ -1,0 +1,157 @@
+//! `diff`: first tick, field and bits in which two logs differ.
+
+use std::path::Path;
+
+use rusty_contract::Exit;
+use rusty_contract::log::{Ending, LogReader, Read};
+use serde::Serialize;
+
+use super::{Verbed, print_json};
+use crate::cli::DiffArgs;
+use crate::compare::{self, Mismatch};
+use crate::error::VerbError;
+
+/// What a comparison found.
+#[derive(Debug, Serialize)]
+struct Difference {
+    /// Headers, ticks and endings are equal, bit for bit.
+    equal: bool,
+    /// Fields of the headers that differ.
+    headers: Vec<String>,
+    /// Ticks that both logs have and that are equal, before the first
+    /// difference.
+    ticks_equal: u64,
+    /// The first value that differs.
+    first_difference: Option<Mismatch>,
+    /// How they end, where that differs, and damage.
+    remarks: Vec<String>,
+}
+
+/// Compares two logs: exit 0 if they are equal, 4 if not.
+///
+/// # Errors
+/// [`VerbError`] if one of them is no log.
+pub fn diff(args: &DiffArgs) -> Verbed {
+    let found = compare_logs(&args.a, &args.b)?;
+    if args.json {
+        print_json(&found);
+    } else {
+        print(args, &found);
+    }
+    Ok(if found.equal { Exit::Done } else { Exit::NotBitExact })
+}
+
+fn print(args: &DiffArgs, d: &Difference) {
+    for header in &d.headers {
+        println!("header: {header}");
+    }
+    for remark in &d.remarks {
+        println!("{remark}");
+    }
+    match &d.first_difference {
+        Some(m) => {
+            println!("first difference: tick {}, {}", m.tick, m.field);
+            println!("  {}: {}", args.a.display(), m.a);
+            println!("  {}: {}", args.b.display(), m.b);
+        }
+        None if d.equal => println!("equal: {} ticks, bit for bit", d.ticks_equal),
+        None => println!("the {} ticks that both have are equal", d.ticks_equal),
+    }
+}
+
+fn compare_logs(a: &Path, b: &Path) -> Result<Difference, VerbError> {
+    let (mut ra, mut rb) = (LogReader::open(a)?, LogReader::open(b)?);
+    let (ha, hb) = (ra.header().clone(), rb.header().clone());
+    let mut found = Difference {
+        equal: true,
+        headers: header_differences(&ha, &hb),
+        ticks_equal: 0,
+        first_difference: None,
+        remarks: Vec::new(),
+    };
+    let names: Vec<String> = ha.answering().map(|p| p.name.clone()).collect();
+    loop {
+        match (ra.read()?, rb.read()?) {
+            (Read::Tick(x), Read::Tick(y)) => {
+                for (path, entry) in [(a, &x), (b, &y)] {
+                    if !entry.intact {
+                        let (tick, at) = (entry.record.tick, entry.at_byte);
+                        let path = path.display();
+                        found.remarks.push(format!(
+                            "{path}: tick {tick}: the checksum of its record (byte {at}) fails"
+                        ));
+                    }
+                }
+                let (x, y) = (x.record, y.record);
+                found.first_difference = compare::frames(&x, &y, ha.config.dt_s)
+                    .or_else(|| compare::replies(x.tick, &names, &x.replies, &y.replies));
+                if found.first_difference.is_some() {
+                    break;
+                }
+                found.ticks_equal += 1;
+            }
+            (Read::End(x), Read::End(y)) => {
+                if x != y {
+                    found.remarks.push(format!("{}: {}", a.display(), describe(&x)));
+                    found.remarks.push(format!("{}: {}", b.display(), describe(&y)));
+                }
+                break;
+            }
+            (x, y) => {
+                for (path, read) in [(a, x), (b, y)] {
+                    if let Read::End(ending) = read {
+                        let (path, how) = (path.display(), describe(&ending));
+                        found.remarks.push(format!("{path}: {how}, the other goes on"));
+                    }
+                }
+                break;
+            }
+        }
+    }
+    found.equal = found.headers.is_empty()
+        && found.remarks.is_empty()
+        && found.first_difference.is_none();
+    Ok(found)
+}
+
+fn describe(ending: &Ending) -> String {
+    match ending {
+        Ending::Complete(t) => {
+            let digest = rusty_contract::digest::hex(&t.run_digest);
+            format!("complete, {} ticks, digest {digest}", t.ticks)
+        }
+        Ending::Cut { ticks, at_byte, problem } => {
+            format!("cut after {ticks} ticks, at byte {at_byte}: {problem}")
+        }
+    }
+}
+
+/// Leaves of the two headers that differ, as `path: a and b`.
+fn header_differences(a: &rusty_contract::LogHeader, b: &rusty_contract::LogHeader) -> Vec<String> {
+    let mut found = Vec::new();
+    if let (Ok(a), Ok(b)) = (serde_json::to_value(a), serde_json::to_value(b)) {
+        walk("", &a, &b, &mut found);
+    }
+    found
+}
+
+fn walk(path: &str, a: &serde_json::Value, b: &serde_json::Value, found: &mut Vec<String>) {
+    use serde_json::Value::{Array, Object};
+    let inside = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    match (a, b) {
+        _ if a == b => {}
+        (Object(x), Object(y)) => {
+            for key in x.keys().chain(y.keys().filter(|k| !x.contains_key(*k))) {
+                let missing = serde_json::Value::Null;
+                let (x, y) = (x.get(key).unwrap_or(&missing), y.get(key).unwrap_or(&missing));
+                walk(&inside(key), x, y, found);
+            }
+        }
+        (Array(x), Array(y)) if x.len() == y.len() => {
+            for (i, (x, y)) in x.iter().zip(y).enumerate() {
+                walk(&format!("{path}[{i}]"), x, y, found);
+            }
+        }
+        _ => found.push(format!("{path}: {a} and {b}")),
+    }
+}

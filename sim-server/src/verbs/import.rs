@@ -1,0 +1,35 @@
+//! `import`: recordings of real robots, as run logs.
+
+use std::io::IsTerminal as _;
+
+use rusty_contract::Exit;
+
+use super::launch::writer;
+use super::{Verbed, print_json};
+use crate::cli::CarmenArgs;
+use crate::import;
+
+/// Lines between two words of progress.
+const LINES_BETWEEN_WORDS: u64 = 50_000;
+
+/// Imports a CARMEN log.
+///
+/// # Errors
+/// [`VerbError`](crate::error::VerbError) names line and field.
+pub fn import_carmen(args: &CarmenArgs) -> Verbed {
+    let talk = std::io::stderr().is_terminal() && !args.json;
+    let mut progress = |lines: u64| {
+        if talk && lines % LINES_BETWEEN_WORDS == 0 {
+            eprintln!("  {lines} lines");
+        }
+    };
+    let report = import::import_carmen(&args.input, &args.output, &writer(), &mut progress)?;
+    if args.json {
+        print_json(&report);
+    } else {
+        println!("{report}");
+        println!("log       {}", args.output.display());
+        println!("play it   sim-server replay {}", args.output.display());
+    }
+    Ok(Exit::Done)
+}

@@ -1,0 +1,202 @@
+//! `info`: what is in a log, or in one tick of it.
+
+use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
+use rusty_contract::{Exit, LogHeader, Reply, RunDigest};
+use rusty_contract::{Frame, TruthKey};
+use serde_json::{Value, json};
+
+use super::{Verbed, print_json};
+use crate::cli::InfoArgs;
+use crate::error::VerbError;
+
+/// Says what is in a log.
+///
+/// # Errors
+/// [`VerbError`] if it is no log, or has no such tick.
+pub fn info(args: &InfoArgs) -> Verbed {
+    match args.tick {
+        Some(tick) => one_tick(args, tick),
+        None => whole(args),
+    }
+}
+
+fn whole(args: &InfoArgs) -> Verbed {
+    let mut reader = LogReader::open(&args.log)?;
+    let header = reader.header().clone();
+    let key = TruthKey::from_bytes([0; 32]);
+    let (mut digest, mut frame) = (RunDigest::default(), Frame::boxed());
+    let (mut ticks, mut scans, mut truths) = (0u64, 0u64, 0u64);
+    let mut times: Option<(f64, f64)> = None;
+    let ending = loop {
+        match reader.read()? {
+            Read::Tick(entry) => {
+                let record = entry.record;
+                record.write_frame(&mut frame, header.config.dt_s, &key);
+                record.absorb(&frame, &mut digest);
+                ticks += 1;
+                scans += u64::from(record.ranges_m.is_some());
+                truths += u64::from(record.truth.is_some());
+                let time_s = record.time_s(header.config.dt_s);
+                times = Some((times.map_or(time_s, |t| t.0), time_s));
+            }
+            Read::End(ending) => break ending,
+        }
+    };
+    let damaged = reader.damaged();
+    let complete = matches!(ending, Ending::Complete(_)) && damaged == 0;
+    if args.json {
+        print_json(&json!({
+            "log": args.log.display().to_string(),
+            "writer": header.writer,
+            "source": header.source,
+            "config": header.config,
+            "seed": header.seed(),
+            "roster": header.roster,
+            "on_loss": header.on_loss,
+            "ticks": ticks,
+            "scans": scans,
+            "ticks_with_truth": truths,
+            "first_time_s": times.map(|t| t.0),
+            "last_time_s": times.map(|t| t.1),
+            "complete": complete,
+            "damaged_records": damaged,
+            "cut": cut(&ending),
+            "digest": digest.run_hex(),
+            "world_digest": digest.world_hex(),
+        }));
+    } else {
+        print_header(&header);
+        println!("ticks     {ticks}, {scans} with a scan, {truths} with a known truth");
+        if let Some((first, last)) = times {
+            println!("time      {first} s to {last} s");
+        }
+        match cut(&ending) {
+            None if damaged == 0 => println!("complete  yes"),
+            None => println!("complete  no: the checksums of {damaged} records fail"),
+            Some(how) => println!("complete  no: {how}"),
+        }
+        println!("digest    {}", digest.run_hex());
+    }
+    Ok(if complete { Exit::Done } else { Exit::Lost })
+}
+
+fn cut(ending: &Ending) -> Option<String> {
+    match ending {
+        Ending::Complete(_) => None,
+        Ending::Cut { ticks, at_byte, problem } => {
+            Some(format!("cut after {ticks} complete ticks, at byte {at_byte}: {problem}"))
+        }
+    }
+}
+
+fn print_header(header: &LogHeader) {
+    let config = &header.config;
+    match header.seed() {
+        Some(seed) => println!("seed      {seed}"),
+        None => println!("seed      none: recorded by a robot"),
+    }
+    println!("scenario  {}", config.scenario);
+    println!("writer    {}", header.writer);
+    if let rusty_contract::log::Source::Recorded { format, file, remarks } = &header.source {
+        println!("source    {file} ({format})");
+        for remark in remarks {
+            println!("          {remark}");
+        }
+    } else {
+        let walls = config.world.walls.len();
+        println!("world     {} ({walls} walls)", config.world.name);
+        println!("script    {}", config.script.kind());
+        let r = &config.robot;
+        println!("robot     slip {} per tick, right wheel {:+} %", r.slip_std, 100.0 * r.radius_bias_right);
+    }
+    println!("time step {} s, a scan every {} ticks", config.dt_s, config.scan_every);
+    println!("LiDAR     {} beams, up to {} m", config.lidar.beams, config.lidar.range_max_m);
+    for p in &header.roster {
+        println!("roster    {} ({})", p.name, p.role);
+    }
+}
+
+fn one_tick(args: &InfoArgs, wanted: u64) -> Verbed {
+    let mut reader = LogReader::open(&args.log)?;
+    let header = reader.header().clone();
+    let mut ticks = 0;
+    loop {
+        match reader.read()? {
+            Read::Tick(entry) if entry.record.tick == wanted => {
+                if args.json {
+                    print_json(&tick_json(&header, &entry.record, entry.intact));
+                } else {
+                    print_tick(&header, &entry.record, entry.intact);
+                }
+                return Ok(if entry.intact { Exit::Done } else { Exit::Lost });
+            }
+            Read::Tick(_) => ticks += 1,
+            Read::End(ending) => {
+                if let Some(how) = cut(&ending) {
+                    eprintln!("{}: {how}", args.log.display());
+                }
+                let log = args.log.display().to_string();
+                return Err(VerbError::NoSuchTick { log, tick: wanted, ticks });
+            }
+        }
+    }
+}
+
+fn tick_json(header: &LogHeader, record: &TickRecord, intact: bool) -> Value {
+    let answers: Vec<Value> = header
+        .answering()
+        .zip(&record.replies)
+        .map(|(p, reply)| reply_json(&p.name, reply))
+        .collect();
+    json!({
+        "tick": record.tick,
+        "time_s": record.time_s(header.config.dt_s),
+        "left_ticks": record.ticks.left,
+        "right_ticks": record.ticks.right,
+        "encoders": { "left": record.ticks.left, "right": record.ticks.right },
+        "command": record.command,
+        "truth": record.truth.map(|[x, y, theta]| json!({ "x_m": x, "y_m": y, "theta_rad": theta })),
+        "ranges": record.ranges_m,
+        "answers": answers,
+        "intact": intact,
+    })
+}
+
+fn reply_json(name: &str, reply: &Reply) -> Value {
+    let kind = match reply {
+        Reply::Missing => "missing",
+        Reply::Abstain => "abstain",
+        Reply::Taken => "taken",
+        Reply::Estimate(_) => "estimate",
+        Reply::Command(_) => "command",
+        Reply::Both(..) => "both",
+    };
+    json!({
+        "name": name,
+        "kind": kind,
+        "pose": reply.estimate().map(|e| e.pose_in_world),
+        "covariance": reply.estimate().and_then(|e| e.covariance),
+        "command": reply.command(),
+    })
+}
+
+fn print_tick(header: &LogHeader, record: &TickRecord, intact: bool) {
+    if !intact {
+        println!("the checksum of this record fails: its values are suspect");
+    }
+    println!("tick      {}", record.tick);
+    println!("time      {} s", record.time_s(header.config.dt_s));
+    println!("encoders  left {}, right {}", record.ticks.left, record.ticks.right);
+    println!("command   v {} m/s, ω {} rad/s", record.command.v_m_s, record.command.omega_rad_s);
+    match record.truth {
+        Some([x, y, theta]) => println!("truth     x {x} m, y {y} m, θ {theta} rad"),
+        None => println!("truth     unknown"),
+    }
+    for (p, reply) in header.answering().zip(&record.replies) {
+        println!("answer    {}: {reply:?}", p.name);
+    }
+    match &record.ranges_m {
+        Some(ranges) => println!("ranges    {ranges:?}"),
+        None => println!("ranges    no scan in this tick"),
+    }
+}

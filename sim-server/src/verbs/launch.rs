@@ -1,0 +1,89 @@
+//! `launch`: server and participants as processes, from one command.
+
+use rusty_contract::{LogHeader, Role, Scenario};
+use rusty_contract::log::Source;
+use rusty_sim::Sim;
+
+use super::Verbed;
+use super::session::{RunSession, Starting};
+use crate::cli::{LaunchArgs, RunArgs, ScenarioArgs};
+use crate::error::VerbError;
+use crate::scenario_file;
+use crate::source::Simulated;
+
+/// Runs a scenario with its participants.
+///
+/// # Errors
+/// [`VerbError`] before the run; losses in the run are an exit code.
+pub fn launch(args: &LaunchArgs) -> Verbed {
+    simulate(&args.scenario, &args.run, Starting::Launch)
+}
+
+/// What `launch` and `serve` share.
+pub(super) fn simulate(which: &ScenarioArgs, run: &RunArgs, starting: Starting) -> Verbed {
+    let mut loaded = scenario_file::load(&which.scenario, &which.changes)?;
+    let scenario = &mut loaded.scenario;
+    scenario.seed = which.seed.unwrap_or(scenario.seed);
+    scenario.ticks = which.ticks.unwrap_or(scenario.ticks);
+    change_roster(&mut scenario.participants, run)?;
+    scenario.check().map_err(|error| scenario_file::SetupError::Scenario {
+        path: which.scenario.clone(),
+        error,
+    })?;
+    let config = loaded.config()?;
+    let scenario = &loaded.scenario;
+    let header = LogHeader {
+        writer: writer(),
+        source: Source::Simulated,
+        config: config.clone(),
+        roster: scenario.participants.clone(),
+        on_loss: scenario.on_loss,
+    };
+    let mut source = Simulated::new(header, Sim::new(config)?);
+    RunSession {
+        args: run,
+        starting,
+        answer_timeout_s: scenario.answer_timeout_s,
+        join_timeout_s: scenario.join_timeout_s,
+    }
+    .run(&mut source)
+}
+
+/// Applies `--add` and `--without`.
+pub(super) fn change_roster(
+    roster: &mut Vec<rusty_contract::Participant>,
+    run: &RunArgs,
+) -> Result<(), VerbError> {
+    for name in &run.without {
+        let before = roster.len();
+        roster.retain(|p| p.name != *name);
+        if roster.len() == before {
+            let names: Vec<&str> = roster.iter().map(|p| p.name.as_str()).collect();
+            let remedy = format!("use one of: {}", names.join(", "));
+            let error = rusty_contract::FieldError::new("--without", name, "is not there", remedy);
+            return Err(error.into());
+        }
+    }
+    for (i, text) in run.add.iter().enumerate() {
+        let (name, command) = match text.split_once('=') {
+            Some((name, command)) => (name, command.split_whitespace().map(str::to_owned).collect()),
+            None => (text.as_str(), Vec::new()),
+        };
+        let mut participant = rusty_contract::Participant::new(name, Role::Estimator);
+        participant.command = command;
+        // Estimators first: they come before scorer and logger in the table.
+        let place = roster.iter().take_while(|p| p.role.answers()).count();
+        roster.insert(place.max(i.min(roster.len())), participant);
+    }
+    let check = Scenario { participants: roster.clone(), ..Scenario::default() };
+    match check.check() {
+        // The number of drivers is judged together with the real script.
+        Err(rusty_contract::scenario::ScenarioError::Name(e)) => Err(e.into()),
+        _ => Ok(()),
+    }
+}
+
+/// What a log says of its writer.
+pub(super) fn writer() -> String {
+    concat!("sim-server ", env!("CARGO_PKG_VERSION")).to_owned()
+}

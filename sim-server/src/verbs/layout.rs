@@ -1,0 +1,33 @@
+//! `layout`: the structs in shared memory, byte by byte.
+
+use rusty_contract::layout::{layout_hash, tables};
+use rusty_contract::{Exit, PROTOCOL_VERSION};
+use serde_json::json;
+
+use super::{Verbed, print_json};
+use crate::cli::JsonArgs;
+
+/// Prints the layout, as a table or JSON.
+///
+/// # Errors
+/// None.
+pub fn layout(args: &JsonArgs) -> Verbed {
+    let hash = format!("{:016x}", layout_hash());
+    if args.json {
+        print_json(&json!({
+            "protocol": PROTOCOL_VERSION,
+            "layout_hash": hash,
+            "structs": tables(),
+        }));
+        return Ok(Exit::Done);
+    }
+    println!("protocol {PROTOCOL_VERSION}, layout {hash}, little-endian, alignment 8");
+    for table in tables() {
+        println!("\n{} ({} bytes)", table.name, table.size);
+        println!("{:>8}  {:>6}  {:14}  type", "offset", "size", "field");
+        for f in table.fields {
+            println!("{:>8}  {:>6}  {:14}  {}", f.offset, f.size, f.name, f.ty);
+        }
+    }
+    Ok(Exit::Done)
+}

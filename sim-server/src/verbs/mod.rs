@@ -1,0 +1,40 @@
+//! The verbs of the command line, one file each.
+
+mod clean;
+mod diff;
+mod import;
+mod info;
+mod launch;
+mod layout;
+mod replay;
+mod serve;
+mod session;
+mod verify;
+mod worlds;
+
+pub use clean::clean;
+pub use diff::diff;
+pub use import::import_carmen;
+pub use info::info;
+pub use launch::launch;
+pub use layout::layout;
+pub use replay::replay;
+pub use serve::serve;
+pub use verify::verify;
+pub use worlds::worlds;
+
+use rusty_contract::Exit;
+
+use crate::error::VerbError;
+
+/// What a verb comes to.
+pub type Verbed = Result<Exit, VerbError>;
+
+/// Prints one JSON document on stdout.
+fn print_json(value: &impl serde::Serialize) {
+    match serde_json::to_string_pretty(value) {
+        Ok(text) => println!("{text}"),
+        // Every document here is made of numbers, text and lists.
+        Err(e) => eprintln!("sim-server: the document cannot be written: {e}"),
+    }
+}

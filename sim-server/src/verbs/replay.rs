@@ -1,0 +1,41 @@
+//! `replay`: a log's frames to the same participants again, in lockstep.
+
+use rusty_contract::Scenario;
+use rusty_contract::log::Ending;
+
+use super::Verbed;
+use super::launch::change_roster;
+use super::session::{RunSession, Starting};
+use crate::cli::ReplayArgs;
+use crate::source::{FrameSource as _, Recording};
+
+/// Plays a log.
+///
+/// # Errors
+/// [`VerbError`](crate::error::VerbError) before the run; losses in the run
+/// are an exit code.
+pub fn replay(args: &ReplayArgs) -> Verbed {
+    let (mut source, ending) = Recording::open(&args.log)?;
+    if let Ending::Cut { ticks, at_byte, problem } = &ending {
+        let log = args.log.display();
+        eprintln!("{log}: cut at byte {at_byte} ({problem}); its {ticks} complete ticks are played");
+    }
+    if source.ticks() == 0 {
+        let error = crate::source::SourceError::Cut {
+            ticks: 0,
+            at_byte: 0,
+            problem: "there is no complete tick in it to play".to_owned(),
+        };
+        eprintln!("{}: {error}", args.log.display());
+        return Ok(rusty_contract::Exit::Failed);
+    }
+    change_roster(&mut source.header_mut().roster, &args.run)?;
+    let defaults = Scenario::default();
+    RunSession {
+        args: &args.run,
+        starting: if args.attach { Starting::ByHand } else { Starting::Launch },
+        answer_timeout_s: defaults.answer_timeout_s,
+        join_timeout_s: defaults.join_timeout_s,
+    }
+    .run(&mut source)
+}

@@ -1,0 +1,151 @@
+//! One run as a person sees it: first line, progress, table, paths, exit code.
+
+use std::fs;
+use std::io::Write as _;
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use rusty_contract::{Exit, LogHeader, RunName, TruthKey};
+use rusty_link::Domain;
+
+use super::{Verbed, print_json};
+use crate::cli::RunArgs;
+use crate::error::VerbError;
+use crate::report::RunReport;
+use crate::run::{Children, Progress, Run, RunSetup, Spawn};
+use crate::source::FrameSource;
+
+/// How long participants may take to end after their goodbye.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Who starts the participants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Starting {
+    /// The server.
+    Launch,
+    /// Somebody else.
+    ByHand,
+}
+
+/// A run to be made.
+pub(super) struct RunSession<'a> {
+    pub args: &'a RunArgs,
+    pub starting: Starting,
+    pub answer_timeout_s: f64,
+    pub join_timeout_s: f64,
+}
+
+impl RunSession<'_> {
+    pub(super) fn run(self, source: &mut dyn FrameSource) -> Verbed {
+        let args = self.args;
+        let header = source.header().clone();
+        let name = match &args.run {
+            Some(name) => name.clone(),
+            None => fresh_name(&header.config.scenario)?,
+        };
+        let out_dir = args.out.clone().unwrap_or_else(|| Path::new("runs").join(name.as_str()));
+        let answer_timeout_s = args.answer_timeout.unwrap_or(self.answer_timeout_s);
+        let join_timeout_s = args.join_timeout.unwrap_or(self.join_timeout_s);
+        rusty_contract::config::check_seconds("--answer-timeout", answer_timeout_s)?;
+        rusty_contract::config::check_seconds("--join-timeout", join_timeout_s)?;
+        let stop = stop_flag();
+        let domain = Domain::create(&name)?;
+        fs::create_dir_all(&out_dir).map_err(VerbError::io(&out_dir))?;
+        // Participants may run in another folder than the server.
+        let out_dir = fs::canonicalize(&out_dir).map_err(VerbError::io(&out_dir))?;
+        let (run_id, key) = RunSetup::draw().map_err(VerbError::Random)?;
+        self.first_line(&header, &name, source.ticks());
+        let mut children = match self.starting {
+            Starting::Launch => {
+                let spawn = Spawn { run: &name, wait: args.wait, key: &key, out_dir: &out_dir };
+                Children::start(&header.roster, &spawn)?
+            }
+            Starting::ByHand => {
+                write_key(&domain, &key)?;
+                Children::default()
+            }
+        };
+        let setup = RunSetup {
+            run_id,
+            key,
+            wait: args.wait,
+            pace: args.pace,
+            dt_s: header.config.dt_s,
+            join_timeout_s,
+            answer_timeout_s,
+            on_loss: header.on_loss,
+            out_dir: Some(out_dir.clone()),
+        };
+        let progress = Progress::new(source.ticks(), args.quiet || args.json);
+        let run = Run::new(setup, &domain, source, &mut children, &stop, progress)?;
+        let outcome = run.drive()?;
+        let ended_badly = children.finish(PATIENCE);
+        drop(domain);
+        let report = RunReport::new(&header, &name, &out_dir, &outcome, &ended_badly, source);
+        if args.json {
+            print_json(&report);
+        } else {
+            print!("{report}");
+        }
+        Ok(report.exit())
+    }
+
+    fn first_line(&self, header: &LogHeader, name: &RunName, ticks: u64) {
+        let config = &header.config;
+        let seed = match header.seed() {
+            Some(seed) => format!("seed {seed}"),
+            None => "recorded by a robot (no seed)".to_owned(),
+        };
+        let line = format!(
+            "{seed} · scenario {} · {ticks} ticks of {} s · run {name}",
+            config.scenario, config.dt_s
+        );
+        if self.args.json {
+            eprintln!("{line}");
+        } else {
+            println!("{line}");
+        }
+        if self.starting == Starting::ByHand {
+            let expected: Vec<&str> = header
+                .roster
+                .iter()
+                .filter(|p| p.is_awaited())
+                .map(|p| p.name.as_str())
+                .collect();
+            eprintln!("waiting for {} (each with --run {name})", expected.join(", "));
+        }
+    }
+}
+
+/// The scenario's name, shortened, and eight random digits.
+fn fresh_name(scenario: &str) -> Result<RunName, VerbError> {
+    let random = getrandom::u32().map_err(VerbError::Random)?;
+    let stem: String =
+        scenario.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').take(14).collect();
+    let stem = stem.trim_start_matches('-');
+    let stem = if stem.is_empty() { "run" } else { stem };
+    Ok(RunName::new(&format!("{stem}-{random:08x}"))?)
+}
+
+/// Raised by Ctrl-C and SIGTERM. A second signal ends the process at once.
+fn stop_flag() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        // Without a handler the signal ends the process; participants notice
+        // and sweep.
+        let code = i32::from(Exit::Lost as u8);
+        let _ = signal_hook::flag::register_conditional_shutdown(signal, code, Arc::clone(&stop));
+        let _ = signal_hook::flag::register(signal, Arc::clone(&stop));
+    }
+    stop
+}
+
+/// Leaves the key where scorers and loggers started by hand look for it.
+fn write_key(domain: &Domain, key: &TruthKey) -> Result<(), VerbError> {
+    let path: PathBuf = domain.folder().join("key");
+    let file = fs::OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(&path);
+    file.and_then(|mut file| writeln!(file, "{}", key.to_hex())).map_err(VerbError::io(&path))
+}

@@ -1,0 +1,190 @@
+//! `verify`: simulate a log's run again and compare every bit.
+
+use rusty_contract::digest::hex;
+use rusty_contract::log::{Ending, LogReader, Read, ReadEntry, Source, TickRecord, Trailer};
+use rusty_contract::{Exit, Frame, LogHeader, RunDigest, TruthKey};
+use rusty_geometry::Twist;
+use rusty_sim::Sim;
+use serde::Serialize;
+
+use super::{Verbed, print_json};
+use crate::cli::LogArgs;
+use crate::compare::{self, Mismatch};
+use crate::error::VerbError;
+
+/// What a verification found.
+#[derive(Debug, Serialize)]
+struct Verdict {
+    /// Every bit is what it should be.
+    bit_exact: bool,
+    /// The log has its trailer.
+    complete: bool,
+    /// Frames were simulated again (not possible for a recording).
+    re_simulated: bool,
+    /// Ticks that were checked.
+    ticks: u64,
+    /// Run digest over them.
+    digest: String,
+    /// The first value that differs: the log's and the one expected.
+    first_difference: Option<Mismatch>,
+    /// What else there is to say.
+    remarks: Vec<String>,
+}
+
+/// Verifies a log: exit 0 if it is bit-exact, 4 if not, 3 if it is bit-exact
+/// as far as it goes but cut off.
+///
+/// # Errors
+/// [`VerbError`] if it is no log.
+pub fn verify(args: &LogArgs) -> Verbed {
+    let verdict = check(&args.log)?;
+    if args.json {
+        print_json(&verdict);
+    } else {
+        print(&verdict);
+    }
+    Ok(match (verdict.bit_exact, verdict.complete) {
+        (true, true) => Exit::Done,
+        (true, false) => Exit::Lost,
+        (false, _) => Exit::NotBitExact,
+    })
+}
+
+fn print(v: &Verdict) {
+    for remark in &v.remarks {
+        println!("{remark}");
+    }
+    if let Some(m) = &v.first_difference {
+        println!("not bit-exact: tick {}, {}", m.tick, m.field);
+        println!("  the log has   {}", m.a);
+        println!("  expected was  {}", m.b);
+    } else if !v.bit_exact {
+        println!("not bit-exact, see above");
+    } else if v.re_simulated {
+        println!("bit-exact: {} ticks, digest {}", v.ticks, v.digest);
+    } else {
+        println!("intact: {} ticks, digest {}", v.ticks, v.digest);
+    }
+}
+
+/// The simulation that runs beside the log.
+struct Again {
+    sim: Sim,
+    driver: Option<usize>,
+    command: Option<Twist>,
+    frame: Box<Frame>,
+}
+
+impl Again {
+    fn new(header: &LogHeader) -> Result<Option<Self>, VerbError> {
+        if !matches!(header.source, Source::Simulated) {
+            return Ok(None);
+        }
+        let driver = header.answering().position(|p| p.role == rusty_contract::Role::Driver);
+        let sim = Sim::new(header.config.clone())?;
+        Ok(Some(Self { sim, driver, command: None, frame: Frame::boxed() }))
+    }
+
+    /// The next tick as it should be.
+    fn next(&mut self, key: &TruthKey) -> TickRecord {
+        let _ = self.sim.step(self.command, &mut self.frame);
+        self.frame.seal(key, Some(self.sim.truth()));
+        let f = &self.frame;
+        let truth = self.sim.truth();
+        TickRecord {
+            tick: f.tick(),
+            stamp_s: Some(f.time_s()),
+            ticks: f.ticks(),
+            command: f.command(),
+            truth: Some([truth.x(), truth.y(), truth.theta()]),
+            ranges_m: f.ranges_m().map(<[f64]>::to_vec),
+            replies: Vec::new(),
+        }
+    }
+
+    /// What the log's driver said becomes the next command.
+    fn hear(&mut self, record: &TickRecord) {
+        self.command = self.driver.and_then(|i| record.replies.get(i)?.command());
+    }
+}
+
+fn check(path: &std::path::Path) -> Result<Verdict, VerbError> {
+    let mut reader = LogReader::open(path)?;
+    let header = reader.header().clone();
+    let mut again = Again::new(&header)?;
+    let mut verdict = Verdict {
+        bit_exact: true,
+        complete: true,
+        re_simulated: again.is_some(),
+        ticks: 0,
+        digest: String::new(),
+        first_difference: None,
+        remarks: Vec::new(),
+    };
+    if again.is_none() {
+        verdict.remarks.push(
+            "a recording cannot be simulated again: checksums and digests were checked".to_owned(),
+        );
+    }
+    let key = TruthKey::from_bytes([0; 32]);
+    let mut digest = RunDigest::default();
+    let mut frame = Frame::boxed();
+    let ending = loop {
+        match reader.read()? {
+            Read::Tick(entry) => {
+                note_damage(&mut verdict, &entry);
+                let record = entry.record;
+                record.write_frame(&mut frame, header.config.dt_s, &key);
+                record.absorb(&frame, &mut digest);
+                if let Some(again) = again.as_mut().filter(|_| verdict.first_difference.is_none()) {
+                    let expected = again.next(&key);
+                    verdict.first_difference =
+                        compare::frames(&record, &expected, header.config.dt_s);
+                    again.hear(&record);
+                }
+                verdict.ticks += 1;
+            }
+            Read::End(ending) => break ending,
+        }
+    };
+    verdict.bit_exact &= verdict.first_difference.is_none();
+    verdict.digest = digest.run_hex();
+    match ending {
+        Ending::Complete(trailer) => compare_trailer(&mut verdict, &trailer, &digest),
+        Ending::Cut { ticks, at_byte, problem } => {
+            verdict.complete = false;
+            verdict.remarks.push(format!(
+                "the log ends after {ticks} complete ticks, at byte {at_byte}: {problem}"
+            ));
+        }
+    }
+    Ok(verdict)
+}
+
+fn note_damage(verdict: &mut Verdict, entry: &ReadEntry) {
+    if !entry.intact {
+        verdict.bit_exact = false;
+        verdict.remarks.push(format!(
+            "tick {}: the checksum of its record (byte {}) fails",
+            entry.record.tick, entry.at_byte
+        ));
+    }
+}
+
+fn compare_trailer(verdict: &mut Verdict, trailer: &Trailer, digest: &RunDigest) {
+    if trailer.ticks != verdict.ticks {
+        verdict.bit_exact = false;
+        verdict.remarks.push(format!(
+            "the trailer counts {} ticks, the log has {}",
+            trailer.ticks, verdict.ticks
+        ));
+    }
+    if trailer.run_digest != digest.run() || trailer.world_digest != digest.world() {
+        verdict.bit_exact = false;
+        verdict.remarks.push(format!(
+            "the trailer's digest is {}, the records give {}",
+            hex(&trailer.run_digest),
+            digest.run_hex()
+        ));
+    }
+}
