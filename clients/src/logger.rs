@@ -28,11 +28,9 @@ pub(crate) fn output_folder(brief: &Brief, args: &ClientArgs) -> Result<PathBuf,
     let folder = match (&args.out, &brief.out_dir) {
         (Some(out), _) => out.clone(),
         (None, Some(out)) => PathBuf::from(out),
-        (None, None) => args
-            .log
-            .as_ref()
-            .and_then(|log| log.parent().map(Path::to_owned))
-            .unwrap_or_default(),
+        (None, None) => {
+            args.log.as_ref().and_then(|log| log.parent().map(Path::to_owned)).unwrap_or_default()
+        }
     };
     if !folder.as_os_str().is_empty() {
         fs::create_dir_all(&folder).map_err(ClientError::io(&folder))?;

@@ -1,6 +1,7 @@
 //! The scorer: compares every estimate with the truth, and draws the run.
 
 use std::fs;
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use rusty_contract::{Brief, Exit, RunDigest, ScoreReport, Start};
@@ -54,7 +55,7 @@ impl Witness for Scorer {
         let json = serde_json::to_vec_pretty(&report)
             .map_err(|e| ClientError::Unusable(format!("the scores cannot be written: {e}")))?;
         fs::write(&path, json).map_err(ClientError::io(&path))?;
-        println!("{report}");
+        let _ = writeln!(std::io::stdout(), "{report}");
         drawn?;
         Ok(match ending {
             Ending::Broken | Ending::LogCut => Exit::Lost,

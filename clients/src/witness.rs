@@ -81,7 +81,8 @@ fn watch<W: Witness>(session: &mut Session, args: &ClientArgs) -> Result<Exit, C
     let (key, brief) = session.brief(args)?;
     let answering = brief.header.answering().count();
     let mut witness = W::start(session.start(), &brief, args)?;
-    let mut state = State { key, digest: RunDigest::default(), replies: vec![Reply::Missing; answering] };
+    let mut state =
+        State { key, digest: RunDigest::default(), replies: vec![Reply::Missing; answering] };
     let mut waiting: Option<FrameHandle> = None;
     let broken = loop {
         let frame = match session.next_frame() {

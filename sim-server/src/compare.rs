@@ -34,10 +34,9 @@ pub fn frames(a: &TickRecord, b: &TickRecord, dt_s: f64) -> Option<Mismatch> {
     if a.tick != b.tick {
         return at("tick", a.tick.to_string(), b.tick.to_string());
     }
-    for (field, x, y) in [
-        ("left_ticks", a.ticks.left, b.ticks.left),
-        ("right_ticks", a.ticks.right, b.ticks.right),
-    ] {
+    for (field, x, y) in
+        [("left_ticks", a.ticks.left, b.ticks.left), ("right_ticks", a.ticks.right, b.ticks.right)]
+    {
         if x != y {
             return at(field, format!("{x} (bits {x:016x})"), format!("{y} (bits {y:016x})"));
         }
@@ -52,7 +51,9 @@ pub fn frames(a: &TickRecord, b: &TickRecord, dt_s: f64) -> Option<Mismatch> {
         }
     }
     let names = ["truth.x_m", "truth.y_m", "truth.theta_rad"];
-    if let Some((field, x, y)) = lists(a.truth.as_ref(), b.truth.as_ref(), "truth", |i| names[i].to_owned()) {
+    if let Some((field, x, y)) =
+        lists(a.truth.as_ref(), b.truth.as_ref(), "truth", |i| names[i].to_owned())
+    {
         return at(&field, x, y);
     }
     let (x, y) = (a.ranges_m.as_ref(), b.ranges_m.as_ref());
@@ -129,7 +130,10 @@ mod tests {
         assert_eq!(frames(&a, &b, 0.02), None);
         b.ranges_m = Some(vec![1.0, f64::from_bits(2.5f64.to_bits() ^ 1)]);
         let text = frames(&a, &b, 0.02).unwrap().to_string();
-        assert!(text.contains("tick 3, ranges_m[1] (beam 1): 2.5 (bits 4004000000000000)"), "{text}");
+        assert!(
+            text.contains("tick 3, ranges_m[1] (beam 1): 2.5 (bits 4004000000000000)"),
+            "{text}"
+        );
         assert!(text.contains("(bits 4004000000000001)"), "{text}");
     }
 

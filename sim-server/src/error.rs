@@ -83,7 +83,10 @@ impl VerbError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
-            Self::Setup(_) | Self::Field(_) | Self::Name(_) | Self::Sim(_)
+            Self::Setup(_)
+            | Self::Field(_)
+            | Self::Name(_)
+            | Self::Sim(_)
             | Self::NoSuchTick { .. } => Exit::Usage,
             _ => Exit::Failed,
         }

@@ -19,6 +19,7 @@ pub mod compare;
 pub mod error;
 pub mod import;
 pub mod lockstep;
+mod output;
 pub mod report;
 pub mod run;
 pub mod scenario_file;

@@ -201,7 +201,11 @@ impl Lockstep {
                 return self.lose(place, LossKind::Left, "it said goodbye before the end".into());
             }
             Message::Failed => {
-                return self.lose(place, LossKind::Failed, "it reported a failure of its own".into());
+                return self.lose(
+                    place,
+                    LossKind::Failed,
+                    "it reported a failure of its own".into(),
+                );
             }
             Message::Reply(reply) => reply,
         };
@@ -314,7 +318,8 @@ impl Lockstep {
     }
 
     fn next_gathering(&mut self, since: u64, now: u64, describe: impl Fn(usize) -> String) -> Step {
-        let missing = |s: &Seat| s.awaited && matches!(s.state, SeatState::Absent | SeatState::Joined);
+        let missing =
+            |s: &Seat| s.awaited && matches!(s.state, SeatState::Absent | SeatState::Joined);
         if !self.seats.iter().any(missing) {
             self.state = State::Publishing;
             return Step::Publish(self.tick);

@@ -76,8 +76,7 @@ impl RunReport {
             path.exists().then(|| path.display().to_string())
         };
         let has = |role| header.roster.iter().any(|p| p.role == role);
-        let scores_file =
-            has(rusty_contract::Role::Scorer).then(|| there("score.json")).flatten();
+        let scores_file = has(rusty_contract::Role::Scorer).then(|| there("score.json")).flatten();
         let digest = outcome.digest.run_hex();
         let scored = scores_file
             .as_ref()
@@ -143,7 +142,11 @@ impl std::fmt::Display for RunReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let width = self.participants.iter().map(|p| p.name.len()).max().unwrap_or(0).max(10);
         writeln!(f)?;
-        writeln!(f, "{:width$}  {:9}  {:>8}  {:>9}  {:>9}", "process", "role", "pid", "answers", "abstained")?;
+        writeln!(
+            f,
+            "{:width$}  {:9}  {:>8}  {:>9}  {:>9}",
+            "process", "role", "pid", "answers", "abstained"
+        )?;
         writeln!(f, "{:width$}  {:9}  {:>8}", "sim-server", "server", self.server_pid)?;
         for p in &self.participants {
             let pid = p.pid.map_or_else(|| "-".to_owned(), |pid| pid.to_string());
@@ -186,7 +189,11 @@ impl std::fmt::Display for RunReport {
             self.write_comparison(f, c)?;
         }
         writeln!(f, "digest   {}", self.digest)?;
-        writeln!(f, "ticks    {} in {:.2} s, {:.0} per s", self.ticks, self.elapsed_s, self.ticks_per_s)?;
+        writeln!(
+            f,
+            "ticks    {} in {:.2} s, {:.0} per s",
+            self.ticks, self.elapsed_s, self.ticks_per_s
+        )?;
         let files = [("log", &self.log), ("scores", &self.scores_file)];
         for (what, path) in files.into_iter().filter_map(|(w, p)| Some((w, p.as_ref()?))) {
             writeln!(f, "{what:8} {path}")?;
@@ -205,16 +212,25 @@ impl RunReport {
         c: &Comparison,
     ) -> std::fmt::Result {
         if c.compared == 0 {
-            return writeln!(f, "replay   the log has no answers by these participants to compare with");
+            return writeln!(
+                f,
+                "replay   the log has no answers by these participants to compare with"
+            );
         }
-        writeln!(f, "replay   {} of {} answers equal the recorded ones, bit for bit", c.equal, c.compared)?;
+        writeln!(
+            f,
+            "replay   {} of {} answers equal the recorded ones, bit for bit",
+            c.equal, c.compared
+        )?;
         if let Some(d) = &c.first_difference {
             writeln!(f, "         first difference at tick {}, {}:", d.tick, d.name)?;
             writeln!(f, "         recorded {}", d.recorded)?;
             writeln!(f, "         replayed {}", d.replayed)?;
         }
         match &c.recorded_digest {
-            Some(digest) if *digest == self.digest => writeln!(f, "         the digest is the recorded one"),
+            Some(digest) if *digest == self.digest => {
+                writeln!(f, "         the digest is the recorded one")
+            }
             Some(digest) => writeln!(f, "         the recorded digest is {digest}"),
             None => writeln!(f, "         the log was cut, so it has no digest to compare with"),
         }

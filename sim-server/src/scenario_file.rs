@@ -137,11 +137,8 @@ fn world_file(path: &Path) -> Result<WorldSpec, SetupError> {
         SetupError::Read { path: name.clone(), error, hint }
     })?;
     let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-    let spec = if is_json {
-        WorldSpec::from_json_str(&text)
-    } else {
-        WorldSpec::from_toml_str(&text)
-    };
+    let spec =
+        if is_json { WorldSpec::from_json_str(&text) } else { WorldSpec::from_toml_str(&text) };
     let error = |error| SetupError::World { path: name.clone(), error };
     let spec = spec.map_err(error)?;
     spec.check().map_err(error)?;
@@ -161,7 +158,9 @@ impl Loaded {
                 Some(place) => place.spec().clone(),
                 None => {
                     let remedy = "use open, hallway or apartment, or give a world_file";
-                    return Err(FieldError::new("world", &s.world, "is no built-in world", remedy).into());
+                    return Err(
+                        FieldError::new("world", &s.world, "is no built-in world", remedy).into()
+                    );
                 }
             },
         };
@@ -209,7 +208,10 @@ mod tests {
     fn a_change_reaches_its_field_and_a_wrong_one_is_named() {
         let set = |text: &str| load("apartment", &[text.to_owned()]);
         assert_eq!(set("lidar.beams=181").unwrap().scenario.lidar.beams, 181);
-        assert_eq!(set("on_loss=continue").unwrap().scenario.on_loss, rusty_contract::OnLoss::Continue);
+        assert_eq!(
+            set("on_loss=continue").unwrap().scenario.on_loss,
+            rusty_contract::OnLoss::Continue
+        );
         assert!(set("lidar.beems=181").unwrap_err().to_string().contains("beems"));
         assert!(set("lidar.beams").unwrap_err().to_string().contains("has no `=`"));
         assert!(set("robot.slip_std=nan").unwrap_err().to_string().contains("NaN"));

@@ -22,10 +22,14 @@ pub trait FrameSource {
     ///
     /// # Errors
     /// [`SourceError`] if there is no next tick.
-    fn make(&mut self, driver: Option<Twist>, frame: &mut Frame) -> Result<Option<SE2>, SourceError>;
+    fn make(
+        &mut self,
+        driver: Option<Twist>,
+        frame: &mut Frame,
+    ) -> Result<Option<SE2>, SourceError>;
 
     /// The tick last made has these replies, by name.
-    fn closed<'a>(&mut self, _replies: &mut dyn Iterator<Item = (&'a str, Reply)>) {}
+    fn closed(&mut self, _replies: &mut dyn Iterator<Item = (&str, Reply)>) {}
 
     /// What a replay found, if this is one.
     fn comparison(&self) -> Option<&Comparison> {
@@ -74,7 +78,11 @@ impl FrameSource for Simulated {
         self.header.config.ticks
     }
 
-    fn make(&mut self, driver: Option<Twist>, frame: &mut Frame) -> Result<Option<SE2>, SourceError> {
+    fn make(
+        &mut self,
+        driver: Option<Twist>,
+        frame: &mut Frame,
+    ) -> Result<Option<SE2>, SourceError> {
         // Whether the robot was blocked shows in the truth.
         let _ = self.sim.step(driver, frame);
         Ok(Some(self.sim.truth()))
@@ -179,7 +187,7 @@ impl FrameSource for Recording {
         }
     }
 
-    fn closed<'a>(&mut self, replies: &mut dyn Iterator<Item = (&'a str, Reply)>) {
+    fn closed(&mut self, replies: &mut dyn Iterator<Item = (&str, Reply)>) {
         let Some(record) = &self.record else { return };
         for (name, reply) in replies {
             let place = self.names.iter().position(|n| n == name);

@@ -1,1 +1,216 @@
-//! (room under construction)
+//! What tests that span processes share: the real binaries, runs with names of
+//! their own, a watchdog, and a look at what was left behind.
+//!
+//! A test never asserts on wall time. The watchdog ends what hangs, and the
+//! test then fails with everything the run had printed.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use rusty_contract::RunName;
+use rusty_link::Domain;
+use serde_json::Value;
+
+/// After this long a process counts as hanging.
+pub const WATCHDOG: Duration = Duration::from_secs(120);
+
+/// The root of the repository.
+pub fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
+}
+
+/// Real logs and maps that lie beside the repository on some machines. `None`,
+/// with a printed reason, where they do not.
+pub fn real_data(file: &str) -> Option<PathBuf> {
+    let path = repository().join("../shared/data").join(file);
+    if path.exists() {
+        return Some(path);
+    }
+    println!("skipped: {} is not on this machine", path.display());
+    None
+}
+
+/// The folder of the binaries under test, built once per test process.
+/// `cargo test` builds no binaries of other packages; this does, in the
+/// profile of the tests.
+pub fn binaries() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let exe = std::env::current_exe().unwrap();
+        let deps = exe.parent().unwrap();
+        let folder = if deps.ends_with("deps") { deps.parent().unwrap() } else { deps };
+        let mut build = Command::new(env!("CARGO"));
+        build.current_dir(repository()).args(["build", "--quiet", "--bins", "--examples"]);
+        build.args(["-p", "sim-server", "-p", "rusty-clients", "-p", "rusty-tests"]);
+        build.arg("--target-dir").arg(folder.parent().unwrap());
+        if folder.ends_with("release") {
+            build.arg("--release");
+        }
+        assert!(build.status().unwrap().success(), "the binaries do not build");
+        folder.to_owned()
+    })
+}
+
+/// A path to a binary or example.
+pub fn binary(name: &str) -> PathBuf {
+    let folder = binaries();
+    let beside = folder.join(name);
+    if beside.exists() { beside } else { folder.join("examples").join(name) }
+}
+
+/// A run name that no other test has.
+pub fn fresh_run(tag: &str) -> RunName {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let n = COUNT.fetch_add(1, Ordering::Relaxed);
+    RunName::new(&format!("t{}-{n}-{tag}", std::process::id())).unwrap()
+}
+
+/// A folder that goes when it is dropped.
+pub fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// What a process left when it ended.
+#[derive(Debug)]
+pub struct Ended {
+    /// Exit code; `None` if a signal ended it.
+    pub code: Option<i32>,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl Ended {
+    /// The JSON document on stdout.
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.stdout)
+            .unwrap_or_else(|e| panic!("stdout is no JSON document ({e}):\n{self:#?}"))
+    }
+
+    /// Fails the test unless the exit code is this one.
+    #[track_caller]
+    pub fn expect(self, code: i32) -> Self {
+        assert_eq!(self.code, Some(code), "{self:#?}");
+        self
+    }
+}
+
+/// A process with a watchdog. Dropped, it is killed.
+pub struct Process {
+    child: Child,
+    stdout: std::thread::JoinHandle<String>,
+    stderr: std::thread::JoinHandle<String>,
+    what: String,
+}
+
+fn collect(mut pipe: impl std::io::Read + Send + 'static) -> std::thread::JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut text = Vec::new();
+        let _ = pipe.read_to_end(&mut text);
+        String::from_utf8_lossy(&text).into_owned()
+    })
+}
+
+impl Process {
+    /// Starts a program of ours.
+    pub fn start(program: &str, args: &[&str]) -> Self {
+        Self::spawn(Command::new(binary(program)).args(args))
+    }
+
+    /// Starts any command.
+    pub fn spawn(command: &mut Command) -> Self {
+        let what = format!("{command:?}");
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap_or_else(|e| panic!("{what}: {e}"));
+        let stdout = collect(child.stdout.take().unwrap());
+        let stderr = collect(child.stderr.take().unwrap());
+        Self { child, stdout, stderr, what }
+    }
+
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Sends a signal.
+    pub fn signal(&self, signal: rustix::process::Signal) {
+        send_signal(self.pid(), signal);
+    }
+
+    /// Waits for the end, under the watchdog.
+    #[track_caller]
+    pub fn wait(mut self) -> Ended {
+        let deadline = Instant::now() + WATCHDOG;
+        let status = loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                break status;
+            }
+            if Instant::now() > deadline {
+                let _ = self.child.kill();
+                let _ = self.child.wait();
+                let (out, err) = (self.stdout.join().unwrap(), self.stderr.join().unwrap());
+                panic!("{} hangs.\nstdout: {out}\nstderr: {err}", self.what);
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        };
+        let (stdout, stderr) = (self.stdout.join().unwrap(), self.stderr.join().unwrap());
+        Ended { code: status.code(), stdout, stderr }
+    }
+}
+
+/// Sends a signal to a process.
+pub fn send_signal(pid: u32, signal: rustix::process::Signal) {
+    let pid = rustix::process::Pid::from_raw(pid as i32).unwrap();
+    let _ = rustix::process::kill_process(pid, signal);
+}
+
+/// Runs `sim-server` to its end.
+#[track_caller]
+pub fn sim_server(args: &[&str]) -> Ended {
+    Process::start("sim-server", args).wait()
+}
+
+/// A whole run by `launch --json` in a folder of its own, exit code 0
+/// expected; fails if it leaves anything behind.
+#[track_caller]
+pub fn launch(tag: &str, out: &Path, args: &[&str]) -> Value {
+    launch_to(tag, out, args, 0)
+}
+
+/// The same, with another exit code expected.
+#[track_caller]
+pub fn launch_to(tag: &str, out: &Path, args: &[&str], code: i32) -> Value {
+    let run = fresh_run(tag);
+    let mut all = vec!["launch"];
+    all.extend_from_slice(args);
+    all.extend(["--json", "--run", run.as_str(), "--out", out.to_str().unwrap()]);
+    let ended = sim_server(&all).expect(code);
+    nothing_left(&run);
+    ended.json()
+}
+
+/// Fails if the run has left anything in shared memory or its folder.
+#[track_caller]
+pub fn nothing_left(run: &RunName) {
+    let traces = Domain::traces(run);
+    assert!(traces.is_empty(), "left behind: {traces:?}");
+}
+
+/// Waits under the watchdog until `done` says so.
+#[track_caller]
+pub fn until(what: &str, mut done: impl FnMut() -> bool) {
+    let deadline = Instant::now() + WATCHDOG;
+    while !done() {
+        assert!(Instant::now() < deadline, "{what}: never happened");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Text of a JSON value that must be a string.
+#[track_caller]
+pub fn text<'a>(value: &'a Value, key: &str) -> &'a str {
+    value[key].as_str().unwrap_or_else(|| panic!("{key} is no text in {value}"))
+}

@@ -35,11 +35,7 @@ impl Axes {
             let (middle, half) = (0.5 * (range[0] + range[1]), 0.5 * per_unit * length);
             [middle - half, middle + half]
         };
-        Self {
-            frame,
-            x: around(x, frame.width()),
-            y: around(y, frame.height()),
-        }
+        Self { frame, x: around(x, frame.width()), y: around(y, frame.height()) }
     }
 
     /// The place of a point of the data on the page.
@@ -78,34 +74,17 @@ impl Axes {
         y: Step,
     ) -> Result<(), PictureError> {
         let f = &self.frame;
-        let corners = [
-            [f.left, f.top],
-            [f.left, f.bottom],
-            [f.right, f.bottom],
-            [f.right, f.top],
-        ];
+        let corners = [[f.left, f.top], [f.left, f.bottom], [f.right, f.bottom], [f.right, f.top]];
         canvas.line(&[&corners[..], &corners[..2]].concat(), &SOFT_INK, 1.0)?;
         for (value, text) in y.numbers(self.y) {
             let at = self.px([self.x[0], value])[1];
             canvas.line(&[[f.left - 5.0, at], [f.left, at]], &SOFT_INK, 1.0)?;
-            canvas.text(
-                [f.left - 9.0, at + 4.2],
-                Anchor::End,
-                NUMBER_SIZE,
-                &INK,
-                &text,
-            )?;
+            canvas.text([f.left - 9.0, at + 4.2], Anchor::End, NUMBER_SIZE, &INK, &text)?;
         }
         for (value, text) in x.into_iter().flat_map(|step| step.numbers(self.x)) {
             let at = self.px([value, self.y[0]])[0];
             canvas.line(&[[at, f.bottom], [at, f.bottom + 5.0]], &SOFT_INK, 1.0)?;
-            canvas.text(
-                [at, f.bottom + 18.0],
-                Anchor::Middle,
-                NUMBER_SIZE,
-                &INK,
-                &text,
-            )?;
+            canvas.text([at, f.bottom + 18.0], Anchor::Middle, NUMBER_SIZE, &INK, &text)?;
         }
         Ok(())
     }
@@ -117,10 +96,7 @@ impl Step {
     pub fn of(span: f64, most: f64) -> Self {
         let wanted = span / most;
         if !(wanted.is_finite() && wanted > 0.0) {
-            return Self {
-                mantissa: 1.0,
-                exponent: 0,
-            };
+            return Self { mantissa: 1.0, exponent: 0 };
         }
         let (mut rest, mut exponent) = (wanted, 0);
         while rest >= 10.0 {
@@ -131,28 +107,16 @@ impl Step {
             rest *= 10.0;
             exponent -= 1;
         }
-        let mantissa = [1.0, 2.0, 5.0]
-            .into_iter()
-            .find(|&m| rest <= m * (1.0 + 1e-9));
+        let mantissa = [1.0, 2.0, 5.0].into_iter().find(|&m| rest <= m * (1.0 + 1e-9));
         match mantissa {
             Some(mantissa) => Self { mantissa, exponent },
-            None => Self {
-                mantissa: 1.0,
-                exponent: exponent + 1,
-            },
+            None => Self { mantissa: 1.0, exponent: exponent + 1 },
         }
     }
 
     /// As [`Step::of`], for degrees: quarters of a turn where the span is wide.
     pub fn of_degrees(span: f64, most: f64) -> Self {
-        if span > 180.0 {
-            Self {
-                mantissa: 9.0,
-                exponent: 1,
-            }
-        } else {
-            Self::of(span, most)
-        }
+        if span > 180.0 { Self { mantissa: 9.0, exponent: 1 } } else { Self::of(span, most) }
     }
 
     /// The step itself.
@@ -164,11 +128,7 @@ impl Step {
     fn multiple(&self, k: f64) -> f64 {
         let power = (0..self.exponent.unsigned_abs()).fold(1.0, |power, _| power * 10.0);
         let whole = k * self.mantissa;
-        if self.exponent < 0 {
-            whole / power
-        } else {
-            whole * power
-        }
+        if self.exponent < 0 { whole / power } else { whole * power }
     }
 
     /// The round numbers in `range` with their texts.
@@ -177,11 +137,7 @@ impl Step {
         let first = ((range[0] - slack) / self.size()).ceil();
         let last = ((range[1] + slack) / self.size()).floor();
         // Ranges so narrow or far out that numbers no longer differ show none.
-        let count = if last - first < 100.0 {
-            (last - first + 1.0) as u32
-        } else {
-            0
-        };
+        let count = if last - first < 100.0 { (last - first + 1.0) as u32 } else { 0 };
         (0..count).map(move |i| {
             let k = first + f64::from(i);
             (self.multiple(k), self.text(k))
@@ -211,21 +167,12 @@ mod tests {
 
     #[test]
     fn numbers_are_round_and_short() {
-        assert_eq!(
-            texts([0.0, 30.0], 8.0),
-            ["0", "5", "10", "15", "20", "25", "30"]
-        );
-        assert_eq!(
-            texts([-0.3, 0.35], 8.0),
-            ["−0.3", "−0.2", "−0.1", "0.0", "0.1", "0.2", "0.3"]
-        );
+        assert_eq!(texts([0.0, 30.0], 8.0), ["0", "5", "10", "15", "20", "25", "30"]);
+        assert_eq!(texts([-0.3, 0.35], 8.0), ["−0.3", "−0.2", "−0.1", "0.0", "0.1", "0.2", "0.3"]);
         assert_eq!(texts([0.0, 0.001], 2.0), ["0.0000", "0.0005", "0.0010"]);
         assert_eq!(texts([0.0, 2e7], 2.0), ["0", "1e7", "2e7"]);
         assert_eq!(texts([0.0, 1e300], 1.0).len(), 2);
-        assert_eq!(
-            texts([999_990.0, 1_000_000.0], 2.0),
-            ["999990", "999995", "1e6"]
-        );
+        assert_eq!(texts([999_990.0, 1_000_000.0], 2.0), ["999990", "999995", "1e6"]);
         let turn = Step::of_degrees(360.0, 5.0);
         let marks: Vec<f64> = turn.numbers([-180.0, 180.0]).map(|(v, _)| v).collect();
         assert_eq!(marks, [-180.0, -90.0, 0.0, 90.0, 180.0]);
@@ -233,24 +180,14 @@ mod tests {
 
     #[test]
     fn a_range_that_is_none_does_no_harm() {
-        for range in [
-            [0.0, 0.0],
-            [f64::NAN, 1.0],
-            [0.0, f64::INFINITY],
-            [1.0, -1.0],
-        ] {
+        for range in [[0.0, 0.0], [f64::NAN, 1.0], [0.0, f64::INFINITY], [1.0, -1.0]] {
             assert!(texts(range, 5.0).len() < 10, "{range:?}");
         }
     }
 
     #[test]
     fn a_metre_is_a_metre_both_ways() {
-        let frame = Rect {
-            left: 10.0,
-            top: 20.0,
-            right: 210.0,
-            bottom: 120.0,
-        };
+        let frame = Rect { left: 10.0, top: 20.0, right: 210.0, bottom: 120.0 };
         let axes = Axes::equal(frame, [0.0, 4.0], [0.0, 4.0]);
         assert_eq!((axes.x, axes.y), ([-2.0, 6.0], [0.0, 4.0]));
         assert_eq!(axes.px([0.0, 0.0]), [60.0, 120.0]);

@@ -66,15 +66,8 @@ pub(super) fn paint(
     {
         let (w, h) = fine([width, height]);
         let size = (w.unsigned_abs(), h.unsigned_abs());
-        let mut canvas = Canvas {
-            backend: SVGBackend::with_string(&mut text, size),
-        };
-        let page = Rect {
-            left: 0.0,
-            top: 0.0,
-            right: width,
-            bottom: height,
-        };
+        let mut canvas = Canvas { backend: SVGBackend::with_string(&mut text, size) };
+        let page = Rect { left: 0.0, top: 0.0, right: width, bottom: height };
         canvas.rectangle(&page, &RGBColor(255, 255, 255))?;
         draw(&mut canvas)?;
         canvas.backend.present().map_err(refused)?;
@@ -97,33 +90,25 @@ impl Canvas<'_> {
             return Ok(());
         }
         let style = stroke(ink, width);
-        self.backend
-            .draw_path(points.iter().map(|&p| fine(p)), &style)
-            .map_err(refused)
+        self.backend.draw_path(points.iter().map(|&p| fine(p)), &style).map_err(refused)
     }
 
     /// A filled polygon.
     pub fn polygon(&mut self, corners: &[Px], ink: &RGBColor) -> Result<(), PictureError> {
         let corners = corners.iter().map(|&p| fine(p));
-        self.backend
-            .fill_polygon(corners, &ink.filled())
-            .map_err(refused)
+        self.backend.fill_polygon(corners, &ink.filled()).map_err(refused)
     }
 
     /// A filled circle.
     pub fn disc(&mut self, centre: Px, radius: f64, ink: &RGBColor) -> Result<(), PictureError> {
         let radius = (radius * FINENESS) as u32;
-        self.backend
-            .draw_circle(fine(centre), radius, &ink.filled(), true)
-            .map_err(refused)
+        self.backend.draw_circle(fine(centre), radius, &ink.filled(), true).map_err(refused)
     }
 
     /// A filled rectangle.
     pub fn rectangle(&mut self, rect: &Rect, ink: &RGBColor) -> Result<(), PictureError> {
         let (from, to) = (fine([rect.left, rect.top]), fine([rect.right, rect.bottom]));
-        self.backend
-            .draw_rect(from, to, &ink.filled(), true)
-            .map_err(refused)
+        self.backend.draw_rect(from, to, &ink.filled(), true).map_err(refused)
     }
 
     /// A text on one line whose baseline goes through `place`. Characters that
@@ -149,13 +134,8 @@ impl Canvas<'_> {
             _ => [place[0], place[1] - lowered],
         };
         let font = ("sans-serif", size * FINENESS * PLOTTERS_FONT_FACTOR).into_font();
-        let style = font
-            .transform(transform)
-            .color(ink)
-            .pos(Pos::new(h_pos, VPos::Center));
-        self.backend
-            .draw_text(&printable(text), &style, fine(at))
-            .map_err(refused)
+        let style = font.transform(transform).color(ink).pos(Pos::new(h_pos, VPos::Center));
+        self.backend.draw_text(&printable(text), &style, fine(at)).map_err(refused)
     }
 }
 
@@ -171,23 +151,16 @@ fn fine(place: Px) -> (i32, i32) {
 }
 
 fn refused(error: impl std::fmt::Display) -> PictureError {
-    PictureError::Draw {
-        detail: error.to_string(),
-    }
+    PictureError::Draw { detail: error.to_string() }
 }
 
 fn printable(text: &str) -> String {
     let usual = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
-    text.chars()
-        .map(|c| if usual(c) { c } else { ' ' })
-        .collect()
+    text.chars().map(|c| if usual(c) { c } else { ' ' }).collect()
 }
 
 fn escaped(text: &str) -> String {
-    printable(text)
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+    printable(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]
@@ -198,30 +171,14 @@ mod tests {
     fn a_page_says_its_size_once_and_draws_finer() {
         let ink = RGBColor(0, 0, 0);
         let svg = paint((30.0, 20.0), "a < b & c", |canvas| {
-            canvas.line(
-                &[[1.04, 2.0], [3.0, f64::NAN], [f64::INFINITY, -1e300]],
-                &ink,
-                1.5,
-            )?;
-            canvas.text(
-                [5.0, 5.0],
-                Anchor::Upwards,
-                10.0,
-                &ink,
-                "tab\there\u{0} <&>",
-            )
+            canvas.line(&[[1.04, 2.0], [3.0, f64::NAN], [f64::INFINITY, -1e300]], &ink, 1.5)?;
+            canvas.text([5.0, 5.0], Anchor::Upwards, 10.0, &ink, "tab\there\u{0} <&>")
         })
         .unwrap();
         assert_eq!(svg.matches("<svg").count(), 1);
-        assert!(
-            svg.contains(r#"width="30" height="20" viewBox="0 0 300 200""#),
-            "{svg}"
-        );
+        assert!(svg.contains(r#"width="30" height="20" viewBox="0 0 300 200""#), "{svg}");
         assert!(svg.contains("<title>a &lt; b &amp; c</title>"), "{svg}");
-        assert!(
-            svg.contains(r#"points="10,20 30,0 1000000,-1000000 ""#),
-            "{svg}"
-        );
+        assert!(svg.contains(r#"points="10,20 30,0 1000000,-1000000 ""#), "{svg}");
         assert!(svg.contains(r#"stroke-width="15""#), "{svg}");
         assert!(svg.contains("tab here  &lt;&amp;&gt;"), "{svg}");
         assert!(svg.contains(r#"font-size="100""#), "{svg}");

@@ -34,24 +34,12 @@ impl Timeline {
         let first_s = finite().reduce(f64::min).unwrap_or(0.0);
         let last_s = finite().reduce(f64::max).unwrap_or(1.0);
         let span_s = last_s - first_s;
-        let origin_s = if first_s.abs() <= span_s.max(1.0) {
-            0.0
-        } else {
-            first_s
-        };
+        let origin_s = if first_s.abs() <= span_s.max(1.0) { 0.0 } else { first_s };
         let start_s = (first_s - origin_s).min(0.0);
         let end_s = last_s - origin_s;
-        let end_s = if end_s > start_s {
-            end_s
-        } else {
-            start_s + 1.0
-        };
+        let end_s = if end_s > start_s { end_s } else { start_s + 1.0 };
         let mark_every_s = Step::of(end_s - start_s, 8.0).size();
-        Self {
-            origin_s,
-            range_s: [start_s, end_s],
-            mark_every_s,
-        }
+        Self { origin_s, range_s: [start_s, end_s], mark_every_s }
     }
 
     /// Length of the run, s.
@@ -141,19 +129,9 @@ pub(super) fn draw(
     draw_legend(canvas, &position, trace)?;
     draw_plot(canvas, position, Kind::Position, trace, time)?;
     draw_plot(canvas, heading, Kind::Heading, trace, time)?;
-    let title = if time.origin_s == 0.0 {
-        "time (s)"
-    } else {
-        "time since the first tick (s)"
-    };
+    let title = if time.origin_s == 0.0 { "time (s)" } else { "time since the first tick (s)" };
     let middle = 0.5 * (heading.left + heading.right);
-    canvas.text(
-        [middle, heading.bottom + 37.0],
-        Anchor::Middle,
-        13.0,
-        &INK,
-        title,
-    )
+    canvas.text([middle, heading.bottom + 37.0], Anchor::Middle, 13.0, &INK, title)
 }
 
 fn draw_plot(
@@ -168,11 +146,7 @@ fn draw_plot(
         (0..count).map(|i| curve(trace, time, i, kind)).collect();
     let errors = || curves.iter().flatten().map(|(_, at)| at[1]);
     let y = kind.range(errors().fold(0.0, f64::min), errors().fold(0.0, f64::max));
-    let axes = Axes {
-        frame,
-        x: time.range_s,
-        y,
-    };
+    let axes = Axes { frame, x: time.range_s, y };
     let x_step = Step::of(time.span_s(), 12.0);
     let y_step = kind.step(y[1] - y[0]);
     axes.draw_grid(canvas, x_step, y_step)?;
@@ -184,29 +158,14 @@ fn draw_plot(
     let below = (kind == Kind::Heading).then_some(x_step);
     axes.draw_frame(canvas, below, y_step)?;
     for (i, curve) in curves.iter().enumerate() {
-        draw_marks(
-            canvas,
-            &axes,
-            curve,
-            &time.marks(trace, i),
-            &Look::of(i, count),
-        )?;
+        draw_marks(canvas, &axes, curve, &time.marks(trace, i), &Look::of(i, count))?;
     }
     if curves.iter().all(Vec::is_empty) {
-        let middle = [
-            0.5 * (frame.left + frame.right),
-            0.5 * (frame.top + frame.bottom) - 12.0,
-        ];
+        let middle = [0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom) - 12.0];
         let text = "no tick has both an estimate and a truth";
         canvas.text(middle, Anchor::Middle, 13.0, &SOFT_INK, text)?;
     }
-    canvas.text(
-        [frame.left, frame.top - 8.0],
-        Anchor::Start,
-        13.0,
-        &INK,
-        kind.title(),
-    )
+    canvas.text([frame.left, frame.top - 8.0], Anchor::Start, 13.0, &INK, kind.title())
 }
 
 /// The errors of an estimator as (tick, [time s, error]).
@@ -218,10 +177,7 @@ fn curve(
 ) -> Vec<(usize, [f64; 2])> {
     let point = |s: Scored| Some((s.tick, [time.at_s(trace, s.tick)?, kind.of(&s)]));
     let finite = |(_, at): &(usize, [f64; 2])| at[1].is_finite();
-    scored(trace, estimator)
-        .filter_map(point)
-        .filter(finite)
-        .collect()
+    scored(trace, estimator).filter_map(point).filter(finite).collect()
 }
 
 fn draw_curve(
@@ -237,10 +193,8 @@ fn draw_curve(
     for line in polyline::runs(curve) {
         // An error that passes ±180° goes on at the other edge, not through zero.
         for part in line.chunk_by(|a, b| kind == Kind::Position || (a[1] - b[1]).abs() <= 180.0) {
-            let line: Vec<Px> = polyline::envelope(part, bucket)
-                .into_iter()
-                .map(|at| axes.px(at))
-                .collect();
+            let line: Vec<Px> =
+                polyline::envelope(part, bucket).into_iter().map(|at| axes.px(at)).collect();
             match line[..] {
                 [at] => canvas.disc(at, 1.5, &look.ink)?,
                 _ => canvas.line(&line, &look.ink, width)?,
@@ -283,11 +237,7 @@ fn draw_legend(
     let (mut x, y) = (frame.right - total, frame.top - 8.0);
     for (i, name) in trace.names.iter().enumerate() {
         let look = Look::of(i, count);
-        canvas.line(
-            &[[x + 8.0, y - 4.0], [x + 36.0, y - 4.0]],
-            &look.ink,
-            look.width,
-        )?;
+        canvas.line(&[[x + 8.0, y - 4.0], [x + 36.0, y - 4.0]], &look.ink, look.width)?;
         look.mark(canvas, [x + 22.0, y - 4.0], 3.6)?;
         canvas.text([x + 42.0, y], Anchor::Start, 12.0, &INK, name)?;
         x += width(name);

@@ -39,8 +39,7 @@ impl View {
         truths.for_each(|pose| core.include(place_m(&pose)));
         let believed = || {
             let all = (0..trace.names.len()).flat_map(|i| (0..trace.ticks()).map(move |k| (i, k)));
-            all.filter_map(|(i, k)| trace.estimate(i, k))
-                .map(|pose| place_m(&pose))
+            all.filter_map(|(i, k)| trace.estimate(i, k)).map(|pose| place_m(&pose))
         };
         if core.is_empty() {
             believed().for_each(|at| core.include(at));
@@ -51,16 +50,11 @@ impl View {
         let mut whole = core;
         let room_m = 0.5 * core.size();
         let near_by = core.grown(room_m.max(trace.lidar.range_max_m.min(10.0)));
-        scan.iter()
-            .for_each(|&at| whole.include(near_by.nearest(at)));
+        scan.iter().for_each(|&at| whole.include(near_by.nearest(at)));
         let near_by = core.grown(room_m.max(1.0));
         believed().for_each(|at| whole.include(near_by.nearest(at)));
         let whole = whole.grown((0.03 * whole.size()).max(0.5));
-        Self {
-            scan,
-            x_m: [whole.low[0], whole.high[0]],
-            y_m: [whole.low[1], whole.high[1]],
-        }
+        Self { scan, x_m: [whole.low[0], whole.high[0]], y_m: [whole.low[1], whole.high[1]] }
     }
 
     /// Height of the map per width of it, for which no room is left over.
@@ -97,31 +91,14 @@ impl View {
         axes.draw_frame(canvas, Some(step), step)?;
         draw_marks(canvas, &axes, trace, time)?;
         let middle = 0.5 * (frame.left + frame.right);
-        canvas.text(
-            [middle, frame.bottom + 37.0],
-            Anchor::Middle,
-            13.0,
-            &INK,
-            "x (m)",
-        )?;
+        canvas.text([middle, frame.bottom + 37.0], Anchor::Middle, 13.0, &INK, "x (m)")?;
         let middle = 0.5 * (frame.top + frame.bottom);
-        canvas.text(
-            [frame.left - 46.0, middle],
-            Anchor::Upwards,
-            13.0,
-            &INK,
-            "y (m)",
-        )?;
+        canvas.text([frame.left - 46.0, middle], Anchor::Upwards, 13.0, &INK, "y (m)")?;
         Ok(left)
     }
 
     fn draw_scan(&self, canvas: &mut Canvas<'_>, axes: &Axes) -> Result<(), PictureError> {
-        for at in self
-            .scan
-            .iter()
-            .map(|&at| axes.px(at))
-            .filter(|&at| axes.holds(at))
-        {
+        for at in self.scan.iter().map(|&at| axes.px(at)).filter(|&at| axes.holds(at)) {
             draw_echo(canvas, at)?;
         }
         Ok(())
@@ -150,11 +127,7 @@ pub(super) fn draw_robot(
     canvas.disc(at, radius + 1.5, &WHITE)?;
     canvas.line(&[at, nose], &INK, 2.5)?;
     canvas.disc(at, radius, &INK)?;
-    if started {
-        canvas.disc(at, radius - 2.4, &WHITE)
-    } else {
-        Ok(())
-    }
+    if started { canvas.disc(at, radius - 2.4, &WHITE) } else { Ok(()) }
 }
 
 fn draw_walls(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PictureError> {
@@ -210,10 +183,7 @@ fn draw_start(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<
 }
 
 fn draw_end(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PictureError> {
-    match (0..trace.ticks())
-        .rev()
-        .find_map(|tick| trace.true_pose(tick))
-    {
+    match (0..trace.ticks()).rev().find_map(|tick| trace.true_pose(tick)) {
         Some(pose) => draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), false),
         None => Ok(()),
     }
@@ -228,9 +198,7 @@ fn draw_marks(
     let count = trace.names.len();
     for i in 0..count {
         let look = Look::of(i, count);
-        let last = (0..trace.ticks())
-            .rev()
-            .find(|&tick| trace.estimate(i, tick).is_some());
+        let last = (0..trace.ticks()).rev().find(|&tick| trace.estimate(i, tick).is_some());
         let marks = time.marks(trace, i).into_iter().map(|tick| (tick, 4.2));
         for (tick, size) in marks.chain(last.map(|tick| (tick, 5.4))) {
             let Some(pose) = trace.estimate(i, tick) else {
@@ -277,10 +245,7 @@ fn places_m(trace: &RunTrace, pose_at: impl Fn(usize) -> Option<SE2>) -> Vec<(us
 }
 
 fn place_m(pose: &SE2) -> [f64; 2] {
-    [
-        pose.x().clamp(-FARTHEST_M, FARTHEST_M),
-        pose.y().clamp(-FARTHEST_M, FARTHEST_M),
-    ]
+    [pose.x().clamp(-FARTHEST_M, FARTHEST_M), pose.y().clamp(-FARTHEST_M, FARTHEST_M)]
 }
 
 /// A box around points, m.
@@ -293,10 +258,7 @@ struct Extent {
 impl Default for Extent {
     /// Around nothing.
     fn default() -> Self {
-        Self {
-            low: [f64::INFINITY; 2],
-            high: [f64::NEG_INFINITY; 2],
-        }
+        Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] }
     }
 }
 
@@ -319,10 +281,7 @@ impl Extent {
     }
 
     fn grown(&self, by_m: f64) -> Self {
-        Self {
-            low: self.low.map(|v| v - by_m),
-            high: self.high.map(|v| v + by_m),
-        }
+        Self { low: self.low.map(|v| v - by_m), high: self.high.map(|v| v + by_m) }
     }
 
     /// The place in the box that is nearest to `at`.
@@ -373,9 +332,6 @@ mod tests {
     #[test]
     fn an_empty_run_has_a_map_of_some_size() {
         let view = View::of(&empty(&["a"]));
-        assert_eq!(
-            (view.x_m, view.y_m, view.aspect()),
-            ([-0.5, 0.5], [-0.5, 0.5], 1.0)
-        );
+        assert_eq!((view.x_m, view.y_m, view.aspect()), ([-0.5, 0.5], [-0.5, 0.5], 1.0));
     }
 }

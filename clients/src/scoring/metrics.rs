@@ -41,11 +41,7 @@ pub(super) fn scored(trace: &RunTrace, estimator: usize) -> impl Iterator<Item =
     (0..trace.ticks()).filter_map(move |tick| {
         let truth = trace.true_pose(tick)?;
         let estimate = trace.estimate(estimator, tick)?;
-        Some(Scored {
-            tick,
-            truth,
-            estimate,
-        })
+        Some(Scored { tick, truth, estimate })
     })
 }
 
@@ -71,21 +67,15 @@ pub fn distance_driven_m(trace: &RunTrace) -> f64 {
 #[must_use]
 pub fn score(trace: &RunTrace) -> Vec<Score> {
     let driven_m = distance_driven_m(trace);
-    (0..trace.names.len())
-        .map(|i| score_one(trace, i, driven_m))
-        .collect()
+    (0..trace.names.len()).map(|i| score_one(trace, i, driven_m)).collect()
 }
 
 fn score_one(trace: &RunTrace, estimator: usize, driven_m: f64) -> Score {
     let ticks: Vec<Scored> = scored(trace, estimator).collect();
     let mut errors_m: Vec<f64> = ticks.iter().map(Scored::position_error_m).collect();
-    let given = (0..trace.ticks())
-        .filter(|&k| trace.estimate(estimator, k).is_some())
-        .count();
-    let (rpe_m, rpe_deg): (Vec<f64>, Vec<f64>) = ticks
-        .windows(2)
-        .map(|pair| relative_error(&pair[0], &pair[1]))
-        .unzip();
+    let given = (0..trace.ticks()).filter(|&k| trace.estimate(estimator, k).is_some()).count();
+    let (rpe_m, rpe_deg): (Vec<f64>, Vec<f64>) =
+        ticks.windows(2).map(|pair| relative_error(&pair[0], &pair[1])).unzip();
     let last = ticks.last();
     let final_m = last.map(Scored::position_error_m);
     let mean_drift_m = mean(errors_m.iter().copied());
@@ -102,9 +92,7 @@ fn score_one(trace: &RunTrace, estimator: usize, driven_m: f64) -> Score {
         rpe_rmse_m: rmse(&rpe_m),
         rpe_rmse_deg: rmse(&rpe_deg),
         distance_m: driven_m,
-        drift_percent: final_m
-            .filter(|_| driven_m > 0.0)
-            .map(|m| 100.0 * m / driven_m),
+        drift_percent: final_m.filter(|_| driven_m > 0.0).map(|m| 100.0 * m / driven_m),
     }
 }
 
@@ -114,10 +102,7 @@ fn relative_error(i: &Scored, j: &Scored) -> (f64, f64) {
     let true_motion = i.truth.inverse() * j.truth;
     let believed_motion = i.estimate.inverse() * j.estimate;
     let error = true_motion.inverse() * believed_motion;
-    (
-        trig::hypot(error.x(), error.y()),
-        error.theta().abs().to_degrees(),
-    )
+    (trig::hypot(error.x(), error.y()), error.theta().abs().to_degrees())
 }
 
 fn distance_m(a: &SE2, b: &SE2) -> f64 {

@@ -19,10 +19,7 @@ fn pose(x_m: f64, y_m: f64, theta_rad: f64) -> Option<SE2> {
 
 fn near(found: Option<f64>, expected: f64) {
     let found = found.unwrap();
-    assert!(
-        (found - expected).abs() < 1e-12,
-        "{found} is not {expected}"
-    );
+    assert!((found - expected).abs() < 1e-12, "{found} is not {expected}");
 }
 
 #[test]
@@ -73,10 +70,7 @@ fn without_a_scored_tick_there_are_no_figures() {
         vec![],
         vec![(None, here), (None, here)],
         vec![(here, None)],
-        vec![
-            (here, pose(f64::NAN, 0.0, 0.0)),
-            (pose(0.0, f64::INFINITY, 0.0), here),
-        ],
+        vec![(here, pose(f64::NAN, 0.0, 0.0)), (pose(0.0, f64::INFINITY, 0.0), here)],
     ] {
         let score = &score(&trace(&ticks))[0];
         assert_eq!(score.scored_ticks, 0);

@@ -46,11 +46,7 @@ impl<'a> Panel<'a> {
             entries.push((Entry::Scan, format!("scan at {at_s:.2} s")));
         }
         for (name, (ink, width), is_it) in [
-            (
-                "wall",
-                WALL,
-                (|m| m == Material::Wall) as fn(Material) -> bool,
-            ),
+            ("wall", WALL, (|m| m == Material::Wall) as fn(Material) -> bool),
             ("glass", GLASS, |m| m == Material::Glass),
             ("door", DOOR, |m| matches!(m, Material::Door(_))),
         ] {
@@ -58,19 +54,11 @@ impl<'a> Panel<'a> {
                 entries.push((Entry::Line(ink, width), name.to_owned()));
             }
         }
-        Self {
-            trace,
-            scores,
-            entries,
-        }
+        Self { trace, scores, entries }
     }
 
     fn row(&self) -> f64 {
-        if self.trace.names.len() > 10 {
-            NARROW_ROW
-        } else {
-            TABLE_ROW
-        }
+        if self.trace.names.len() > 10 { NARROW_ROW } else { TABLE_ROW }
     }
 
     fn legend_rows(&self) -> usize {
@@ -111,13 +99,7 @@ impl<'a> Panel<'a> {
         }
         if self.trace.names.is_empty() {
             let at = [area.left, y + 15.0];
-            canvas.text(
-                at,
-                Anchor::Start,
-                13.0,
-                &SOFT_INK,
-                "nobody estimates the pose",
-            )?;
+            canvas.text(at, Anchor::Start, 13.0, &SOFT_INK, "nobody estimates the pose")?;
             y += self.row();
         }
         self.draw_notes(canvas, area.left, y + 20.0, time, left_map)
@@ -140,18 +122,8 @@ impl<'a> Panel<'a> {
             canvas.text([x, y - 25.0], Anchor::End, size, &SOFT_INK, above)?;
             canvas.text([x, y - 10.0], Anchor::End, size, &SOFT_INK, below)?;
         }
-        canvas.text(
-            [area.left, y - 10.0],
-            Anchor::Start,
-            size,
-            &SOFT_INK,
-            "error of",
-        )?;
-        canvas.line(
-            &[[area.left, y - 3.0], [area.right, y - 3.0]],
-            &SOFT_INK,
-            1.0,
-        )
+        canvas.text([area.left, y - 10.0], Anchor::Start, size, &SOFT_INK, "error of")?;
+        canvas.line(&[[area.left, y - 3.0], [area.right, y - 3.0]], &SOFT_INK, 1.0)
     }
 
     fn draw_row(
@@ -163,11 +135,7 @@ impl<'a> Panel<'a> {
     ) -> Result<(), PictureError> {
         let look = Look::of(index, self.trace.names.len());
         let columns = Self::columns(area);
-        canvas.line(
-            &[[area.left, y], [area.left + 28.0, y]],
-            &look.ink,
-            look.width,
-        )?;
+        canvas.line(&[[area.left, y], [area.left + 28.0, y]], &look.ink, look.width)?;
         look.mark(canvas, [area.left + 14.0, y], 4.2)?;
         let room = columns[0] - 42.0 - (area.left + 36.0);
         // A letter is about 0.55 of its size wide in the wider ones of usual fonts.
@@ -176,9 +144,7 @@ impl<'a> Panel<'a> {
         canvas.text([area.left + 36.0, y + 4.5], Anchor::Start, size, &INK, name)?;
         let score = self.scores.iter().find(|score| score.name == name);
         let truths = self.trace.ticks_with_truth() as f64;
-        let share = score
-            .filter(|_| truths > 0.0)
-            .map(|s| 100.0 * s.scored_ticks as f64 / truths);
+        let share = score.filter(|_| truths > 0.0).map(|s| 100.0 * s.scored_ticks as f64 / truths);
         for (x, text) in columns.into_iter().zip([
             figure(score.and_then(|s| s.final_position_error_m)),
             figure(score.and_then(|s| s.final_heading_error_deg)),
@@ -205,9 +171,7 @@ impl<'a> Panel<'a> {
         }
         if !self.trace.names.is_empty() && self.trace.ticks() > 1 {
             let every = time.mark_every_s;
-            notes.push(format!(
-                "A mark every {every} s, the same on map and errors;"
-            ));
+            notes.push(format!("A mark every {every} s, the same on map and errors;"));
             notes.push("the large one is the last estimate.".to_owned());
         }
         if left_map {

@@ -80,21 +80,14 @@ pub fn svg(trace: &RunTrace, scores: &[Score]) -> Result<String, PictureError> {
     let panel = Panel::new(trace, scores, &view, &time);
     let [least, most] = MAP_HEIGHTS;
     let width = MAP_RIGHT - MARGIN_LEFT;
-    let map_height = (width * view.aspect())
-        .min(most)
-        .max(least)
-        .max(panel.height());
+    let map_height = (width * view.aspect()).min(most).max(least).max(panel.height());
     let map = Rect {
         left: MARGIN_LEFT,
         top: MAP_TOP,
         right: MAP_RIGHT,
         bottom: MAP_TOP + map_height.round(),
     };
-    let beside = Rect {
-        left: PANEL_LEFT,
-        right: WIDTH - MARGIN_RIGHT,
-        ..map
-    };
+    let beside = Rect { left: PANEL_LEFT, right: WIDTH - MARGIN_RIGHT, ..map };
     let plot = |top: f64| Rect {
         left: MARGIN_LEFT,
         top,

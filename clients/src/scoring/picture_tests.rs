@@ -15,22 +15,14 @@ fn circle(names: &[&str], ticks: u32) -> RunTrace {
             Some(SE2::new(radius_m * c, radius_m * s, angle_rad + 1.57))
         };
         let drift = |i: usize| at(3.0 + 1e-4 * f64::from(k) * (i + 1) as f64);
-        trace.push(
-            f64::from(k) * 0.02,
-            at(3.0),
-            Some(&[2.0; 180]),
-            (0..names.len()).map(drift),
-        );
+        trace.push(f64::from(k) * 0.02, at(3.0), Some(&[2.0; 180]), (0..names.len()).map(drift));
     }
     trace
 }
 
 fn drawn(trace: &RunTrace) -> String {
     let text = svg(trace, &score(trace)).unwrap();
-    assert!(
-        !text.contains("NaN") && !text.contains("inf\""),
-        "a number that is none"
-    );
+    assert!(!text.contains("NaN") && !text.contains("inf\""), "a number that is none");
     assert!(png(&text).unwrap().len() > 10_000);
     text
 }
@@ -55,11 +47,7 @@ fn a_picture_names_run_estimators_and_units() {
     ] {
         assert!(text.contains(part), "{part} is missing");
     }
-    assert_eq!(
-        svg(&trace, &score(&trace)).unwrap(),
-        text,
-        "the same trace, other bytes"
-    );
+    assert_eq!(svg(&trace, &score(&trace)).unwrap(), text, "the same trace, other bytes");
 }
 
 #[test]
@@ -103,9 +91,8 @@ fn numbers_that_are_none_do_no_harm() {
 
 #[test]
 fn sixteen_estimators_fit() {
-    let names: Vec<String> = (0..16)
-        .map(|i| format!("a-rather-long-name-of-estimator-{i}"))
-        .collect();
+    let names: Vec<String> =
+        (0..16).map(|i| format!("a-rather-long-name-of-estimator-{i}")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     drawn(&circle(&names, 300));
 }

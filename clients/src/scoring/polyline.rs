@@ -19,10 +19,7 @@ const PIECE: usize = 512;
 /// distance between two of them. "Usual" is the 90th percentile, so that neither
 /// an estimate every fifth tick nor a recording's uneven rhythm is a pause.
 pub(super) fn runs(samples: &[(usize, [f64; 2])]) -> Vec<Vec<[f64; 2]>> {
-    let mut gaps: Vec<usize> = samples
-        .windows(2)
-        .map(|w| w[1].0.abs_diff(w[0].0))
-        .collect();
+    let mut gaps: Vec<usize> = samples.windows(2).map(|w| w[1].0.abs_diff(w[0].0)).collect();
     gaps.sort_unstable();
     let usual = gaps.get(gaps.len() * 9 / 10).copied().unwrap_or(1);
     let mut lines: Vec<Vec<[f64; 2]>> = Vec::new();
@@ -89,11 +86,7 @@ fn distance_to_segment(p: Px, a: Px, b: Px) -> f64 {
     let (abx, aby) = (b[0] - a[0], b[1] - a[1]);
     let (apx, apy) = (p[0] - a[0], p[1] - a[1]);
     let length2 = abx * abx + aby * aby;
-    let along = if length2 > 0.0 {
-        (apx * abx + apy * aby) / length2
-    } else {
-        0.0
-    };
+    let along = if length2 > 0.0 { (apx * abx + apy * aby) / length2 } else { 0.0 };
     let along = along.clamp(0.0, 1.0);
     let (dx, dy) = (apx - along * abx, apy - along * aby);
     (dx * dx + dy * dy).sqrt()
@@ -175,12 +168,7 @@ mod tests {
     use super::*;
     use rusty_geometry::trig;
 
-    const FRAME: Rect = Rect {
-        left: 0.0,
-        top: 0.0,
-        right: 10.0,
-        bottom: 10.0,
-    };
+    const FRAME: Rect = Rect { left: 0.0, top: 0.0, right: 10.0, bottom: 10.0 };
 
     #[test]
     fn a_line_breaks_at_a_pause_and_not_at_a_rhythm() {
@@ -208,15 +196,8 @@ mod tests {
             })
             .collect();
         let thinned = thin(&spiral);
-        assert!(
-            (100..=MOST_POINTS).contains(&thinned.len()),
-            "{}",
-            thinned.len()
-        );
-        assert_eq!(
-            (thinned.first(), thinned.last()),
-            (spiral.first(), spiral.last())
-        );
+        assert!((100..=MOST_POINTS).contains(&thinned.len()), "{}", thinned.len());
+        assert_eq!((thinned.first(), thinned.last()), (spiral.first(), spiral.last()));
         for &p in spiral.iter().step_by(97) {
             let nearest = thinned
                 .windows(2)
@@ -224,19 +205,15 @@ mod tests {
                 .fold(f64::INFINITY, f64::min);
             assert!(nearest <= 2.0 * UNSEEN, "{nearest}");
         }
-        assert_eq!(
-            thin(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]),
-            [[0.0, 0.0], [2.0, 0.0]]
-        );
+        assert_eq!(thin(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]), [[0.0, 0.0], [2.0, 0.0]]);
         assert_eq!(thin(&[[1.0, 1.0]]), [[1.0, 1.0]]);
         assert!(thin(&[]).is_empty());
     }
 
     #[test]
     fn a_line_of_noise_is_thinned_as_well() {
-        let noise: Vec<Px> = (0..30_000)
-            .map(|k| [f64::from(k % 771), f64::from(k * 7919 % 503)])
-            .collect();
+        let noise: Vec<Px> =
+            (0..30_000).map(|k| [f64::from(k % 771), f64::from(k * 7919 % 503)]).collect();
         assert!(thin(&noise).len() <= MOST_POINTS);
     }
 
@@ -254,16 +231,10 @@ mod tests {
 
     #[test]
     fn a_line_is_cut_at_the_frame() {
-        let parts = clip(
-            &[[5.0, 5.0], [15.0, 5.0], [15.0, 8.0], [5.0, 8.0], [5.0, 9.0]],
-            &FRAME,
-        );
+        let parts = clip(&[[5.0, 5.0], [15.0, 5.0], [15.0, 8.0], [5.0, 8.0], [5.0, 9.0]], &FRAME);
         assert_eq!(
             parts,
-            [
-                vec![[5.0, 5.0], [10.0, 5.0]],
-                vec![[10.0, 8.0], [5.0, 8.0], [5.0, 9.0]]
-            ]
+            [vec![[5.0, 5.0], [10.0, 5.0]], vec![[10.0, 8.0], [5.0, 8.0], [5.0, 9.0]]]
         );
         assert!(clip(&[[-5.0, -1.0], [20.0, -1.0]], &FRAME).is_empty());
         assert!(clip(&[[f64::NAN, 1.0], [2.0, 1.0]], &FRAME).is_empty());

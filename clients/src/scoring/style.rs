@@ -59,11 +59,7 @@ impl Look {
     pub fn of(index: usize, count: usize) -> Self {
         let rank = index as f64 / count.saturating_sub(1).max(1) as f64;
         let width = if count < 2 { 2.2 } else { 3.2 - 1.8 * rank };
-        Self {
-            ink: COLOURS[index % COLOURS.len()],
-            width,
-            index,
-        }
+        Self { ink: COLOURS[index % COLOURS.len()], width, index }
     }
 
     /// Draws its mark, `size` units in radius, with a white rim.
@@ -77,10 +73,7 @@ impl Look {
         }
         let corners = SHAPES[shape - 1];
         let place = |radius: f64| -> Vec<Px> {
-            corners
-                .iter()
-                .map(|[x, y]| [at[0] + radius * x, at[1] + radius * y])
-                .collect()
+            corners.iter().map(|[x, y]| [at[0] + radius * x, at[1] + radius * y]).collect()
         };
         canvas.polygon(&place(size + 1.8), &WHITE)?;
         canvas.polygon(&place(size), &self.ink)

@@ -87,19 +87,13 @@ impl RunTrace {
     /// How many of them have a true pose that can be compared with.
     #[must_use]
     pub fn ticks_with_truth(&self) -> usize {
-        (0..self.ticks())
-            .filter(|&tick| self.true_pose(tick).is_some())
-            .count()
+        (0..self.ticks()).filter(|&tick| self.true_pose(tick).is_some()).count()
     }
 
     /// The true pose at a tick, if it is known and made of numbers.
     #[must_use]
     pub fn true_pose(&self, tick: usize) -> Option<SE2> {
-        self.truth
-            .get(tick)
-            .copied()
-            .flatten()
-            .filter(SE2::is_finite)
+        self.truth.get(tick).copied().flatten().filter(SE2::is_finite)
     }
 
     /// The pose an estimator believed in at a tick, if it gave one made of
@@ -185,9 +179,6 @@ pub(crate) mod tests {
         let trace = RunTrace::new(&header);
         assert_eq!(trace.names, ["dead-reckoning"]);
         assert_eq!(trace.estimates.len(), 1);
-        assert_eq!(
-            (trace.scenario.as_str(), trace.seed),
-            ("apartment", Some(42))
-        );
+        assert_eq!((trace.scenario.as_str(), trace.seed), ("apartment", Some(42)));
     }
 }

@@ -83,10 +83,7 @@ pub struct Estimate {
 
 impl From<SE2> for Estimate {
     fn from(pose_in_world: SE2) -> Self {
-        Self {
-            pose_in_world,
-            covariance: None,
-        }
+        Self { pose_in_world, covariance: None }
     }
 }
 
@@ -188,11 +185,7 @@ const COVARIANCE: [&str; 9] = [
 ];
 
 fn finite(field: &'static str, value: f64) -> Result<(), AnswerError> {
-    if value.is_finite() {
-        Ok(())
-    } else {
-        Err(AnswerError::NotFinite { field, value })
-    }
+    if value.is_finite() { Ok(()) } else { Err(AnswerError::NotFinite { field, value }) }
 }
 
 /// What a participant may say at all: a reply, or that it comes or leaves.
@@ -286,10 +279,7 @@ impl Answer {
             pose_in_world: SE2::new(x, y, theta),
             covariance: (self.flags & 1 != 0).then_some(self.covariance),
         };
-        let command = Twist {
-            v_m_s: self.v_m_s,
-            omega_rad_s: self.omega_rad_s,
-        };
+        let command = Twist { v_m_s: self.v_m_s, omega_rad_s: self.omega_rad_s };
         let reply = match self.kind {
             0 => Reply::Abstain,
             1 => Reply::Taken,
@@ -319,10 +309,7 @@ mod tests {
 
     #[test]
     fn every_message_survives_the_wire() {
-        let twist = Twist {
-            v_m_s: 0.5,
-            omega_rad_s: -1.0,
-        };
+        let twist = Twist { v_m_s: 0.5, omega_rad_s: -1.0 };
         for message in [
             Message::Reply(Reply::Abstain),
             Message::Reply(Reply::Taken),
@@ -342,35 +329,17 @@ mod tests {
     fn numbers_that_are_none_are_named() {
         let mut bad = estimate();
         bad.pose_in_world = SE2::new(0.0, f64::NAN, 0.0);
-        let error = Answer::carrying(&Message::Reply(Reply::Estimate(bad)))
-            .message()
-            .unwrap_err();
-        assert!(
-            error.to_string().starts_with("estimate y_m is NaN"),
-            "{error}"
-        );
+        let error = Answer::carrying(&Message::Reply(Reply::Estimate(bad))).message().unwrap_err();
+        assert!(error.to_string().starts_with("estimate y_m is NaN"), "{error}");
 
         let mut bad = estimate();
         bad.covariance = Some([1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0]);
-        let error = Answer::carrying(&Message::Reply(Reply::Estimate(bad)))
-            .message()
-            .unwrap_err();
-        assert!(
-            error.to_string().starts_with("covariance[1][1] is -1"),
-            "{error}"
-        );
+        let error = Answer::carrying(&Message::Reply(Reply::Estimate(bad))).message().unwrap_err();
+        assert!(error.to_string().starts_with("covariance[1][1] is -1"), "{error}");
 
-        let twist = Twist {
-            v_m_s: f64::INFINITY,
-            omega_rad_s: 0.0,
-        };
-        let error = Answer::carrying(&Message::Reply(Reply::Command(twist)))
-            .message()
-            .unwrap_err();
-        assert!(
-            error.to_string().contains("command v_m_s is inf"),
-            "{error}"
-        );
+        let twist = Twist { v_m_s: f64::INFINITY, omega_rad_s: 0.0 };
+        let error = Answer::carrying(&Message::Reply(Reply::Command(twist))).message().unwrap_err();
+        assert!(error.to_string().contains("command v_m_s is inf"), "{error}");
     }
 
     #[test]

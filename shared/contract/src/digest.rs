@@ -33,10 +33,7 @@ pub struct RunDigest {
 
 impl Default for RunDigest {
     fn default() -> Self {
-        Self {
-            world: xxh3_128(b"rusty world digest 1"),
-            run: xxh3_128(b"rusty run digest 1"),
-        }
+        Self { world: xxh3_128(b"rusty world digest 1"), run: xxh3_128(b"rusty run digest 1") }
     }
 }
 
@@ -48,10 +45,7 @@ struct Bytes<const N: usize> {
 
 impl<const N: usize> Bytes<N> {
     fn new() -> Self {
-        Self {
-            buffer: [0; N],
-            used: 0,
-        }
+        Self { buffer: [0; N], used: 0 }
     }
 
     fn put(&mut self, bytes: &[u8]) {
@@ -187,10 +181,7 @@ mod tests {
         assert_ne!(base.run(), digest_of(&[pose], &[Reply::Missing]).run());
         assert_ne!(base.run(), digest_of(&[pose], &[]).run());
         let estimate = |p: SE2| [Reply::Estimate(p.into())];
-        assert_ne!(
-            digest_of(&[pose], &estimate(pose)),
-            digest_of(&[pose], &estimate(nearly))
-        );
+        assert_ne!(digest_of(&[pose], &estimate(pose)), digest_of(&[pose], &estimate(nearly)));
     }
 
     #[test]
@@ -205,10 +196,7 @@ mod tests {
     #[test]
     fn sixteen_full_replies_fit() {
         let reply = Reply::Both(
-            Estimate {
-                pose_in_world: SE2::identity(),
-                covariance: Some([1.0; 9]),
-            },
+            Estimate { pose_in_world: SE2::identity(), covariance: Some([1.0; 9]) },
             Twist::default(),
         );
         let _ = digest_of(&[SE2::identity()], &[reply; MAX_PARTICIPANTS]);

@@ -30,13 +30,7 @@ mod tests {
 
     #[test]
     fn the_numbers_are_the_documented_ones() {
-        let codes = [
-            Exit::Done,
-            Exit::Failed,
-            Exit::Usage,
-            Exit::Lost,
-            Exit::NotBitExact,
-        ];
+        let codes = [Exit::Done, Exit::Failed, Exit::Usage, Exit::Lost, Exit::NotBitExact];
         assert_eq!(codes.map(|c| c as u8), [0, 1, 2, 3, 4]);
     }
 }

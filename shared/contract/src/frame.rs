@@ -132,11 +132,7 @@ impl Frame {
     /// Says whether a truth goes with this tick. Call it before
     /// [`seal`](Self::seal): the flag is part of the digest.
     pub fn set_truth_known(&mut self, known: bool) {
-        self.flags = if known {
-            self.flags | HAS_TRUTH
-        } else {
-            self.flags & !HAS_TRUTH
-        };
+        self.flags = if known { self.flags | HAS_TRUTH } else { self.flags & !HAS_TRUTH };
     }
 
     /// Makes the frame ready to be read: digest of the observable part, then
@@ -183,19 +179,13 @@ impl Frame {
     /// Cumulative encoder counts at the end of this tick.
     #[must_use]
     pub fn ticks(&self) -> EncoderTicks {
-        EncoderTicks {
-            left: self.left_ticks,
-            right: self.right_ticks,
-        }
+        EncoderTicks { left: self.left_ticks, right: self.right_ticks }
     }
 
     /// The command that was applied during this tick, body frame.
     #[must_use]
     pub fn command(&self) -> Twist {
-        Twist {
-            v_m_s: self.v_m_s,
-            omega_rad_s: self.omega_rad_s,
-        }
+        Twist { v_m_s: self.v_m_s, omega_rad_s: self.omega_rad_s }
     }
 
     /// The scan taken at the end of this tick, where it lies: one range in
@@ -252,14 +242,8 @@ mod tests {
         frame.begin(
             7,
             0.16,
-            EncoderTicks {
-                left: -3,
-                right: 1 << 40,
-            },
-            Twist {
-                v_m_s: 0.5,
-                omega_rad_s: -0.25,
-            },
+            EncoderTicks { left: -3, right: 1 << 40 },
+            Twist { v_m_s: 0.5, omega_rad_s: -0.25 },
         );
         frame.write_scan(3).copy_from_slice(&[1.0, 2.0, 8.0]);
         frame
@@ -283,10 +267,7 @@ mod tests {
     fn two_keys_give_the_same_digest() {
         let (mut a, mut b) = (sample(), sample());
         a.seal(&TruthKey::from_bytes([1; 32]), Some(SE2::identity()));
-        b.seal(
-            &TruthKey::from_bytes([2; 32]),
-            Some(SE2::new(4.0, 5.0, 0.1)),
-        );
+        b.seal(&TruthKey::from_bytes([2; 32]), Some(SE2::new(4.0, 5.0, 0.1)));
         assert_eq!(a.digest(), b.digest());
         assert_ne!(bytemuck::bytes_of(&a.sealed), bytemuck::bytes_of(&b.sealed));
     }

@@ -64,26 +64,10 @@ pub(crate) use field_table;
 #[must_use]
 pub fn tables() -> [Table; 4] {
     [
-        Table {
-            name: "Frame",
-            size: 8760,
-            fields: crate::frame::FRAME_FIELDS,
-        },
-        Table {
-            name: "Answer",
-            size: 168,
-            fields: crate::answer::ANSWER_FIELDS,
-        },
-        Table {
-            name: "Tally",
-            size: 3000,
-            fields: crate::tally::TALLY_FIELDS,
-        },
-        Table {
-            name: "TallyEntry",
-            size: 184,
-            fields: crate::tally::TALLY_ENTRY_FIELDS,
-        },
+        Table { name: "Frame", size: 8760, fields: crate::frame::FRAME_FIELDS },
+        Table { name: "Answer", size: 168, fields: crate::answer::ANSWER_FIELDS },
+        Table { name: "Tally", size: 3000, fields: crate::tally::TALLY_FIELDS },
+        Table { name: "TallyEntry", size: 184, fields: crate::tally::TALLY_ENTRY_FIELDS },
     ]
 }
 
@@ -121,46 +105,16 @@ mod tests {
     #[test]
     fn the_hash_sees_names_types_offsets_and_order() {
         const A: &[Field] = &[
-            Field {
-                name: "a",
-                ty: "u64",
-                offset: 0,
-                size: 8,
-            },
-            Field {
-                name: "b",
-                ty: "u64",
-                offset: 8,
-                size: 8,
-            },
+            Field { name: "a", ty: "u64", offset: 0, size: 8 },
+            Field { name: "b", ty: "u64", offset: 8, size: 8 },
         ];
         const B: &[Field] = &[
-            Field {
-                name: "b",
-                ty: "u64",
-                offset: 0,
-                size: 8,
-            },
-            Field {
-                name: "a",
-                ty: "u64",
-                offset: 8,
-                size: 8,
-            },
+            Field { name: "b", ty: "u64", offset: 0, size: 8 },
+            Field { name: "a", ty: "u64", offset: 8, size: 8 },
         ];
         const C: &[Field] = &[
-            Field {
-                name: "a",
-                ty: "f64",
-                offset: 0,
-                size: 8,
-            },
-            Field {
-                name: "b",
-                ty: "u64",
-                offset: 8,
-                size: 8,
-            },
+            Field { name: "a", ty: "f64", offset: 0, size: 8 },
+            Field { name: "b", ty: "u64", offset: 8, size: 8 },
         ];
         let (a, b, c) = (hash_fields(1, A), hash_fields(1, B), hash_fields(1, C));
         assert!(a != b && a != c && b != c);

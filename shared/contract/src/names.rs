@@ -65,14 +65,7 @@ pub fn check_participant_name(name: &str) -> Result<(), NameError> {
 }
 
 fn check(what: &'static str, name: &str, max: usize) -> Result<(), NameError> {
-    let error = |problem| {
-        Err(NameError {
-            what,
-            name: name.to_owned(),
-            problem,
-            max,
-        })
-    };
+    let error = |problem| Err(NameError { what, name: name.to_owned(), problem, max });
     let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     match name.chars().next() {
         None => error("is empty"),

@@ -253,12 +253,7 @@ impl Scenario {
 
     fn check_participants(&self) -> Result<(), ScenarioError> {
         let count = self.participants.len();
-        at_least(
-            "participant (number of)",
-            count as u64,
-            0,
-            MAX_PARTICIPANTS as u64,
-        )?;
+        at_least("participant (number of)", count as u64, 0, MAX_PARTICIPANTS as u64)?;
         let mut names = BTreeSet::new();
         for (i, p) in self.participants.iter().enumerate() {
             check_participant_name(&p.name)?;
@@ -268,23 +263,13 @@ impl Scenario {
                 return Err(FieldError::new(field, &p.name, "is there twice", remedy).into());
             }
         }
-        let drivers = self
-            .participants
-            .iter()
-            .filter(|p| p.role == Role::Driver)
-            .count();
+        let drivers = self.participants.iter().filter(|p| p.role == Role::Driver).count();
         let wanted = usize::from(matches!(self.script, ScriptConfig::Driver {}));
         if drivers != wanted {
             let (problem, remedy) = if wanted == 1 {
-                (
-                    "must be 1 with script kind \"driver\"",
-                    "give one participant role = \"driver\"",
-                )
+                ("must be 1 with script kind \"driver\"", "give one participant role = \"driver\"")
             } else {
-                (
-                    "must be 0 with this script",
-                    "set [script] kind = \"driver\", or another role",
-                )
+                ("must be 0 with this script", "set [script] kind = \"driver\", or another role")
             };
             return Err(FieldError::new("drivers", drivers, problem, remedy).into());
         }
@@ -315,25 +300,13 @@ mod tests {
             ("seed = -1", "seed"),
             ("ticks = 0", "ticks = 0: is out of range"),
             ("dt_s = \"fast\"", "dt_s"),
-            (
-                "[robot]\nslip_std = nan",
-                "robot.slip_std = NaN: is not a number",
-            ),
+            ("[robot]\nslip_std = nan", "robot.slip_std = NaN: is not a number"),
             ("[robot]\nslip = 0.1", "unknown field `slip`"),
-            (
-                "[lidar]\nbeams = 5000",
-                "lidar.beams = 5000: is out of range",
-            ),
+            ("[lidar]\nbeams = 5000", "lidar.beams = 5000: is out of range"),
             ("[script]\nkind = \"waltz\"", "waltz"),
             ("[script]\nkind = \"driver\"", "role = \"driver\""),
-            (
-                "[script]\nkind = \"straight\"\nv_m_s = inf",
-                "script.v_m_s = inf",
-            ),
-            (
-                "[[participant]]\nname = \"a\"\n[[participant]]\nname = \"a\"",
-                "is there twice",
-            ),
+            ("[script]\nkind = \"straight\"\nv_m_s = inf", "script.v_m_s = inf"),
+            ("[[participant]]\nname = \"a\"\n[[participant]]\nname = \"a\"", "is there twice"),
             ("[[participant]]\nname = \"a/b\"", "another character"),
             ("[[participant]]\nname = \"a\"\nrole = \"king\"", "king"),
             ("on_loss = \"panic\"", "panic"),

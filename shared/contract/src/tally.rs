@@ -80,21 +80,13 @@ impl TallyEntry {
     pub fn missing(participant: u32) -> Self {
         let mut answer = Answer::default();
         answer.participant = participant;
-        Self {
-            answer,
-            latency_ns: 0,
-            missing: 1,
-        }
+        Self { answer, latency_ns: 0, missing: 1 }
     }
 
     /// An entry for an answer that came after `latency_ns`.
     #[must_use]
     pub fn answered(answer: Answer, latency_ns: u64) -> Self {
-        Self {
-            answer,
-            latency_ns,
-            missing: 0,
-        }
+        Self { answer, latency_ns, missing: 0 }
     }
 
     /// What the participant replied. The server put only checked answers in;
@@ -147,10 +139,7 @@ mod tests {
         assert_eq!(tally.entries().len(), MAX_PARTICIPANTS);
         assert_eq!(tally.entries()[3].reply(), Reply::Missing);
         tally.begin(1, 3);
-        tally.push(TallyEntry::answered(
-            Answer::carrying(&Message::Reply(Reply::Abstain)),
-            5,
-        ));
+        tally.push(TallyEntry::answered(Answer::carrying(&Message::Reply(Reply::Abstain)), 5));
         assert_eq!(tally.entries().len(), 1);
         assert_eq!(tally.entries()[0].reply(), Reply::Abstain);
     }

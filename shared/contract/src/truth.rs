@@ -130,8 +130,7 @@ impl TruthKey {
             place.copy_from_slice(&value.to_le_bytes());
         }
         bytes[24..].copy_from_slice(&digest.to_le_bytes());
-        self.stream(tick, Purpose::Frame)
-            .apply_keystream(&mut bytes);
+        self.stream(tick, Purpose::Frame).apply_keystream(&mut bytes);
         SealedTruth(bytes)
     }
 
@@ -141,17 +140,12 @@ impl TruthKey {
     /// [`KeyError::Wrong`] if key, tick and digest do not belong together.
     pub fn open(&self, tick: u64, sealed: &SealedTruth, digest: u64) -> Result<Truth, KeyError> {
         let mut bytes = sealed.0;
-        self.stream(tick, Purpose::Frame)
-            .apply_keystream(&mut bytes);
+        self.stream(tick, Purpose::Frame).apply_keystream(&mut bytes);
         let [x, y, theta, check]: [u64; 4] = bytemuck::cast(bytes);
         if check != digest {
             return Err(KeyError::Wrong { tick });
         }
-        Ok(Truth(SE2::new(
-            f64::from_bits(x),
-            f64::from_bits(y),
-            f64::from_bits(theta),
-        )))
+        Ok(Truth(SE2::new(f64::from_bits(x), f64::from_bits(y), f64::from_bits(theta))))
     }
 
     /// Seals the brief of a scorer or logger: the part of its `Start` that
@@ -160,8 +154,7 @@ impl TruthKey {
     pub fn seal_brief(&self, run_id: u64, brief: &[u8]) -> Vec<u8> {
         let mut bytes = xxhash_rust::xxh3::xxh3_128(brief).to_le_bytes().to_vec();
         bytes.extend_from_slice(brief);
-        self.stream(run_id, Purpose::Brief)
-            .apply_keystream(&mut bytes);
+        self.stream(run_id, Purpose::Brief).apply_keystream(&mut bytes);
         bytes
     }
 
@@ -171,8 +164,7 @@ impl TruthKey {
     /// [`KeyError::Brief`] if the key is not this run's.
     pub fn open_brief(&self, run_id: u64, sealed: &[u8]) -> Result<Vec<u8>, KeyError> {
         let mut bytes = sealed.to_vec();
-        self.stream(run_id, Purpose::Brief)
-            .apply_keystream(&mut bytes);
+        self.stream(run_id, Purpose::Brief).apply_keystream(&mut bytes);
         let (check, brief) = bytes.split_at_checked(16).ok_or(KeyError::Brief)?;
         if check != xxhash_rust::xxh3::xxh3_128(brief).to_le_bytes() {
             return Err(KeyError::Brief);
@@ -191,30 +183,16 @@ mod tests {
         let pose = SE2::new(1.5, -0.25, 3.0);
         let sealed = key.seal(41, &pose, 0xDEAD);
         assert_eq!(key.open(41, &sealed, 0xDEAD).unwrap().pose_in_world(), pose);
-        assert_eq!(
-            key.open(42, &sealed, 0xDEAD),
-            Err(KeyError::Wrong { tick: 42 })
-        );
-        assert_eq!(
-            key.open(41, &sealed, 0xDEAE),
-            Err(KeyError::Wrong { tick: 41 })
-        );
+        assert_eq!(key.open(42, &sealed, 0xDEAD), Err(KeyError::Wrong { tick: 42 }));
+        assert_eq!(key.open(41, &sealed, 0xDEAE), Err(KeyError::Wrong { tick: 41 }));
         let other = TruthKey::from_bytes([8; 32]);
-        assert_eq!(
-            other.open(41, &sealed, 0xDEAD),
-            Err(KeyError::Wrong { tick: 41 })
-        );
+        assert_eq!(other.open(41, &sealed, 0xDEAD), Err(KeyError::Wrong { tick: 41 }));
     }
 
     #[test]
     fn a_key_survives_its_text_and_hides_in_debug() {
         let key = TruthKey::from_bytes(std::array::from_fn(|i| i as u8 * 7));
-        assert_eq!(
-            TruthKey::from_hex(&format!(" {}\n", key.to_hex()))
-                .unwrap()
-                .0,
-            key.0
-        );
+        assert_eq!(TruthKey::from_hex(&format!(" {}\n", key.to_hex())).unwrap().0, key.0);
         assert_eq!(format!("{key:?}"), "TruthKey(hidden)");
         assert!(TruthKey::from_hex("abc").is_err());
         assert!(TruthKey::from_hex(&"é".repeat(32)).is_err());

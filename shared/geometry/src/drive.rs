@@ -47,11 +47,7 @@ impl DiffDrive {
     /// The robot of the book: r = 0.033 m, ℓ = 0.16 m, 4096 counts.
     #[must_use]
     pub fn rusty() -> Self {
-        Self {
-            wheel_radius_m: 0.033,
-            track_m: 0.16,
-            ticks_per_rev: 4096,
-        }
+        Self { wheel_radius_m: 0.033, track_m: 0.16, ticks_per_rev: 4096 }
     }
 
     /// The wheel rates that drive `twist`.
@@ -80,11 +76,7 @@ impl DiffDrive {
     /// down `ds_left_m` and `ds_right_m` metres of ground at a constant ratio.
     #[must_use]
     pub fn tangent(&self, ds_left_m: f64, ds_right_m: f64) -> Vector3<f64> {
-        Vector3::new(
-            0.5 * (ds_right_m + ds_left_m),
-            0.0,
-            (ds_right_m - ds_left_m) / self.track_m,
-        )
+        Vector3::new(0.5 * (ds_right_m + ds_left_m), 0.0, (ds_right_m - ds_left_m) / self.track_m)
     }
 
     /// Signed distance in metres from the robot's centre along its y axis to the
@@ -134,11 +126,7 @@ impl DiffDrive {
     pub fn tightest_turn(&self, v_m_s: f64, wheel_limit_rad_s: f64) -> Option<(f64, f64)> {
         let spare_m_s = wheel_limit_rad_s * self.wheel_radius_m - v_m_s.abs();
         let omega_rad_s = 2.0 * spare_m_s / self.track_m;
-        if omega_rad_s > 0.0 {
-            Some((omega_rad_s, v_m_s.abs() / omega_rad_s))
-        } else {
-            None
-        }
+        if omega_rad_s > 0.0 { Some((omega_rad_s, v_m_s.abs() / omega_rad_s)) } else { None }
     }
 
     /// The larger of the two wheels' absolute rates; NaN if either is NaN.
@@ -146,20 +134,13 @@ impl DiffDrive {
         let rates = self.wheel_rates(twist);
         let (left, right) = (rates.left_rad_s.abs(), rates.right_rad_s.abs());
         // `f64::max` would hide a NaN.
-        if left > right || left.is_nan() {
-            left
-        } else {
-            right
-        }
+        if left > right || left.is_nan() { left } else { right }
     }
 }
 
 /// Both parts of `twist` times `factor`.
 fn scaled(twist: Twist, factor: f64) -> Twist {
-    Twist {
-        v_m_s: twist.v_m_s * factor,
-        omega_rad_s: twist.omega_rad_s * factor,
-    }
+    Twist { v_m_s: twist.v_m_s * factor, omega_rad_s: twist.omega_rad_s * factor }
 }
 
 #[cfg(test)]
@@ -199,10 +180,7 @@ mod tests {
         let (omega_rad_s, radius_m) = drive.tightest_turn(0.4, 20.0).unwrap();
         assert!((omega_rad_s - 3.25).abs() < 1e-12);
         assert!((radius_m - 0.123_077).abs() < 5e-7);
-        assert_eq!(
-            drive.tightest_turn(-0.4, 20.0),
-            drive.tightest_turn(0.4, 20.0)
-        );
+        assert_eq!(drive.tightest_turn(-0.4, 20.0), drive.tightest_turn(0.4, 20.0));
         assert_eq!(drive.tightest_turn(0.0, 20.0).unwrap().1, 0.0);
         assert_eq!(drive.tightest_turn(0.67, 20.0), None);
         assert_eq!(drive.tightest_turn(f64::NAN, 20.0), None);

@@ -90,18 +90,9 @@ mod tests {
     #[test]
     fn a_counter_may_roll_over() {
         let drive = DiffDrive::rusty();
-        let before = EncoderTicks {
-            left: i64::MAX - 1,
-            right: i64::MIN + 1,
-        };
-        let after = EncoderTicks {
-            left: i64::MIN + 1,
-            right: i64::MAX - 1,
-        };
+        let before = EncoderTicks { left: i64::MAX - 1, right: i64::MIN + 1 };
+        let after = EncoderTicks { left: i64::MIN + 1, right: i64::MAX - 1 };
         let tau = odometry_delta(before, after, &drive);
-        assert_eq!(
-            tau,
-            drive.tangent(3.0 * tick_length(&drive), -3.0 * tick_length(&drive))
-        );
+        assert_eq!(tau, drive.tangent(3.0 * tick_length(&drive), -3.0 * tick_length(&drive)));
     }
 }

@@ -55,13 +55,7 @@ pub(crate) fn find_gaps(walls: &[Wall]) -> Vec<Gap> {
             if let Some((distance_m, other)) = nearest_other(walls, &tree, index, &point)
                 && (TOUCH_M..GAP_M).contains(&distance_m)
             {
-                gaps.push(Gap {
-                    wall: index,
-                    end,
-                    point: [point.x, point.y],
-                    other,
-                    distance_m,
-                });
+                gaps.push(Gap { wall: index, end, point: [point.x, point.y], other, distance_m });
             }
         }
     }

@@ -61,9 +61,7 @@ impl FromStr for Material {
         // `u8::from_str` also takes "+7" and "007"; one material, one text.
         material
             .filter(|found| found.to_string() == text)
-            .ok_or_else(|| MaterialError {
-                text: text.to_owned(),
-            })
+            .ok_or_else(|| MaterialError { text: text.to_owned() })
     }
 }
 
@@ -100,17 +98,9 @@ mod tests {
 
     #[test]
     fn what_is_no_material_is_named() {
-        for text in [
-            "",
-            "wall",
-            "Door",
-            "Door()",
-            "Door(256)",
-            "Door(-1)",
-            "Door(+1)",
-            "Door(01)",
-            " Wall",
-        ] {
+        for text in
+            ["", "wall", "Door", "Door()", "Door(256)", "Door(-1)", "Door(+1)", "Door(01)", " Wall"]
+        {
             let error = text.parse::<Material>().unwrap_err();
             assert!(error.to_string().contains(&format!("{text:?}")));
             assert!(error.to_string().contains("Door(n)"));

@@ -58,11 +58,7 @@ impl MotionArc {
                 Vector2::new(c * along.x - s * along.y, c * along.y + s * along.x),
             ],
             turn_rad,
-            length_m: if spot {
-                0.0
-            } else {
-                chord_m / trig::sinc(half_rad)
-            },
+            length_m: if spot { 0.0 } else { chord_m / trig::sinc(half_rad) },
             curvature_per_m: if spot { 0.0 } else { 2.0 * s / chord_m },
         }
     }
@@ -143,10 +139,7 @@ impl MotionArc {
         let h_m = cross(along_wall, &to_a);
         let normal = Vector2::new(-along_wall.y, along_wall.x);
         // Components along the left normal of the start tangent.
-        let (e_y, n_y) = (
-            cross(&self.tangents[0], along_wall),
-            cross(&self.tangents[0], &normal),
-        );
+        let (e_y, n_y) = (cross(&self.tangents[0], along_wall), cross(&self.tangents[0], &normal));
         let kappa = self.curvature_per_m;
         let discriminant = e_y * e_y + kappa * h_m * (2.0 * n_y - kappa * h_m);
         if discriminant < 0.0 {
@@ -175,9 +168,7 @@ impl MotionArc {
             angle_rad -= core::f64::consts::PI;
         }
         let fraction = angle_rad / self.turn_rad;
-        (0.0..=1.0)
-            .contains(&fraction)
-            .then(|| self.point(fraction))
+        (0.0..=1.0).contains(&fraction).then(|| self.point(fraction))
     }
 }
 

@@ -13,14 +13,8 @@ use crate::world_spec::WorldSpec;
 /// The names that [`place`] knows, each with a line about it.
 pub const PLACES: &[(&str, &str)] = &[
     ("open", "the plane without walls, 2 km across"),
-    (
-        "hallway",
-        "a corridor 12 m long and 1.6 m wide with three identical doors",
-    ),
-    (
-        "apartment",
-        "12 m by 9 m, five rooms off one corridor, with glass and two doors",
-    ),
+    ("hallway", "a corridor 12 m long and 1.6 m wide with three identical doors"),
+    ("apartment", "12 m by 9 m, five rooms off one corridor, with glass and two doors"),
 ];
 
 static OPEN: LazyLock<World> = LazyLock::new(|| embedded(include_str!("../worlds/open.json")));

@@ -52,11 +52,7 @@ impl From<PlainPose> for SE2 {
 
 impl From<SE2> for PlainPose {
     fn from(pose: SE2) -> Self {
-        Self {
-            x_m: pose.x(),
-            y_m: pose.y(),
-            theta_rad: pose.theta(),
-        }
+        Self { x_m: pose.x(), y_m: pose.y(), theta_rad: pose.theta() }
     }
 }
 
@@ -66,10 +62,7 @@ impl SE2 {
     /// Nothing is refused: a NaN stays where it is, see [`SE2::is_finite`].
     #[must_use]
     pub fn new(x_m: f64, y_m: f64, theta_rad: f64) -> Self {
-        Self {
-            translation_m: Vector2::new(x_m, y_m),
-            theta_rad: wrap_angle(theta_rad),
-        }
+        Self { translation_m: Vector2::new(x_m, y_m), theta_rad: wrap_angle(theta_rad) }
     }
 
     /// The motion that moves nothing.

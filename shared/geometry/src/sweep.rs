@@ -51,9 +51,7 @@ impl World {
             if wall.distance(&middle) >= reach_m {
                 return false;
             }
-            let distance_m = arc
-                .get_or_insert_with(|| MotionArc::between(from, to))
-                .distance(wall);
+            let distance_m = arc.get_or_insert_with(|| MotionArc::between(from, to)).distance(wall);
             distance_m < radius_m || distance_m == 0.0
         })
     }

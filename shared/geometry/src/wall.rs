@@ -148,11 +148,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn wall(a: [f64; 2], b: [f64; 2]) -> Wall {
-        Wall {
-            a: Point2::from(a),
-            b: Point2::from(b),
-            material: Material::Wall,
-        }
+        Wall { a: Point2::from(a), b: Point2::from(b), material: Material::Wall }
     }
 
     fn cast(wall: &Wall, origin: [f64; 2], dir: [f64; 2]) -> Option<f64> {

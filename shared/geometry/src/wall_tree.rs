@@ -33,9 +33,7 @@ impl WallTree {
     /// Builds the tree for `walls`; every query must be given the same list.
     pub(crate) fn new(walls: &[Wall]) -> Self {
         let boxes: Vec<Aabb> = walls.iter().map(box_around).collect();
-        Self {
-            bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
-        }
+        Self { bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) }
     }
 
     /// The first wall along a ray within `max_m`: its distance and index, by the
@@ -49,9 +47,7 @@ impl WallTree {
     ) -> Option<(f64, usize)> {
         let best: Cell<Option<(f64, usize)>> = Cell::new(None);
         let offer = |index: usize| {
-            let t = walls[index]
-                .cast(origin, unit_dir)
-                .filter(|t| *t <= max_m)?;
+            let t = walls[index].cast(origin, unit_dir).filter(|t| *t <= max_m)?;
             if best.get().is_none_or(|so_far| (t, index) < so_far) {
                 best.set(Some((t, index)));
             }
@@ -153,11 +149,7 @@ fn entry(node: &BvhNode, origin: &Point2<f64>, inverse: &Vector2<f64>, max_m: f6
     let y2 = (hi.y - origin.y) * inverse.y;
     let t_in = x1.min(x2).max(y1.min(y2));
     let t_out = x1.max(x2).min(y1.max(y2));
-    if t_out >= t_in && t_out >= 0.0 && t_in <= max_m {
-        t_in
-    } else {
-        f64::MAX
-    }
+    if t_out >= t_in && t_out >= 0.0 && t_in <= max_m { t_in } else { f64::MAX }
 }
 
 /// Squared distance from a point to a box, zero inside.

@@ -97,14 +97,10 @@ impl World {
     #[must_use]
     pub fn raycast_dir(&self, origin: Point2<f64>, unit_dir: Vector2<f64>, max_m: f64) -> Hit {
         match self.first_wall(origin, unit_dir, max_m) {
-            Some((distance_m, index)) => Hit {
-                distance_m,
-                material: Some(self.walls[index].material),
-            },
-            None => Hit {
-                distance_m: max_m,
-                material: None,
-            },
+            Some((distance_m, index)) => {
+                Hit { distance_m, material: Some(self.walls[index].material) }
+            }
+            None => Hit { distance_m: max_m, material: None },
         }
     }
 
@@ -125,8 +121,7 @@ impl World {
         if !finite {
             return None;
         }
-        self.tree
-            .first_along(&self.walls, &origin, &unit_dir, max_m)
+        self.tree.first_along(&self.walls, &origin, &unit_dir, max_m)
     }
 
     /// Distance in metres from `point` (world frame) to the nearest wall;

@@ -60,11 +60,7 @@ pub struct WorldSpec {
 
 impl From<&WallSpec> for Wall {
     fn from(spec: &WallSpec) -> Self {
-        Self {
-            a: Point2::from(spec.a),
-            b: Point2::from(spec.b),
-            material: spec.material,
-        }
+        Self { a: Point2::from(spec.a), b: Point2::from(spec.b), material: spec.material }
     }
 }
 
@@ -85,10 +81,8 @@ impl WorldSpec {
     /// # Errors
     /// [`WorldError::Text`] with the parser's place and reason.
     pub fn from_json_str(text: &str) -> Result<Self, WorldError> {
-        serde_json::from_str(text).map_err(|error| WorldError::Text {
-            format: "JSON",
-            detail: error.to_string(),
-        })
+        serde_json::from_str(text)
+            .map_err(|error| WorldError::Text { format: "JSON", detail: error.to_string() })
     }
 
     /// The world as TOML text that reads back to the same bits.
@@ -141,10 +135,7 @@ impl WorldSpec {
         }
         match self.gaps().first() {
             None => Ok(()),
-            Some(gap) => Err(WorldError::Gap {
-                name: self.name.clone(),
-                gap: *gap,
-            }),
+            Some(gap) => Err(WorldError::Gap { name: self.name.clone(), gap: *gap }),
         }
     }
 
@@ -153,29 +144,18 @@ impl WorldSpec {
         let name = self.name.clone();
         let chars = name.chars().count();
         if chars == 0 || chars > MAX_NAME_CHARS || name.chars().any(char::is_control) {
-            return Err(WorldError::Name {
-                name,
-                limit: MAX_NAME_CHARS,
-            });
+            return Err(WorldError::Name { name, limit: MAX_NAME_CHARS });
         }
         let bounds = self.bounds;
         let [x_min, y_min, x_max, y_max] = bounds;
         // NaN fails the first test, infinity too.
         let near = bounds.iter().all(|c| c.abs() <= MAX_COORDINATE_M);
         if !(near && x_min < x_max && y_min < y_max) {
-            return Err(WorldError::Bounds {
-                name,
-                bounds,
-                limit_m: MAX_COORDINATE_M,
-            });
+            return Err(WorldError::Bounds { name, bounds, limit_m: MAX_COORDINATE_M });
         }
         let count = self.walls.len();
         if count > MAX_WALLS {
-            return Err(WorldError::TooManyWalls {
-                name,
-                count,
-                limit: MAX_WALLS,
-            });
+            return Err(WorldError::TooManyWalls { name, count, limit: MAX_WALLS });
         }
         Ok(())
     }
@@ -185,38 +165,20 @@ impl WorldSpec {
         let WallSpec { a, b, .. } = *spec;
         let name = || self.name.clone();
         if !a.iter().chain(&b).all(|c| c.is_finite()) {
-            return Err(WorldError::NotFinite {
-                name: name(),
-                wall,
-                a,
-                b,
-            });
+            return Err(WorldError::NotFinite { name: name(), wall, a, b });
         }
         let bounds = self.bounds;
         let [x_min, y_min, x_max, y_max] = bounds;
         for (end, point) in [('a', a), ('b', b)] {
             let [x, y] = point;
             if !(x_min <= x && x <= x_max && y_min <= y && y <= y_max) {
-                return Err(WorldError::OutOfBounds {
-                    name: name(),
-                    wall,
-                    end,
-                    point,
-                    bounds,
-                });
+                return Err(WorldError::OutOfBounds { name: name(), wall, end, point, bounds });
             }
         }
         let length_m = Wall::from(spec).length_m();
         if length_m < MIN_WALL_M {
             let limit_m = MIN_WALL_M;
-            return Err(WorldError::TooShort {
-                name: name(),
-                wall,
-                a,
-                b,
-                length_m,
-                limit_m,
-            });
+            return Err(WorldError::TooShort { name: name(), wall, a, b, length_m, limit_m });
         }
         Ok(())
     }

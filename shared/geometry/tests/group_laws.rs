@@ -19,59 +19,35 @@ fn close(a: &SE2, b: &SE2) -> bool {
 /// Every law that involves up to three elements.
 fn check_laws(a: &SE2, b: &SE2, c: &SE2) {
     let one = SE2::identity();
-    assert!(
-        close(&(*a * one), a) && close(&(one * *a), a),
-        "identity: {a:?}"
-    );
+    assert!(close(&(*a * one), a) && close(&(one * *a), a), "identity: {a:?}");
     assert!(close(&(*a * a.inverse()), &one), "right inverse: {a:?}");
     assert!(close(&(a.inverse() * *a), &one), "left inverse: {a:?}");
-    assert!(
-        close(&((*a * *b) * *c), &(*a * (*b * *c))),
-        "associativity: {a:?} {b:?} {c:?}"
-    );
+    assert!(close(&((*a * *b) * *c), &(*a * (*b * *c))), "associativity: {a:?} {b:?} {c:?}");
     assert!(
         close(&(*a * *b).inverse(), &(b.inverse() * a.inverse())),
         "inverse of a product: {a:?} {b:?}"
     );
     assert!(close(&SE2::exp(&a.log()), a), "exp of log: {a:?}");
-    assert!(
-        close(&a.boxplus(&b.boxminus(a)), b),
-        "a + (b - a): {a:?} {b:?}"
-    );
+    assert!(close(&a.boxplus(&b.boxminus(a)), b), "a + (b - a): {a:?} {b:?}");
     let tau = b.log();
     let back = a.boxplus(&tau).boxminus(a);
     // Near a half turn the two ways round are equally short; both are right.
     if (PI - tau.z.abs()) > 1e-9 {
-        assert!(
-            (back - tau).abs().max() < 1e-11,
-            "(a + t) - a: {a:?} {tau:?} {back:?}"
-        );
+        assert!((back - tau).abs().max() < 1e-11, "(a + t) - a: {a:?} {tau:?} {back:?}");
     }
     let p = Point2::new(0.3, -1.7);
     let gap = (*a * *b).transform_point(&p) - a.transform_point(&b.transform_point(&p));
     assert!(gap.abs().max() < TOLERANCE, "action: {a:?} {b:?}");
     for element in [a, b, c, &(*a * *b), &a.inverse(), &a.boxplus(&tau)] {
-        assert!(
-            element.theta() > -PI && element.theta() <= PI,
-            "wrapped: {element:?}"
-        );
+        assert!(element.theta() > -PI && element.theta() <= PI, "wrapped: {element:?}");
     }
 }
 
 #[test]
 fn laws_at_the_special_angles() {
-    let mut angles_rad = vec![
-        0.0,
-        PI,
-        -PI,
-        PI.next_down(),
-        (-PI).next_up(),
-        0.5 * PI,
-        -0.5 * PI,
-    ];
-    for tiny in [
-        5e-324, 1e-300, 1e-200, 1e-100, 1e-30, 1e-16, 1e-12, 1e-9, 1e-8, 1e-6, 1e-4, 1e-3,
-    ] {
+    let mut angles_rad = vec![0.0, PI, -PI, PI.next_down(), (-PI).next_up(), 0.5 * PI, -0.5 * PI];
+    for tiny in [5e-324, 1e-300, 1e-200, 1e-100, 1e-30, 1e-16, 1e-12, 1e-9, 1e-8, 1e-6, 1e-4, 1e-3]
+    {
         angles_rad.extend([tiny, -tiny, PI - tiny, tiny - PI]);
     }
     for (i, theta_rad) in angles_rad.iter().enumerate() {

@@ -11,11 +11,7 @@ const RAMP: i32 = 6;
 /// The speed of tick `j` of a straight of `n`, ramped at both ends.
 fn straight(j: i32, n: i32) -> f64 {
     let q = j.min(n - 1 - j);
-    if q < RAMP {
-        V_M_S * f64::from(q + 1) / f64::from(RAMP + 1)
-    } else {
-        V_M_S
-    }
+    if q < RAMP { V_M_S * f64::from(q + 1) / f64::from(RAMP + 1) } else { V_M_S }
 }
 
 /// Two legs and back, with turns to the right on the spot.
@@ -24,10 +20,7 @@ fn command(tick: i32) -> Twist {
     const LEG: i32 = 123;
     const PAUSE: i32 = 3;
     const TURN: i32 = 10;
-    let forward = |v_m_s| Twist {
-        v_m_s,
-        omega_rad_s: 0.0,
-    };
+    let forward = |v_m_s| Twist { v_m_s, omega_rad_s: 0.0 };
     if tick < FIRST {
         return forward(straight(tick, FIRST));
     }
@@ -35,10 +28,7 @@ fn command(tick: i32) -> Twist {
     if u < PAUSE {
         Twist::default()
     } else if u < PAUSE + TURN {
-        Twist {
-            v_m_s: 0.0,
-            omega_rad_s: -3.1363,
-        }
+        Twist { v_m_s: 0.0, omega_rad_s: -3.1363 }
     } else {
         forward(straight(u - PAUSE - TURN, LEG))
     }
@@ -72,26 +62,14 @@ fn patrol(right_radius_bias: f64) -> (f64, f64, EncoderTicks) {
 fn quantization_only() {
     let (drift_m, heading_deg, ticks) = patrol(0.0);
     assert_eq!((ticks.left, ticks.right), (293_532, 271_723));
-    assert!(
-        (drift_m - 1.062_004_987_974_054_2e-4).abs() < 1e-12,
-        "{drift_m:e}"
-    );
-    assert!(
-        (heading_deg - 0.008_512_397_770_161_613).abs() < 1e-9,
-        "{heading_deg}"
-    );
+    assert!((drift_m - 1.062_004_987_974_054_2e-4).abs() < 1e-12, "{drift_m:e}");
+    assert!((heading_deg - 0.008_512_397_770_161_613).abs() < 1e-9, "{heading_deg}");
 }
 
 #[test]
 fn right_wheel_one_percent_too_large() {
     let (drift_m, heading_deg, ticks) = patrol(0.01);
     assert_eq!((ticks.left, ticks.right), (293_532, 271_723));
-    assert!(
-        (drift_m - 2.678_329_605_898_544_4).abs() < 1e-10,
-        "{drift_m}"
-    );
-    assert!(
-        (heading_deg - 49.265_017_954_970_61).abs() < 1e-9,
-        "{heading_deg}"
-    );
+    assert!((drift_m - 2.678_329_605_898_544_4).abs() < 1e-10, "{drift_m}");
+    assert!((heading_deg - 49.265_017_954_970_61).abs() < 1e-9, "{heading_deg}");
 }

@@ -33,11 +33,7 @@ fn unit(angle_rad: f64) -> Vector2<f64> {
 }
 
 fn world_of(walls: &[([f64; 2], [f64; 2])]) -> World {
-    let walls = walls.iter().map(|(a, b)| WallSpec {
-        a: *a,
-        b: *b,
-        material: Material::Wall,
-    });
+    let walls = walls.iter().map(|(a, b)| WallSpec { a: *a, b: *b, material: Material::Wall });
     World::new(WorldSpec {
         name: "test".to_owned(),
         bounds: [-100.0, -100.0, 100.0, 100.0],
@@ -65,10 +61,7 @@ fn the_180_ranges_of_the_anatomy() {
     assert_eq!(expected.len(), ranges_m.len());
     for (k, (range_m, expected)) in ranges_m.iter().zip(expected).enumerate() {
         let expected_m = expected.as_f64().unwrap();
-        assert!(
-            (range_m - expected_m).abs() < 1e-9,
-            "beam {k}: {range_m} {expected_m}"
-        );
+        assert!((range_m - expected_m).abs() < 1e-9, "beam {k}: {range_m} {expected_m}");
     }
     assert!((ranges_m[90] - 2.26).abs() < 1e-12);
 }
@@ -80,11 +73,8 @@ fn the_three_jumps_of_the_anatomy() {
         .filter(|k| (ranges_m[k + 1] - ranges_m[*k]).abs() > 0.25)
         .map(|k| (k, ranges_m[k], ranges_m[k + 1]))
         .collect();
-    let expected = [
-        (5, 2.883_812, 1.676_639),
-        (77, 1.179_358, 2.473_878),
-        (102, 2.473_878, 1.179_358),
-    ];
+    let expected =
+        [(5, 2.883_812, 1.676_639), (77, 1.179_358, 2.473_878), (102, 2.473_878, 1.179_358)];
     assert_eq!(jumps.len(), expected.len(), "{jumps:?}");
     for (found, expected) in jumps.iter().zip(&expected) {
         assert_eq!(found.0, expected.0);
@@ -120,11 +110,7 @@ fn both_worlds_are_watertight() {
             for k in 0..360 {
                 let angle_rad = TAU * f64::from(k) / 360.0;
                 let hit = world.raycast(point, angle_rad, 100.0);
-                assert!(
-                    hit.material.is_some(),
-                    "{}: {point} at {angle_rad}",
-                    world.name()
-                );
+                assert!(hit.material.is_some(), "{}: {point} at {angle_rad}", world.name());
             }
             for vertex in world.walls().iter().flat_map(|wall| [wall.a, wall.b]) {
                 let to = vertex - point;
@@ -136,11 +122,7 @@ fn both_worlds_are_watertight() {
                 ];
                 for dir in aimed {
                     let found = world.first_wall(point, dir, 100.0);
-                    assert!(
-                        found.is_some(),
-                        "{}: {point} at vertex {vertex}",
-                        world.name()
-                    );
+                    assert!(found.is_some(), "{}: {point} at vertex {vertex}", world.name());
                     assert_eq!(found, by_scan(&world, point, dir, 100.0));
                 }
             }
@@ -176,22 +158,10 @@ fn materials_of_the_places() {
 fn the_maximum_is_inclusive_and_reported() {
     let world = world_of(&[([2.0, -1.0], [2.0, 1.0])]);
     let origin = Point2::new(0.0, 0.0);
-    let miss = |distance_m| Hit {
-        distance_m,
-        material: None,
-    };
-    assert_eq!(
-        world.raycast(origin, 0.0, 2.0).material,
-        Some(Material::Wall)
-    );
-    assert_eq!(
-        world.raycast(origin, 0.0, 2.0_f64.next_down()),
-        miss(2.0_f64.next_down())
-    );
-    assert_eq!(
-        world.raycast(origin, PI, f64::INFINITY),
-        miss(f64::INFINITY)
-    );
+    let miss = |distance_m| Hit { distance_m, material: None };
+    assert_eq!(world.raycast(origin, 0.0, 2.0).material, Some(Material::Wall));
+    assert_eq!(world.raycast(origin, 0.0, 2.0_f64.next_down()), miss(2.0_f64.next_down()));
+    assert_eq!(world.raycast(origin, PI, f64::INFINITY), miss(f64::INFINITY));
     assert_eq!(open().raycast(origin, 0.0, 8.0), miss(8.0));
     for bad in [f64::NAN, f64::INFINITY] {
         assert_eq!(world.raycast(Point2::new(bad, 0.0), 0.0, 8.0), miss(8.0));
@@ -203,54 +173,31 @@ fn the_maximum_is_inclusive_and_reported() {
 #[test]
 fn at_equal_distance_the_lowest_index_wins() {
     // Three walls share the end (2, 0), two more lie on top of each other.
-    let fan = [
-        ([2.0, 0.0], [3.0, 1.0]),
-        ([2.0, 0.0], [3.0, -1.0]),
-        ([4.0, 0.0], [2.0, 0.0]),
-    ];
+    let fan = [([2.0, 0.0], [3.0, 1.0]), ([2.0, 0.0], [3.0, -1.0]), ([4.0, 0.0], [2.0, 0.0])];
     let mut order = fan.to_vec();
     for _ in 0..3 {
         order.rotate_left(1);
         let found = world_of(&order).first_wall(Point2::new(0.0, 0.0), unit(0.0), 9.0);
         assert_eq!(found, Some((2.0, 0)));
     }
-    let twice = world_of(&[
-        ([1.0, 5.0], [2.0, 5.0]),
-        ([2.0, -1.0], [2.0, 1.0]),
-        ([2.0, 1.0], [2.0, -1.0]),
-    ]);
-    assert_eq!(
-        twice.first_wall(Point2::new(0.0, 0.3), unit(0.0), 9.0),
-        Some((2.0, 1))
-    );
-    assert_eq!(
-        twice.first_wall(Point2::new(2.0, 0.3), unit(1.0), 9.0),
-        Some((0.0, 1))
-    );
+    let twice =
+        world_of(&[([1.0, 5.0], [2.0, 5.0]), ([2.0, -1.0], [2.0, 1.0]), ([2.0, 1.0], [2.0, -1.0])]);
+    assert_eq!(twice.first_wall(Point2::new(0.0, 0.3), unit(0.0), 9.0), Some((2.0, 1)));
+    assert_eq!(twice.first_wall(Point2::new(2.0, 0.3), unit(1.0), 9.0), Some((0.0, 1)));
 }
 
 #[test]
 fn from_very_far_away_every_wall_is_asked() {
     let world = world_of(&[([2.0, -1.0], [2.0, 1.0]), ([3.0, -1.0], [3.0, 1.0])]);
     let origin = Point2::new(-3e9, 0.0);
-    assert_eq!(
-        world.first_wall(origin, unit(0.0), 1e12),
-        Some((3e9 + 2.0, 0))
-    );
+    assert_eq!(world.first_wall(origin, unit(0.0), 1e12), Some((3e9 + 2.0, 0)));
     assert_eq!(world.distance_to_nearest(origin), 3e9 + 2.0);
 }
 
 #[test]
 fn distance_to_nearest_wall() {
-    assert_eq!(
-        open().distance_to_nearest(Point2::new(1.0, 2.0)),
-        f64::INFINITY
-    );
-    assert!(
-        hallway()
-            .distance_to_nearest(Point2::new(f64::NAN, 0.0))
-            .is_nan()
-    );
+    assert_eq!(open().distance_to_nearest(Point2::new(1.0, 2.0)), f64::INFINITY);
+    assert!(hallway().distance_to_nearest(Point2::new(f64::NAN, 0.0)).is_nan());
     let nearest_m = hallway().distance_to_nearest(Point2::new(6.0, 0.5));
     assert!((nearest_m - 0.5).abs() < 1e-15);
     assert_eq!(apartment().distance_to_nearest(Point2::new(7.2, 2.0)), 0.0);
@@ -258,13 +205,7 @@ fn distance_to_nearest_wall() {
 
 /// Up to sixty walls that keep clear of each other: one per cell of a grid.
 fn any_world() -> impl Strategy<Value = World> {
-    let wall = (
-        0.1_f64..0.9,
-        0.1_f64..0.9,
-        0.1_f64..0.9,
-        0.1_f64..0.9,
-        any::<bool>(),
-    );
+    let wall = (0.1_f64..0.9, 0.1_f64..0.9, 0.1_f64..0.9, 0.1_f64..0.9, any::<bool>());
     prop::collection::vec(wall, 1..60).prop_map(|walls| {
         let cell = |(index, (ax, ay, bx, by, there)): (usize, (f64, f64, f64, f64, bool))| {
             let (x, y) = ((index % 8) as f64 - 4.0, (index / 8) as f64 - 4.0);

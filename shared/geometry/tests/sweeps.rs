@@ -8,22 +8,14 @@ use proptest::prelude::*;
 use rusty_geometry::{Material, MotionArc, SE2, Wall, WallSpec, World, WorldSpec, apartment, open};
 
 fn wall(a: [f64; 2], b: [f64; 2]) -> Wall {
-    Wall {
-        a: Point2::from(a),
-        b: Point2::from(b),
-        material: Material::Wall,
-    }
+    Wall { a: Point2::from(a), b: Point2::from(b), material: Material::Wall }
 }
 
 fn world_of(a: [f64; 2], b: [f64; 2]) -> World {
     World::new(WorldSpec {
         name: "one wall".to_owned(),
         bounds: [-1e5, -1e5, 1e5, 1e5],
-        walls: vec![WallSpec {
-            a,
-            b,
-            material: Material::Wall,
-        }],
+        walls: vec![WallSpec { a, b, material: Material::Wall }],
     })
     .unwrap()
 }
@@ -68,10 +60,7 @@ fn the_belly_of_an_arc_touches_what_its_chord_does_not() {
     assert!(!beside(1.12).blocks(&from, &to, 0.11));
     assert!(!beside(0.88).blocks(&from, &to, 0.11), "inside the turn");
     assert!(beside(0.90).blocks(&from, &to, 0.11));
-    assert!(
-        !beside(-0.2).blocks(&from, &to, 0.11),
-        "the other half of the circle"
-    );
+    assert!(!beside(-0.2).blocks(&from, &to, 0.11), "the other half of the circle");
     let length_m = MotionArc::between(&from, &to).length_m();
     assert!((length_m - PI).abs() < 1e-15);
 }
@@ -139,10 +128,7 @@ fn nearly_straight_arcs_agree_with_the_straight_one() {
             let arc = MotionArc::between(&from, &to);
             for wall in [&beside, &short] {
                 let off_m = (arc.distance(wall) - 0.3).abs();
-                assert!(
-                    off_m <= 2.5 * turn_rad.abs() + 1e-15,
-                    "{turn_rad}: {off_m:e}"
-                );
+                assert!(off_m <= 2.5 * turn_rad.abs() + 1e-15, "{turn_rad}: {off_m:e}");
             }
         }
     }

@@ -24,11 +24,7 @@ fn spec(walls: &[([f64; 2], [f64; 2])]) -> WorldSpec {
         bounds: [0.0, 0.0, 10.0, 10.0],
         walls: walls
             .iter()
-            .map(|(a, b)| WallSpec {
-                a: *a,
-                b: *b,
-                material: Material::Wall,
-            })
+            .map(|(a, b)| WallSpec { a: *a, b: *b, material: Material::Wall })
             .collect(),
     }
 }
@@ -48,20 +44,9 @@ fn toml_and_json_read_back_to_the_same_bits() {
     let from_toml = WorldSpec::from_toml_str(BOX).unwrap();
     assert_eq!(from_toml.walls[0].material, Material::Glass);
     assert_eq!(from_toml.walls[1].material, Material::Door(7));
-    for spec in [
-        &from_toml,
-        apartment().spec(),
-        hallway().spec(),
-        open().spec(),
-    ] {
-        assert_eq!(
-            &WorldSpec::from_toml_str(&spec.to_toml().unwrap()).unwrap(),
-            spec
-        );
-        assert_eq!(
-            &WorldSpec::from_json_str(&spec.to_json().unwrap()).unwrap(),
-            spec
-        );
+    for spec in [&from_toml, apartment().spec(), hallway().spec(), open().spec()] {
+        assert_eq!(&WorldSpec::from_toml_str(&spec.to_toml().unwrap()).unwrap(), spec);
+        assert_eq!(&WorldSpec::from_json_str(&spec.to_json().unwrap()).unwrap(), spec);
     }
 }
 
@@ -73,9 +58,7 @@ fn what_is_not_a_world_file_says_where() {
     let brick = BOX.replace("Glass", "Brick");
     let text = WorldSpec::from_toml_str(&brick).unwrap_err().to_string();
     assert!(text.contains("Brick") && text.contains("Door(n)"), "{text}");
-    let text = WorldSpec::from_json_str("{\"name\":\"x\"}")
-        .unwrap_err()
-        .to_string();
+    let text = WorldSpec::from_json_str("{\"name\":\"x\"}").unwrap_err().to_string();
     assert!(text.contains("JSON") && text.contains("bounds"), "{text}");
     assert!(WorldSpec::from_toml_str("name = \"x\"\nbounds = [0, 0, 1, 1]").is_err());
 }
@@ -83,14 +66,8 @@ fn what_is_not_a_world_file_says_where() {
 #[test]
 fn names_and_bounds() {
     for name in ["", "a\nb", &"x".repeat(65)] {
-        let named = WorldSpec {
-            name: name.to_owned(),
-            ..spec(&[])
-        };
-        assert!(matches!(
-            refused(named, &["name", "1 to 64"]),
-            WorldError::Name { .. }
-        ));
+        let named = WorldSpec { name: name.to_owned(), ..spec(&[]) };
+        assert!(matches!(refused(named, &["name", "1 to 64"]), WorldError::Name { .. }));
     }
     for bounds in [
         [0.0, 0.0, 0.0, 1.0],
@@ -99,10 +76,7 @@ fn names_and_bounds() {
         [0.0, 0.0, f64::INFINITY, 1.0],
         [0.0, 0.0, 1.0, 2e6],
     ] {
-        let bounded = WorldSpec {
-            bounds,
-            ..spec(&[])
-        };
+        let bounded = WorldSpec { bounds, ..spec(&[]) };
         let error = refused(bounded, &["\"plan\"", "bounds", "x_min < x_max"]);
         assert!(matches!(error, WorldError::Bounds { .. }));
     }
@@ -111,33 +85,14 @@ fn names_and_bounds() {
 #[test]
 fn walls_by_themselves() {
     let good = ([1.0, 1.0], [2.0, 1.0]);
-    let error = refused(
-        spec(&[good, ([3.0, f64::NAN], [4.0, 4.0])]),
-        &["wall 1", "NaN"],
-    );
+    let error = refused(spec(&[good, ([3.0, f64::NAN], [4.0, 4.0])]), &["wall 1", "NaN"]);
     assert!(matches!(error, WorldError::NotFinite { wall: 1, .. }));
-    let error = refused(
-        spec(&[good, ([3.0, 3.0], [3.0, 3.000_000_9])]),
-        &["wall 1", "1e-6"],
-    );
+    let error = refused(spec(&[good, ([3.0, 3.0], [3.0, 3.000_000_9])]), &["wall 1", "1e-6"]);
     assert!(matches!(error, WorldError::TooShort { wall: 1, .. }));
-    let error = refused(
-        spec(&[good, ([3.0, 3.0], [10.5, 3.0])]),
-        &["wall 1", "end `b`", "10.5"],
-    );
-    assert!(matches!(
-        error,
-        WorldError::OutOfBounds {
-            wall: 1,
-            end: 'b',
-            ..
-        }
-    ));
+    let error = refused(spec(&[good, ([3.0, 3.0], [10.5, 3.0])]), &["wall 1", "end `b`", "10.5"]);
+    assert!(matches!(error, WorldError::OutOfBounds { wall: 1, end: 'b', .. }));
     let many = spec(&vec![good; 100_001]);
-    assert!(matches!(
-        refused(many, &["100001", "100000"]),
-        WorldError::TooManyWalls { .. }
-    ));
+    assert!(matches!(refused(many, &["100001", "100000"]), WorldError::TooManyWalls { .. }));
 }
 
 #[test]
@@ -163,11 +118,7 @@ fn a_slip_of_the_pen_is_a_gap() {
 #[test]
 fn a_corner_that_almost_closes_is_two_gaps() {
     let corner = spec(&[([1.0, 1.0], [4.0, 1.0]), ([4.01, 1.01], [4.0, 4.0])]);
-    let ends: Vec<_> = corner
-        .gaps()
-        .iter()
-        .map(|gap| (gap.wall, gap.end))
-        .collect();
+    let ends: Vec<_> = corner.gaps().iter().map(|gap| (gap.wall, gap.end)).collect();
     assert_eq!(ends, [(0, 'b'), (1, 'a')]);
 }
 
@@ -186,9 +137,6 @@ fn a_large_plan_is_checked_quickly() {
         .map(|k| (f64::from(k % 200), f64::from(k / 200)))
         .map(|(i, j)| ([0.3 * i, 0.3 * j], [0.3 * i, 0.3 * (j + 1.0)]))
         .collect();
-    let spec = WorldSpec {
-        bounds: [-1.0, -1.0, 61.0, 61.0],
-        ..spec(&lines)
-    };
+    let spec = WorldSpec { bounds: [-1.0, -1.0, 61.0, 61.0], ..spec(&lines) };
     assert_eq!(spec.check(), Ok(()));
 }

@@ -82,13 +82,11 @@ impl ClientLink {
     ) -> Result<Self, LinkError> {
         let deadline = Instant::now() + timeout;
         let (domain, node, service) = loop {
-            let opened = Domain::find(run)
-                .map_err(LinkError::from)
-                .and_then(|domain| {
-                    let node = services::node(&domain)?;
-                    let service = services::join(&node, false)?;
-                    Ok((domain, node, service))
-                });
+            let opened = Domain::find(run).map_err(LinkError::from).and_then(|domain| {
+                let node = services::node(&domain)?;
+                let service = services::join(&node, false)?;
+                Ok((domain, node, service))
+            });
             match opened {
                 Ok(opened) => break opened,
                 Err(e) if Instant::now() >= deadline => return Err(e),
@@ -127,9 +125,7 @@ impl ClientLink {
         let _ = wake_server.notify();
         let mut waiter = Waiter::new(WaitPolicy::Block, 0);
         let reply: JoinReply = loop {
-            let response = pending
-                .receive()
-                .map_err(LinkError::transport("receive the reply"))?;
+            let response = pending.receive().map_err(LinkError::transport("receive the reply"))?;
             if let Some(response) = response {
                 break serde_json::from_slice(response.payload())
                     .map_err(LinkError::transport("read the reply"))?;
@@ -143,11 +139,7 @@ impl ClientLink {
             if Instant::now() >= deadline {
                 let seconds = timeout.as_secs_f64();
                 let run = run.to_string();
-                return Err(LinkError::NoAnswer {
-                    run,
-                    seconds,
-                    pid: server.pid(),
-                });
+                return Err(LinkError::NoAnswer { run, seconds, pid: server.pid() });
             }
             let mut fds = vec![readable(services::listener_fd(&woken))];
             fds.extend(server.fd().map(readable));
@@ -231,15 +223,10 @@ impl ClientLink {
         let mut waiter = Waiter::new(self.policy, self.waiting_since_ns);
         let mut deadline = None;
         loop {
-            if let Some(sample) = self
-                .frames
-                .receive()
-                .map_err(LinkError::transport("receive a frame"))?
+            if let Some(sample) =
+                self.frames.receive().map_err(LinkError::transport("receive a frame"))?
             {
-                return Ok(Incoming::Frame(BorrowedFrame {
-                    sample,
-                    taken_ns: monotonic_ns(),
-                }));
+                return Ok(Incoming::Frame(BorrowedFrame { sample, taken_ns: monotonic_ns() }));
             }
             if stop.load(Ordering::Relaxed) {
                 return Err(LinkError::Stopped);
@@ -252,13 +239,10 @@ impl ClientLink {
             if self.server.is_dead() {
                 // Its last frame may have come between the two looks.
                 return match self.frames.receive() {
-                    Ok(Some(sample)) => Ok(Incoming::Frame(BorrowedFrame {
-                        sample,
-                        taken_ns: monotonic_ns(),
-                    })),
-                    _ => Err(LinkError::ServerGone {
-                        pid: self.server.pid(),
-                    }),
+                    Ok(Some(sample)) => {
+                        Ok(Incoming::Frame(BorrowedFrame { sample, taken_ns: monotonic_ns() }))
+                    }
+                    _ => Err(LinkError::ServerGone { pid: self.server.pid() }),
                 };
             }
             let now = Instant::now();
@@ -283,11 +267,7 @@ impl ClientLink {
         answer.digest_seen = frame.digest();
         answer.compute_ns = monotonic_ns().saturating_sub(frame.taken_ns);
         self.send(answer)?;
-        if may_sleep(
-            monotonic_ns(),
-            frame.published_ns,
-            self.start.server_awake_ns,
-        ) {
+        if may_sleep(monotonic_ns(), frame.published_ns, self.start.server_awake_ns) {
             let _ = self.wake_server.notify();
         }
         Ok(())
@@ -324,9 +304,7 @@ impl ClientLink {
         let Some(port) = &self.tallies else {
             return Ok(None);
         };
-        let sample = port
-            .receive()
-            .map_err(LinkError::transport("receive a tally"))?;
+        let sample = port.receive().map_err(LinkError::transport("receive a tally"))?;
         Ok(sample.map(|sample| Box::new(sample.payload().0)))
     }
 }

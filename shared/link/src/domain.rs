@@ -20,8 +20,7 @@ use rustix::fs::{FlockOperation, flock};
 use rusty_contract::RunName;
 use thiserror::Error;
 
-/// Where the kernel keeps named shared memory.
-const SHARED_MEMORY: &str = "/dev/shm";
+use crate::sweep::{memory_files, sweep_folder, sweep_memory};
 
 /// One run's place on this machine.
 #[derive(Debug)]
@@ -90,7 +89,7 @@ pub enum DomainError {
     },
 }
 
-fn io(path: &Path, doing: &'static str) -> impl FnOnce(std::io::Error) -> DomainError {
+pub(crate) fn io(path: &Path, doing: &'static str) -> impl FnOnce(std::io::Error) -> DomainError {
     let path = path.display().to_string();
     move |error| DomainError::Io { path, doing, error }
 }
@@ -117,10 +116,7 @@ impl Domain {
             ensure_own_folder(&folder)?;
             let Some(mut lock) = take_lock(&folder)? else {
                 let pid = read_pid(&folder);
-                return Err(DomainError::InUse {
-                    run: run.to_string(),
-                    pid,
-                });
+                return Err(DomainError::InUse { run: run.to_string(), pid });
             };
             if !is_current(&lock, &folder) {
                 continue;
@@ -128,15 +124,9 @@ impl Domain {
             sweep_folder(&folder, false)?;
             sweep_memory(&prefix_of(run))?;
             let path = folder.join("lock");
-            let write = lock
-                .set_len(0)
-                .and_then(|()| write!(lock, "{}", std::process::id()));
+            let write = lock.set_len(0).and_then(|()| write!(lock, "{}", std::process::id()));
             write.map_err(io(&path, "write the lock"))?;
-            return Ok(Self {
-                run: run.clone(),
-                folder,
-                lock: Some(lock),
-            });
+            return Ok(Self { run: run.clone(), folder, lock: Some(lock) });
         }
     }
 
@@ -146,11 +136,7 @@ impl Domain {
     /// [`DomainError::NoSuchRun`] lists the runs there are.
     pub fn find(run: &RunName) -> Result<Self, DomainError> {
         let folder = Self::base().join(run.as_str());
-        let domain = Self {
-            run: run.clone(),
-            folder,
-            lock: None,
-        };
+        let domain = Self { run: run.clone(), folder, lock: None };
         match domain.state() {
             Some(RunState::Alive { .. }) => Ok(domain),
             _ => {
@@ -165,11 +151,7 @@ impl Domain {
                     format!("being served: {}", alive.join(", "))
                 };
                 let folder = domain.folder.display().to_string();
-                Err(DomainError::NoSuchRun {
-                    run: run.to_string(),
-                    folder,
-                    remedy,
-                })
+                Err(DomainError::NoSuchRun { run: run.to_string(), folder, remedy })
             }
         }
     }
@@ -190,12 +172,7 @@ impl Domain {
             .filter_map(|entry| RunName::new(entry.file_name().to_str()?).ok())
             .filter_map(|run| {
                 let folder = base.join(run.as_str());
-                let state = Self {
-                    run: run.clone(),
-                    folder,
-                    lock: None,
-                }
-                .state()?;
+                let state = Self { run: run.clone(), folder, lock: None }.state()?;
                 Some((run, state))
             })
             .collect();
@@ -212,12 +189,7 @@ impl Domain {
         for (run, state) in Self::list()? {
             let folder = Self::base().join(run.as_str());
             if state == RunState::Dead
-                && (Self {
-                    run: run.clone(),
-                    folder,
-                    lock: None,
-                })
-                .sweep_if_dead()?
+                && (Self { run: run.clone(), folder, lock: None }).sweep_if_dead()?
             {
                 swept.push(run);
             }
@@ -258,9 +230,7 @@ impl Domain {
         match File::open(self.folder.join("lock")) {
             Ok(lock) => match flock(&lock, FlockOperation::NonBlockingLockShared) {
                 Ok(()) => Some(RunState::Dead),
-                Err(_) => Some(RunState::Alive {
-                    pid: read_pid(&self.folder),
-                }),
+                Err(_) => Some(RunState::Alive { pid: read_pid(&self.folder) }),
             },
             Err(_) => Some(RunState::Dead),
         }
@@ -288,6 +258,16 @@ impl Domain {
     #[must_use]
     pub fn memory_prefix(&self) -> String {
         prefix_of(&self.run)
+    }
+
+    /// What a run has on this machine right now: its folder and its shared
+    /// memory. Empty for a run that left nothing behind.
+    #[must_use]
+    pub fn traces(run: &RunName) -> Vec<PathBuf> {
+        let folder = Self::base().join(run.as_str());
+        let mut traces: Vec<PathBuf> = folder.exists().then_some(folder).into_iter().collect();
+        traces.extend(memory_files(&prefix_of(run)));
+        traces
     }
 
     /// The transport's configuration for this domain. Given in code: a
@@ -333,16 +313,10 @@ fn ensure_own_folder(path: &Path) -> Result<(), DomainError> {
         Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
         Err(e) => return Err(io(path, "make the folder")(e)),
     }
-    let owner = fs::metadata(path)
-        .map_err(io(path, "look at the folder"))?
-        .uid();
+    let owner = fs::metadata(path).map_err(io(path, "look at the folder"))?.uid();
     let me = rustix::process::getuid().as_raw();
     if owner != me {
-        return Err(DomainError::NotYours {
-            path: path.display().to_string(),
-            owner,
-            me,
-        });
+        return Err(DomainError::NotYours { path: path.display().to_string(), owner, me });
     }
     Ok(())
 }
@@ -350,12 +324,8 @@ fn ensure_own_folder(path: &Path) -> Result<(), DomainError> {
 /// Takes the lock if it is free.
 fn take_lock(folder: &Path) -> Result<Option<File>, DomainError> {
     let path = folder.join("lock");
-    let open = fs::OpenOptions::new()
-        .read(true)
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .open(&path);
+    let open =
+        fs::OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
     let lock = match open {
         Ok(lock) => lock,
         // The folder was swept between two steps; the caller looks again.
@@ -382,63 +352,7 @@ fn is_current(lock: &File, folder: &Path) -> bool {
 fn read_pid(folder: &Path) -> u32 {
     let mut text = String::new();
     let read = File::open(folder.join("lock")).and_then(|f| f.take(20).read_to_string(&mut text));
-    read.ok()
-        .and_then(|_| text.trim().parse().ok())
-        .unwrap_or(0)
-}
-
-fn sweep_memory(prefix: &str) -> Result<(), DomainError> {
-    let Ok(entries) = fs::read_dir(SHARED_MEMORY) else {
-        return Ok(());
-    };
-    for entry in entries.flatten() {
-        if entry
-            .file_name()
-            .as_encoded_bytes()
-            .starts_with(prefix.as_bytes())
-        {
-            gone(fs::remove_file(entry.path())).map_err(io(&entry.path(), "remove"))?;
-        }
-    }
-    Ok(())
-}
-
-/// Empties the folder; with `whole`, removes lock and folder too.
-fn sweep_folder(folder: &Path, whole: bool) -> Result<(), DomainError> {
-    let Ok(entries) = fs::read_dir(folder) else {
-        return Ok(());
-    };
-    for entry in entries.flatten() {
-        let path = entry.path();
-        if entry.file_name() == "lock" {
-            continue;
-        }
-        let is_folder = entry.file_type().is_ok_and(|t| t.is_dir());
-        let removed = if is_folder {
-            fs::remove_dir_all(&path)
-        } else {
-            fs::remove_file(&path)
-        };
-        gone(removed).map_err(io(&path, "remove"))?;
-    }
-    if whole {
-        let lock = folder.join("lock");
-        gone(fs::remove_file(&lock)).map_err(io(&lock, "remove"))?;
-        match fs::remove_dir(folder) {
-            // A new server may have moved in already.
-            Err(e) if e.kind() == std::io::ErrorKind::DirectoryNotEmpty => {}
-            other => gone(other).map_err(io(folder, "remove"))?,
-        }
-    }
-    Ok(())
-}
-
-/// Something that is not there any more is removed.
-fn gone(result: std::io::Result<()>) -> std::io::Result<()> {
-    match result {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
-        other => other,
-    }
+    read.ok().and_then(|_| text.trim().parse().ok()).unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -459,12 +373,7 @@ mod tests {
         let folder = first.folder().to_owned();
         drop(first);
         assert!(!folder.exists());
-        assert!(
-            Domain::find(&run)
-                .unwrap_err()
-                .to_string()
-                .contains("no run")
-        );
+        assert!(Domain::find(&run).unwrap_err().to_string().contains("no run"));
     }
 
     #[test]
@@ -474,13 +383,9 @@ mod tests {
         let folder = Domain::base().join(dead.as_str());
         fs::create_dir_all(folder.join("services")).unwrap();
         fs::write(folder.join("services/x"), "x").unwrap();
-        let memory = Path::new(SHARED_MEMORY).join(format!("{}x", prefix_of(&dead)));
+        let memory = Path::new("/dev/shm").join(format!("{}x", prefix_of(&dead)));
         fs::write(&memory, "x").unwrap();
-        let corpse = Domain {
-            run: dead.clone(),
-            folder: folder.clone(),
-            lock: None,
-        };
+        let corpse = Domain { run: dead.clone(), folder: folder.clone(), lock: None };
         assert!(corpse.sweep_if_dead().unwrap());
         assert!(!folder.exists() && !memory.exists());
         let view = Domain::find(&alive).unwrap();

@@ -52,9 +52,6 @@ pub enum LinkError {
 impl LinkError {
     /// Wraps an error of the transport.
     pub(crate) fn transport<E: std::fmt::Debug>(doing: &'static str) -> impl FnOnce(E) -> Self {
-        move |e| Self::Transport {
-            doing,
-            why: format!("{e:?}"),
-        }
+        move |e| Self::Transport { doing, why: format!("{e:?}") }
     }
 }

@@ -19,6 +19,7 @@ mod error;
 pub mod process;
 pub mod server;
 mod services;
+mod sweep;
 pub mod wait;
 
 pub use client::{BorrowedFrame, ClientLink, Incoming};

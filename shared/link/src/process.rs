@@ -64,10 +64,7 @@ impl Peer {
         // The state follows the command name, which is in parentheses and may
         // hold any character.
         let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.pid)).unwrap_or_default();
-        match stat
-            .rsplit_once(')')
-            .and_then(|(_, rest)| rest.trim_start().chars().next())
-        {
+        match stat.rsplit_once(')').and_then(|(_, rest)| rest.trim_start().chars().next()) {
             Some('T' | 't') => PeerState::Stopped,
             Some('Z' | 'X') => PeerState::Dead,
             _ => PeerState::Running,

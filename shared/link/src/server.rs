@@ -123,10 +123,7 @@ impl ServerLink {
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn next_join(&self) -> Result<Option<JoinCall>, LinkError> {
-        let active = self
-            .joins
-            .receive()
-            .map_err(LinkError::transport("receive a request"))?;
+        let active = self.joins.receive().map_err(LinkError::transport("receive a request"))?;
         Ok(active.map(|active| JoinCall { active }))
     }
 
@@ -135,10 +132,7 @@ impl ServerLink {
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn loan(&self) -> Result<FrameLoan, LinkError> {
-        self.frames
-            .loan_uninit()
-            .map(FrameLoan)
-            .map_err(LinkError::transport("loan a frame"))
+        self.frames.loan_uninit().map(FrameLoan).map_err(LinkError::transport("loan a frame"))
     }
 
     /// Sends a frame to everyone, and says when and to how many. The wait for
@@ -151,9 +145,7 @@ impl ServerLink {
         frame.published_ns = now;
         // SAFETY: the frame is initialised, see `FrameLoan::deref`.
         let sample = unsafe { frame.0.assume_init() };
-        let receivers = sample
-            .send()
-            .map_err(LinkError::transport("publish a frame"))?;
+        let receivers = sample.send().map_err(LinkError::transport("publish a frame"))?;
         self.waiting_since_ns = now;
         self.waiter = Waiter::new(self.policy, now);
         Ok((now, receivers))
@@ -164,18 +156,13 @@ impl ServerLink {
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn publish_tally(&self, write: impl FnOnce(&mut Tally)) -> Result<(), LinkError> {
-        let mut sample = self
-            .tallies
-            .loan_uninit()
-            .map_err(LinkError::transport("loan a tally"))?;
+        let mut sample =
+            self.tallies.loan_uninit().map_err(LinkError::transport("loan a tally"))?;
         // SAFETY: as for `FrameLoan::deref`: mapped memory, `Pod` type.
         write(unsafe { &mut sample.payload_mut().assume_init_mut().0 });
         // SAFETY: initialised, as above.
         let sample = unsafe { sample.assume_init() };
-        sample
-            .send()
-            .map(|_| ())
-            .map_err(LinkError::transport("publish a tally"))
+        sample.send().map(|_| ()).map_err(LinkError::transport("publish a tally"))
     }
 
     /// Wakes the clients if one of them may be asleep: each is given by when
@@ -199,10 +186,7 @@ impl ServerLink {
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn next_answer(&self) -> Result<Option<Answer>, LinkError> {
-        let sample = self
-            .answers
-            .receive()
-            .map_err(LinkError::transport("receive an answer"))?;
+        let sample = self.answers.receive().map_err(LinkError::transport("receive an answer"))?;
         Ok(sample.map(|sample| sample.payload().0))
     }
 
@@ -249,9 +233,6 @@ impl JoinCall {
             .loan_slice_uninit(json.len())
             .map_err(LinkError::transport("loan a reply"))?;
         let response = loan.write_from_slice(&json);
-        response
-            .send()
-            .map(|_| ())
-            .map_err(LinkError::transport("send a reply"))
+        response.send().map(|_| ()).map_err(LinkError::transport("send a reply"))
     }
 }

@@ -102,17 +102,13 @@ pub(crate) fn pub_sub<T: ZeroCopySend + std::fmt::Debug>(
             .create()
             .map_err(LinkError::transport("create a service"))
     } else {
-        builder
-            .open()
-            .map_err(LinkError::transport("open a service"))
+        builder.open().map_err(LinkError::transport("open a service"))
     }
 }
 
 /// Creates the join service, or opens it.
 pub(crate) fn join(node: &Node<Ipc>, create: bool) -> Result<JoinService, LinkError> {
-    let builder = node
-        .service_builder(&name("join")?)
-        .request_response::<[u8], [u8]>();
+    let builder = node.service_builder(&name("join")?).request_response::<[u8], [u8]>();
     if create {
         builder
             .max_servers(1)
@@ -122,9 +118,7 @@ pub(crate) fn join(node: &Node<Ipc>, create: bool) -> Result<JoinService, LinkEr
             .create()
             .map_err(LinkError::transport("create the join service"))
     } else {
-        builder
-            .open()
-            .map_err(LinkError::transport("open the join service"))
+        builder.open().map_err(LinkError::transport("open the join service"))
     }
 }
 
@@ -144,9 +138,7 @@ pub(crate) fn wakes(
             .create()
             .map_err(LinkError::transport("create a wake-up service"))
     } else {
-        builder
-            .open()
-            .map_err(LinkError::transport("open a wake-up service"))
+        builder.open().map_err(LinkError::transport("open a wake-up service"))
     }
 }
 

@@ -49,9 +49,7 @@ impl std::str::FromStr for WaitPolicy {
             "balanced" => Ok(Self::Balanced),
             "spin" => Ok(Self::Spin),
             "block" => Ok(Self::Block),
-            other => Err(format!(
-                "{other:?} is no way to wait; use balanced, spin or block"
-            )),
+            other => Err(format!("{other:?} is no way to wait; use balanced, spin or block")),
         }
     }
 }
@@ -91,10 +89,7 @@ const LONGEST_SLICE: Duration = Duration::from_millis(20);
 impl Waiter {
     /// A wait that began at `since_ns`.
     pub(crate) fn new(policy: WaitPolicy, since_ns: u64) -> Self {
-        Self {
-            awake_until_ns: since_ns.saturating_add(policy.awake_ns()),
-            slice: FIRST_SLICE,
-        }
+        Self { awake_until_ns: since_ns.saturating_add(policy.awake_ns()), slice: FIRST_SLICE }
     }
 
     /// Whether it is still in its awake time; if so, the core was given away
@@ -114,10 +109,7 @@ impl Waiter {
     pub(crate) fn block(&mut self, fds: &mut [PollFd<'_>], at_most: Duration) {
         let slice = self.slice.min(at_most);
         self.slice = (self.slice * 2).min(LONGEST_SLICE);
-        let timeout = Timespec {
-            tv_sec: 0,
-            tv_nsec: i64::from(slice.subsec_nanos()),
-        };
+        let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(slice.subsec_nanos()) };
         // Interrupted or timed out: the caller looks at data and flags.
         let _ = poll(fds, Some(&timeout));
     }
@@ -145,11 +137,6 @@ mod tests {
         for policy in [WaitPolicy::Balanced, WaitPolicy::Spin, WaitPolicy::Block] {
             assert_eq!(policy.to_string().parse(), Ok(policy));
         }
-        assert!(
-            "sleep"
-                .parse::<WaitPolicy>()
-                .unwrap_err()
-                .contains("balanced")
-        );
+        assert!("sleep".parse::<WaitPolicy>().unwrap_err().contains("balanced"));
     }
 }

@@ -115,10 +115,7 @@ mod tests {
     use super::*;
     use rusty_geometry::{Material, apartment, open};
 
-    const NOTHING: Hit = Hit {
-        distance_m: f64::NAN,
-        material: None,
-    };
+    const NOTHING: Hit = Hit { distance_m: f64::NAN, material: None };
 
     fn scan(config: &LidarConfig, world: &World, tick: u64) -> Vec<f64> {
         let lidar = Lidar::new(config);
@@ -130,19 +127,13 @@ mod tests {
 
     #[test]
     fn an_open_world_returns_the_greatest_range_whatever_the_noise() {
-        let config = LidarConfig {
-            range_std_m: 1.0,
-            ..LidarConfig::default()
-        };
+        let config = LidarConfig { range_std_m: 1.0, ..LidarConfig::default() };
         assert!(scan(&config, &open(), 0).iter().all(|r| *r == 8.0));
     }
 
     #[test]
     fn ranges_stay_within_their_limits() {
-        let config = LidarConfig {
-            range_std_m: 10.0,
-            ..LidarConfig::default()
-        };
+        let config = LidarConfig { range_std_m: 10.0, ..LidarConfig::default() };
         let ranges_m = scan(&config, &apartment(), 0);
         assert!(ranges_m.iter().all(|r| (0.0..=8.0).contains(r)));
         assert!(ranges_m.iter().any(|r| r.to_bits() == 0) && ranges_m.contains(&8.0));
@@ -150,10 +141,7 @@ mod tests {
 
     #[test]
     fn certain_dropout_leaves_nothing() {
-        let config = LidarConfig {
-            dropout: 1.0,
-            ..LidarConfig::default()
-        };
+        let config = LidarConfig { dropout: 1.0, ..LidarConfig::default() };
         assert!(scan(&config, &apartment(), 0).iter().all(|r| *r == 8.0));
     }
 

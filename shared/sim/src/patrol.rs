@@ -55,10 +55,7 @@ impl Patrol {
         if u < self.pause {
             Twist::default()
         } else if u < self.pause + self.turn {
-            Twist {
-                v_m_s: 0.0,
-                omega_rad_s: self.omega_rad_s,
-            }
+            Twist { v_m_s: 0.0, omega_rad_s: self.omega_rad_s }
         } else {
             self.straight(u - self.pause - self.turn, self.leg)
         }
@@ -72,10 +69,7 @@ impl Patrol {
         } else {
             self.v_m_s
         };
-        Twist {
-            v_m_s,
-            omega_rad_s: 0.0,
-        }
+        Twist { v_m_s, omega_rad_s: 0.0 }
     }
 }
 
@@ -122,9 +116,7 @@ mod tests {
     #[test]
     fn a_straight_shorter_than_its_ramps_never_reaches_full_speed() {
         let p = script_g();
-        let v: Vec<f64> = (0..5)
-            .map(|j| p.straight(j, 5).v_m_s * 7.0 / 0.57)
-            .collect();
+        let v: Vec<f64> = (0..5).map(|j| p.straight(j, 5).v_m_s * 7.0 / 0.57).collect();
         for (found, expected) in v.iter().zip([1.0, 2.0, 3.0, 2.0, 1.0]) {
             assert!((found - expected).abs() < 1e-12);
         }

@@ -82,10 +82,7 @@ impl Robot {
             return StepOutcome::Blocked;
         }
         self.pose_in_world = next;
-        StepOutcome::Moved {
-            ds_m: tau.x,
-            dtheta_rad: tau.z,
-        }
+        StepOutcome::Moved { ds_m: tau.x, dtheta_rad: tau.z }
     }
 
     /// The true pose, world frame.
@@ -113,10 +110,7 @@ mod tests {
     use super::*;
     use rusty_geometry::{apartment, open};
 
-    const AHEAD: Twist = Twist {
-        v_m_s: 0.5,
-        omega_rad_s: 0.0,
-    };
+    const AHEAD: Twist = Twist { v_m_s: 0.5, omega_rad_s: 0.0 };
 
     fn rusty(start: SE2) -> Robot {
         Robot::new(&RobotConfig::default(), start)
@@ -126,10 +120,7 @@ mod tests {
     fn worked_example_of_one_step() {
         // Wheels lay down 0.72 m and 0.88 m: Δs = 0.80, Δθ = 1.00.
         let mut robot = rusty(SE2::identity());
-        let command = Twist {
-            v_m_s: 0.8,
-            omega_rad_s: 1.0,
-        };
+        let command = Twist { v_m_s: 0.8, omega_rad_s: 1.0 };
         let outcome = robot.step(&open(), command, 1.0, [0.0, 0.0]);
         let StepOutcome::Moved { ds_m, dtheta_rad } = outcome else {
             panic!("{outcome:?}");
@@ -158,10 +149,7 @@ mod tests {
 
     #[test]
     fn a_larger_right_wheel_turns_the_robot_left() {
-        let config = RobotConfig {
-            radius_bias_right: 0.01,
-            ..RobotConfig::default()
-        };
+        let config = RobotConfig { radius_bias_right: 0.01, ..RobotConfig::default() };
         let mut robot = Robot::new(&config, SE2::identity());
         let _ = robot.step(&open(), AHEAD, 1.0, [0.0, 0.0]);
         let expected_rad = 0.01 * 0.5 / 0.16;
@@ -190,10 +178,7 @@ mod tests {
     #[test]
     fn commands_are_limited_before_they_reach_the_wheels() {
         let robot = rusty(SE2::identity());
-        let fast = robot.limit(Twist {
-            v_m_s: 2.0,
-            omega_rad_s: 0.0,
-        });
+        let fast = robot.limit(Twist { v_m_s: 2.0, omega_rad_s: 0.0 });
         assert!((fast.v_m_s - 20.0 * 0.033).abs() < 1e-12);
         assert_eq!(robot.limit(AHEAD), AHEAD);
     }

@@ -36,22 +36,14 @@ impl Script {
             ScriptConfig::SteeredPatrol(patrol) => {
                 Kind::SteeredPatrol(Steering::new(Patrol::new(patrol, dt_s), dt_s, start))
             }
-            ScriptConfig::FigureEight {
-                v_m_s,
-                omega_rad_s,
-                half_s,
-            } => Kind::FigureEight {
-                left: Twist {
-                    v_m_s: *v_m_s,
-                    omega_rad_s: *omega_rad_s,
-                },
+            ScriptConfig::FigureEight { v_m_s, omega_rad_s, half_s } => Kind::FigureEight {
+                left: Twist { v_m_s: *v_m_s, omega_rad_s: *omega_rad_s },
                 // A circle shorter than a tick still takes one.
                 half: whole_ticks(*half_s, dt_s).max(1),
             },
-            ScriptConfig::Straight { v_m_s } => Kind::Straight(Twist {
-                v_m_s: *v_m_s,
-                omega_rad_s: 0.0,
-            }),
+            ScriptConfig::Straight { v_m_s } => {
+                Kind::Straight(Twist { v_m_s: *v_m_s, omega_rad_s: 0.0 })
+            }
             ScriptConfig::Commands { list, .. } => Kind::Commands(list.clone()),
             ScriptConfig::Driver {} => Kind::Driver,
         };
@@ -71,11 +63,7 @@ impl Script {
                 let turn_left = (tick / *half).is_multiple_of(2);
                 Twist {
                     v_m_s: left.v_m_s,
-                    omega_rad_s: if turn_left {
-                        left.omega_rad_s
-                    } else {
-                        -left.omega_rad_s
-                    },
+                    omega_rad_s: if turn_left { left.omega_rad_s } else { -left.omega_rad_s },
                 }
             }
             Kind::Straight(command) => *command,
@@ -105,14 +93,8 @@ mod tests {
 
     #[test]
     fn the_figure_eight_changes_sides_every_524_ticks() {
-        let mut command = script(
-            ScriptConfig::FigureEight {
-                v_m_s: 0.5,
-                omega_rad_s: 0.6,
-                half_s: 10.48,
-            },
-            0.02,
-        );
+        let mut command =
+            script(ScriptConfig::FigureEight { v_m_s: 0.5, omega_rad_s: 0.6, half_s: 10.48 }, 0.02);
         for (tick, omega_rad_s) in [(0, 0.6), (523, 0.6), (524, -0.6), (1047, -0.6), (1048, 0.6)] {
             assert_eq!(command(tick), twist(0.5, omega_rad_s), "tick {tick}");
         }
@@ -160,26 +142,15 @@ mod tests {
         let mut steered = Script::new(&config, 0.1, SE2::identity());
         // In tick 10 the plan drives; the robot lags behind, left of it, turned left.
         let planned_m: f64 = (0..10)
-            .map(|tick| {
-                Patrol::new(&PatrolConfig::default(), 0.1)
-                    .command(tick)
-                    .v_m_s
-                    * 0.1
-            })
+            .map(|tick| Patrol::new(&PatrolConfig::default(), 0.1).command(tick).v_m_s * 0.1)
             .sum();
         let truth = SE2::new(planned_m - 0.1, 0.05, 0.2);
         let command = steered.command(10, &truth, None);
         assert!(command.v_m_s > 0.57 && command.omega_rad_s < 0.0);
         // By hand: R(−0.2)(0.1, −0.05), e_θ = −0.2.
-        assert!(
-            (command.v_m_s - (0.57 + 0.088_073_19)).abs() < 1e-8,
-            "{command:?}"
-        );
+        assert!((command.v_m_s - (0.57 + 0.088_073_19)).abs() < 1e-8, "{command:?}");
         let expected_rad_s = -0.3 + 2.0 * 0.57 * -0.068_870_26;
-        assert!(
-            (command.omega_rad_s - expected_rad_s).abs() < 1e-8,
-            "{command:?}"
-        );
+        assert!((command.omega_rad_s - expected_rad_s).abs() < 1e-8, "{command:?}");
         // Out of order gives the same: the command is a function of tick and truth.
         let _ = steered.command(200, &truth, None);
         assert_eq!(steered.command(10, &truth, None), command);

@@ -77,9 +77,7 @@ impl Sim {
         let wanted = self.script.command(tick, &self.truth(), driver);
         let applied = self.robot.limit(wanted);
         let slip_z = self.slip_noise.at(tick);
-        let outcome = self
-            .robot
-            .step(&self.world, applied, self.config.dt_s, slip_z);
+        let outcome = self.robot.step(&self.world, applied, self.config.dt_s, slip_z);
 
         let time_s = self.config.time_s(tick);
         frame.begin(tick, time_s, self.robot.encoder_ticks(), applied);
@@ -87,8 +85,7 @@ impl Sim {
         if tick.checked_rem(self.config.scan_every) == Some(0) {
             let ranges_m = frame.write_scan(self.lidar.beams());
             let pose = self.robot.pose_in_world();
-            self.lidar
-                .scan(&self.world, &pose, &mut self.lidar_noise, tick, ranges_m);
+            self.lidar.scan(&self.world, &pose, &mut self.lidar_noise, tick, ranges_m);
         }
         self.ticks_done += 1;
         outcome

@@ -40,13 +40,7 @@ impl Steering {
     /// Steering for `patrol` in ticks of `dt_s` seconds from `start`, world frame.
     #[must_use]
     pub fn new(patrol: Patrol, dt_s: f64, start: SE2) -> Self {
-        Self {
-            patrol,
-            dt_s,
-            start,
-            nominal_in_world: start,
-            nominal_tick: 0,
-        }
+        Self { patrol, dt_s, start, nominal_in_world: start, nominal_tick: 0 }
     }
 
     /// The command of tick `tick`, body frame, for a robot whose pose before
@@ -58,11 +52,7 @@ impl Steering {
         let plan = self.patrol.command(tick);
         let error = truth.inverse().compose(&self.nominal_in_world);
         let heading_rad = wrap_angle(self.nominal_in_world.theta() - truth.theta());
-        let along_m_s = if plan.v_m_s > 0.0 {
-            ALONG_PER_S * error.x()
-        } else {
-            0.0
-        };
+        let along_m_s = if plan.v_m_s > 0.0 { ALONG_PER_S * error.x() } else { 0.0 };
         Twist {
             v_m_s: plan.v_m_s + along_m_s,
             omega_rad_s: plan.omega_rad_s

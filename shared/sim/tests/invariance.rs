@@ -44,9 +44,7 @@ fn show(sim: &mut Sim, frame: &mut Frame) -> Shown {
         truth: [pose.x(), pose.y(), pose.theta()].map(f64::to_bits),
         ticks: frame.ticks(),
         command: [frame.command().v_m_s, frame.command().omega_rad_s].map(f64::to_bits),
-        scan: frame
-            .ranges_m()
-            .map(|ranges_m| ranges_m.iter().map(|r| r.to_bits()).collect()),
+        scan: frame.ranges_m().map(|ranges_m| ranges_m.iter().map(|r| r.to_bits()).collect()),
         digest: frame.observable_digest(),
     }
 }
@@ -73,10 +71,7 @@ fn a_clone_goes_on_as_the_original_does() {
     let mut twin = sim.clone();
     let mut other_frame = Frame::boxed();
     for _ in 0..40 {
-        assert_eq!(
-            show(&mut sim, &mut frame),
-            show(&mut twin, &mut other_frame)
-        );
+        assert_eq!(show(&mut sim, &mut frame), show(&mut twin, &mut other_frame));
     }
 }
 
@@ -206,13 +201,7 @@ fn a_scan_can_be_computed_alone() {
         lidar.scan(sim.world(), &sim.truth(), &mut noise, tick, &mut alone_m);
         assert_eq!(shown_m, alone_m, "tick {tick}");
         // Of another tick, all is different.
-        lidar.scan(
-            sim.world(),
-            &sim.truth(),
-            &mut noise,
-            tick + 1,
-            &mut alone_m,
-        );
+        lidar.scan(sim.world(), &sim.truth(), &mut noise, tick + 1, &mut alone_m);
         assert_ne!(shown_m, alone_m);
     }
 }
@@ -224,8 +213,6 @@ const PINNED_RUN: u64 = 0xc14a_f521_908a_5f8f;
 
 #[test]
 fn the_bits_of_a_whole_run() {
-    let folded = changed(|_| ())
-        .iter()
-        .fold(0_u64, |sum, shown| sum.rotate_left(5) ^ shown.digest);
+    let folded = changed(|_| ()).iter().fold(0_u64, |sum, shown| sum.rotate_left(5) ^ shown.digest);
     assert_eq!(folded, PINNED_RUN, "pin {folded:#018x}");
 }

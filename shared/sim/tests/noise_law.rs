@@ -58,10 +58,7 @@ fn chi_square(values: &[f64]) -> f64 {
 /// Within 3.7 σ of its mean on either side: one law in ten thousand fails.
 fn assert_normal(values: &[f64]) {
     let statistic = chi_square(values);
-    assert!(
-        (28.0..=112.0).contains(&statistic),
-        "chi-square {statistic}"
-    );
+    assert!((28.0..=112.0).contains(&statistic), "chi-square {statistic}");
 }
 
 fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
@@ -102,10 +99,7 @@ fn the_test_notices_one_percent() {
 fn scans(config: &LidarConfig) -> (Vec<Vec<f64>>, Vec<Hit>) {
     let (lidar, world) = (Lidar::new(config), apartment());
     let pose = SE2::new(4.9, 2.84, 0.3);
-    let nothing = Hit {
-        distance_m: f64::NAN,
-        material: None,
-    };
+    let nothing = Hit { distance_m: f64::NAN, material: None };
     let mut hits = vec![nothing; lidar.beams()];
     lidar.ranges_and_materials(&world, &pose, &mut hits);
     let mut noise = LidarNoise::new(99);
@@ -129,21 +123,14 @@ fn range_errors_of_real_scans_are_normal() {
         .collect();
     assert_normal(&errors.concat());
     // Beam against its neighbour, scan against the next.
-    assert_independent(
-        errors
-            .iter()
-            .flat_map(|e| e.windows(2).map(|w| (w[0], w[1]))),
-    );
+    assert_independent(errors.iter().flat_map(|e| e.windows(2).map(|w| (w[0], w[1]))));
     let consecutive = errors.windows(2);
     assert_independent(consecutive.flat_map(|w| w[0].iter().copied().zip(w[1].iter().copied())));
 }
 
 #[test]
 fn dropout_has_its_frequency_on_every_beam() {
-    let config = LidarConfig {
-        dropout: 0.2,
-        ..LidarConfig::default()
-    };
+    let config = LidarConfig { dropout: 0.2, ..LidarConfig::default() };
     let (scans, _) = scans(&config);
     let lost = |k: usize| scans.iter().filter(|scan| scan[k] == 8.0).count() as f64;
     let n = scans.len() as f64;
@@ -163,17 +150,13 @@ fn dropout_has_its_frequency_on_every_beam() {
 #[test]
 fn whether_a_beam_drops_out_says_nothing_of_its_error() {
     let mut noise = LidarNoise::new(31);
-    let draws: Vec<_> = (0..2000)
-        .flat_map(|tick| noise.at(tick).take(180).collect::<Vec<_>>())
-        .collect();
+    let draws: Vec<_> =
+        (0..2000).flat_map(|tick| noise.at(tick).take(180).collect::<Vec<_>>()).collect();
     // √12 (u − ½) has variance one.
     let centred = |u: f64| 12.0_f64.sqrt() * (u - 0.5);
     assert!(draws.iter().all(|d| (0.0..1.0).contains(&d.u)));
     assert_independent(draws.iter().map(|d| (centred(d.u), d.z)));
     assert_independent(
-        draws
-            .iter()
-            .map(|d| (centred(d.u), d.z * d.z - 1.0))
-            .map(|(a, b)| (a, b / 2.0_f64.sqrt())),
+        draws.iter().map(|d| (centred(d.u), d.z * d.z - 1.0)).map(|(a, b)| (a, b / 2.0_f64.sqrt())),
     );
 }

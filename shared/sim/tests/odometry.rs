@@ -56,15 +56,9 @@ fn quantization_only() {
     assert_eq!((run.ticks.left, run.ticks.right), (293_532, 271_723));
     assert!((run.driven_m - 14.307).abs() < 1e-9, "{}", run.driven_m);
     let drift_m = run.drift_m();
-    assert!(
-        (drift_m - 1.062_004_987_974e-4).abs() < 1e-12,
-        "{drift_m:e}"
-    );
+    assert!((drift_m - 1.062_004_987_974e-4).abs() < 1e-12, "{drift_m:e}");
     let heading_deg = run.heading_deg();
-    assert!(
-        (heading_deg - 0.008_512_397_770).abs() < 1e-9,
-        "{heading_deg}"
-    );
+    assert!((heading_deg - 0.008_512_397_770).abs() < 1e-9, "{heading_deg}");
 }
 
 #[test]
@@ -78,10 +72,7 @@ fn right_wheel_one_percent_too_large() {
     let drift_m = run.drift_m();
     assert!((drift_m - 2.678_329_605_898).abs() < 1e-10, "{drift_m}");
     let heading_deg = run.heading_deg();
-    assert!(
-        (heading_deg - 49.265_017_954_97).abs() < 1e-9,
-        "{heading_deg}"
-    );
+    assert!((heading_deg - 49.265_017_954_97).abs() < 1e-9, "{heading_deg}");
 }
 
 #[test]
@@ -96,11 +87,7 @@ fn slip_over_500_seeds() {
     assert_bits(
         "slip, open world",
         [found.mean_m, found.p95_m, found.heading_deg],
-        [
-            0x3fdd_455e_2326_5b0a,
-            0x3ff2_ae91_d122_e07d,
-            0x401c_cbc0_c4b6_a851,
-        ],
+        [0x3fdd_455e_2326_5b0a, 0x3ff2_ae91_d122_e07d, 0x401c_cbc0_c4b6_a851],
     );
 }
 
@@ -108,11 +95,7 @@ fn slip_over_500_seeds() {
 fn walls_stop_most_open_loop_patrols() {
     // Why the table is made in an open world: 58 % of the runs touch a wall.
     let found = slipping(&patrol(), &apartment(), 200);
-    assert!(
-        (90..=140).contains(&found.blocked_runs),
-        "{}",
-        found.blocked_runs
-    );
+    assert!((90..=140).contains(&found.blocked_runs), "{}", found.blocked_runs);
     assert!(found.mean_m > 1.0, "{}", found.mean_m);
 }
 
@@ -126,11 +109,7 @@ fn a_steered_patrol_keeps_clear_of_walls() {
     assert_bits(
         "slip, steered",
         [found.mean_m, found.p95_m, found.heading_deg],
-        [
-            0x3fdd_47ee_bd27_8bfc,
-            0x3ff2_c149_0a87_de49,
-            0x401c_cb04_937c_7b4d,
-        ],
+        [0x3fdd_47ee_bd27_8bfc, 0x3ff2_c149_0a87_de49, 0x401c_cb04_937c_7b4d],
     );
 }
 
@@ -141,9 +120,5 @@ fn a_steered_patrol_with_one_wheel_too_large() {
     let run = run(config);
     assert_eq!(run.blocked, 0);
     assert!((run.drift_m() - 2.626).abs() < 5e-4, "{}", run.drift_m());
-    assert!(
-        (run.heading_deg() - 48.8).abs() < 0.05,
-        "{}",
-        run.heading_deg()
-    );
+    assert!((run.heading_deg() - 48.8).abs() < 0.05, "{}", run.heading_deg());
 }

@@ -46,10 +46,8 @@ fn assert_near(found: f64, expected: f64, share: f64) {
 #[test]
 fn slip_spreads_a_straight_leg_across() {
     let fan = fan();
-    let spread_m: Vec<f64> = fan
-        .iter()
-        .map(|row| variances(row).iter().sum::<f64>().sqrt())
-        .collect();
+    let spread_m: Vec<f64> =
+        fan.iter().map(|row| variances(row).iter().sum::<f64>().sqrt()).collect();
     let [one, two, three] = [spread_m[9], spread_m[19], spread_m[29]];
     assert_near(one, 0.021, 0.10);
     assert_near(two, 0.057, 0.10);
@@ -63,9 +61,8 @@ fn slip_spreads_a_straight_leg_across() {
 
     // Heading does a random walk and position integrates it: t to the 3/2, with
     // the linear part still to be seen at the beginning.
-    let points: Vec<[f64; 2]> = (4..30)
-        .map(|i| [trig::ln(0.1 * (i + 1) as f64), trig::ln(spread_m[i])])
-        .collect();
+    let points: Vec<[f64; 2]> =
+        (4..30).map(|i| [trig::ln(0.1 * (i + 1) as f64), trig::ln(spread_m[i])]).collect();
     let slope = slope(&points);
     assert!((1.40..=1.50).contains(&slope), "{slope}");
 }
@@ -79,21 +76,14 @@ fn slope(points: &[[f64; 2]]) -> f64 {
 
 #[test]
 fn a_fine_encoder_follows_the_figure_eight() {
-    let script = ScriptConfig::FigureEight {
-        v_m_s: 0.5,
-        omega_rad_s: 0.6,
-        half_s: 10.48,
-    };
+    let script = ScriptConfig::FigureEight { v_m_s: 0.5, omega_rad_s: 0.6, half_s: 10.48 };
     let mut config = config(script, &open(), SE2::identity());
     config.ticks = 3000;
     config.dt_s = 0.02;
     config.robot.ticks_per_rev = 1 << 26;
     let run = run(config);
     // Beyond 32 bits.
-    assert_eq!(
-        (run.ticks.left, run.ticks.right),
-        (9_664_991_574, 9_754_476_482)
-    );
+    assert_eq!((run.ticks.left, run.ticks.right), (9_664_991_574, 9_754_476_482));
     let error = run.reckoned.boxminus(&run.truth).norm();
     assert!(error < 1e-7, "{error:e}");
     assert!(error > 0.0, "rounding to counts costs something");
@@ -101,11 +91,7 @@ fn a_fine_encoder_follows_the_figure_eight() {
 
 #[test]
 fn the_figure_eight_fits_into_the_living_room() {
-    let script = ScriptConfig::FigureEight {
-        v_m_s: 0.5,
-        omega_rad_s: 0.6,
-        half_s: 10.48,
-    };
+    let script = ScriptConfig::FigureEight { v_m_s: 0.5, omega_rad_s: 0.6, half_s: 10.48 };
     let start = SE2::new(9.6, 3.0, 0.0);
     let mut config = config(script, &rusty_geometry::apartment(), start);
     config.ticks = 2096;

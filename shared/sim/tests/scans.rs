@@ -43,18 +43,12 @@ const ANATOMY_M: [f64; 180] = [
 fn assert_anatomy(ranges_m: impl ExactSizeIterator<Item = f64>) {
     assert_eq!(ranges_m.len(), 180);
     for (k, (found, expected)) in ranges_m.zip(ANATOMY_M).enumerate() {
-        assert!(
-            (found - expected).abs() < 1e-9,
-            "beam {k}: {found} for {expected}"
-        );
+        assert!((found - expected).abs() < 1e-9, "beam {k}: {found} for {expected}");
     }
 }
 
 fn hits() -> Vec<Hit> {
-    let nothing = Hit {
-        distance_m: f64::NAN,
-        material: None,
-    };
+    let nothing = Hit { distance_m: f64::NAN, material: None };
     let mut hits = vec![nothing; 180];
     Lidar::new(&LidarConfig::default()).ranges_and_materials(&apartment(), &sensor(), &mut hits);
     hits
@@ -90,9 +84,8 @@ fn the_anatomy_through_a_frame() {
 #[test]
 fn three_cliffs_and_no_more() {
     let ranges_m: Vec<f64> = hits().iter().map(|hit| hit.distance_m).collect();
-    let cliffs: Vec<usize> = (0..179)
-        .filter(|&k| (ranges_m[k + 1] - ranges_m[k]).abs() > 0.25)
-        .collect();
+    let cliffs: Vec<usize> =
+        (0..179).filter(|&k| (ranges_m[k + 1] - ranges_m[k]).abs() > 0.25).collect();
     assert_eq!(cliffs, [5, 77, 102]);
     // The scan closes on itself without a fourth.
     assert!((ranges_m[179] - ranges_m[0]).abs() < 0.25);

@@ -47,10 +47,7 @@ fn a_blocked_robot_stays_and_its_encoders_count_on() {
     config.start = SE2::new(11.0, 3.0, 0.0);
     let mut sim = sim(config);
     let mut frame = Frame::boxed();
-    let ahead = Some(Twist {
-        v_m_s: 0.5,
-        omega_rad_s: 0.0,
-    });
+    let ahead = Some(Twist { v_m_s: 0.5, omega_rad_s: 0.0 });
     let mut blocked = 0;
     for _ in 0..100 {
         let (pose, counts) = (sim.truth(), frame.ticks());
@@ -73,15 +70,8 @@ fn a_frame_tells_tick_time_and_the_command_as_applied() {
     let mut frame = Frame::boxed();
     let _ = sim.step(None, &mut frame);
     assert_eq!((frame.tick(), sim.tick()), (0, 1));
-    assert_eq!(
-        frame.command(),
-        Twist::default(),
-        "no driver yet: it stands"
-    );
-    let too_fast = Twist {
-        v_m_s: 6.6,
-        omega_rad_s: 0.0,
-    };
+    assert_eq!(frame.command(), Twist::default(), "no driver yet: it stands");
+    let too_fast = Twist { v_m_s: 6.6, omega_rad_s: 0.0 };
     let _ = sim.step(Some(too_fast), &mut frame);
     assert_eq!(frame.tick(), 1);
     assert!((frame.time_s() - 0.2).abs() < 1e-15);
@@ -95,12 +85,7 @@ fn a_start_in_a_wall_is_refused_with_the_way_out() {
     let error = Sim::new(config.clone()).unwrap_err();
     assert!(matches!(error, SimError::StartInWall { .. }));
     let text = error.to_string();
-    for part in [
-        "start = (11.95, 3)",
-        "apartment",
-        "0.050000 m away",
-        "0.060000 m",
-    ] {
+    for part in ["start = (11.95, 3)", "apartment", "0.050000 m away", "0.060000 m"] {
         assert!(text.to_lowercase().contains(part), "{part:?} in {text}");
     }
     config.world = open().spec().clone();
@@ -112,19 +97,13 @@ fn a_field_that_cannot_be_used_is_named() {
     let mut config = driven();
     config.robot.slip_std = -0.02;
     let error = Sim::new(config).unwrap_err();
-    assert!(
-        error.to_string().contains("robot.slip_std = -0.02"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("robot.slip_std = -0.02"), "{error}");
 }
 
 #[cfg(debug_assertions)]
 #[test]
 #[should_panic(expected = "not finite; refuse it where it is received")]
 fn a_command_that_is_not_finite_is_the_callers_mistake() {
-    let not_a_number = Twist {
-        v_m_s: f64::NAN,
-        omega_rad_s: 0.0,
-    };
+    let not_a_number = Twist { v_m_s: f64::NAN, omega_rad_s: 0.0 };
     let _ = sim(driven()).step(Some(not_a_number), &mut Frame::boxed());
 }

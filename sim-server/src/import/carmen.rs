@@ -54,11 +54,7 @@ pub(super) enum Message<'a> {
     /// A pose of the odometry.
     Odom { pose: Triple, stamps: Stamps },
     /// A scan; its ranges lie in the buffer given to [`parse`].
-    Flaser {
-        pose: Triple,
-        odometry: Triple,
-        stamps: Stamps,
-    },
+    Flaser { pose: Triple, odometry: Triple, stamps: Stamps },
     /// A parameter of the robot.
     Param { name: &'a str, value: &'a str },
     /// Another type of message.
@@ -87,13 +83,7 @@ pub(super) fn parse<'a>(
     ranges_m: &mut Vec<f64>,
 ) -> Result<Message<'a>, ImportError> {
     let mut words = text.split_ascii_whitespace();
-    let fields = |message, words| Fields {
-        path,
-        line,
-        message,
-        words,
-        field: 0,
-    };
+    let fields = |message, words| Fields { path, line, message, words, field: 0 };
     match words.next() {
         None => Ok(Message::Blank),
         Some(comment) if comment.starts_with('#') => Ok(Message::Blank),
@@ -141,11 +131,7 @@ impl<'a> Fields<'a> {
             let found = stamps.measured_s.to_string();
             return Err(self.error("stamp".to_owned(), found, "is no time", MEND));
         }
-        Ok(Message::Flaser {
-            pose,
-            odometry,
-            stamps,
-        })
+        Ok(Message::Flaser { pose, odometry, stamps })
     }
 
     /// The number of beams, 1 to [`MAX_BEAMS`].
@@ -211,10 +197,7 @@ impl<'a> Fields<'a> {
         let measured_s = self.number(&"stamp")?;
         self.word();
         let logged_s = self.number(&"logger's stamp")?;
-        Ok(Stamps {
-            measured_s,
-            logged_s,
-        })
+        Ok(Stamps { measured_s, logged_s })
     }
 
     fn error(

@@ -65,9 +65,9 @@ pub fn import_carmen(
 fn check_two_files(input: &Path, output: &Path) -> Result<(), ImportError> {
     // A path that cannot be resolved is told where it is opened.
     match (input.canonicalize(), output.canonicalize()) {
-        (Ok(from), Ok(to)) if from == to => Err(ImportError::SameFile {
-            path: output.display().to_string(),
-        }),
+        (Ok(from), Ok(to)) if from == to => {
+            Err(ImportError::SameFile { path: output.display().to_string() })
+        }
         _ => Ok(()),
     }
 }
@@ -75,20 +75,13 @@ fn check_two_files(input: &Path, output: &Path) -> Result<(), ImportError> {
 fn no_odometry(input: &Path, survey: &Survey) -> ImportError {
     let mut hint = String::new();
     if survey.scans > 0 {
-        hint += &format!(
-            "; {} scans alone do not tell how the wheels turned",
-            survey.scans
-        );
+        hint += &format!("; {} scans alone do not tell how the wheels turned", survey.scans);
     }
     if !survey.skipped.is_empty() {
         let types: Vec<&str> = survey.skipped.keys().take(8).map(String::as_str).collect();
         hint += &format!("; what stands there is {}", types.join(", "));
     }
-    ImportError::NoOdometry {
-        path: input.display().to_string(),
-        lines: survey.lines,
-        hint,
-    }
+    ImportError::NoOdometry { path: input.display().to_string(), lines: survey.lines, hint }
 }
 
 /// Reads the recording once more and writes the run log.
@@ -115,19 +108,14 @@ fn write(
         }
     }
     if ticks.done != plan.header.config.ticks || recording.line() != plan.report.lines {
-        return Err(ImportError::Changed {
-            path: recording.path().to_owned(),
-        });
+        return Err(ImportError::Changed { path: recording.path().to_owned() });
     }
     let buffer = log.finish(ticks.trailer())?;
     let synced = buffer
         .into_inner()
         .map_err(std::io::IntoInnerError::into_error)
         .and_then(|file| file.sync_all());
-    synced.map_err(|error| LogError::Io {
-        path: output.display().to_string(),
-        error,
-    })?;
+    synced.map_err(|error| LogError::Io { path: output.display().to_string(), error })?;
     partial.commit(output)
 }
 
@@ -201,10 +189,7 @@ impl Partial {
         let mut hidden = std::ffi::OsString::from(".");
         hidden.push(name);
         hidden.push(format!(".{}.partial", std::process::id()));
-        Ok(Self {
-            path: output.with_file_name(hidden),
-            keep: false,
-        })
+        Ok(Self { path: output.with_file_name(hidden), keep: false })
     }
 
     fn file(&self, output: &Path) -> Result<File, ImportError> {

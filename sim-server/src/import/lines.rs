@@ -28,10 +28,7 @@ impl Lines {
     /// Opens a file; gzip is known by its first bytes, not by its name.
     pub(super) fn open(path: &Path) -> Result<Self, ImportError> {
         let name = path.display().to_string();
-        let io = |error| ImportError::Open {
-            path: name.clone(),
-            error,
-        };
+        let io = |error| ImportError::Open { path: name.clone(), error };
         if !std::fs::metadata(path).map_err(io)?.is_file() {
             return Err(ImportError::NotAFile { path: name });
         }
@@ -42,14 +39,7 @@ impl Lines {
         } else {
             Box::new(file)
         };
-        Ok(Self {
-            path: name,
-            input,
-            raw: Vec::new(),
-            text: String::new(),
-            line: 0,
-            bytes: 0,
-        })
+        Ok(Self { path: name, input, raw: Vec::new(), text: String::new(), line: 0, bytes: 0 })
     }
 
     /// The file's path, for messages.
@@ -93,10 +83,7 @@ impl Lines {
         self.line += 1;
         self.bytes += got as u64;
         if got > MAX_LINE_BYTES {
-            return Err(ImportError::LongLine {
-                path: self.path.clone(),
-                line: self.line,
-            });
+            return Err(ImportError::LongLine { path: self.path.clone(), line: self.line });
         }
         self.text.clear();
         self.text.push_str(&String::from_utf8_lossy(&self.raw));

@@ -52,11 +52,7 @@ struct Progress<'a> {
 
 impl<'a> Progress<'a> {
     fn new(tell: &'a mut dyn FnMut(u64)) -> Self {
-        Self {
-            tell,
-            before: 0,
-            told: 0,
-        }
+        Self { tell, before: 0, told: 0 }
     }
 
     /// Line `line` of this pass was read.

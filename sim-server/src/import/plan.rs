@@ -17,7 +17,7 @@ use super::wheels::{Mount, WHEELS};
 
 /// Room around the path of the robot, m.
 const MARGIN_M: f64 = 10.0;
-/// Spread of a range, m: what the SICK LMS 200's data sheet class states.
+/// Spread of a range, m: the class of a SICK LMS 200. No log says it.
 const RANGE_STD_M: f64 = 0.01;
 /// Length of a tick where the stamps do not tell, s.
 const DT_UNKNOWN_S: f64 = 0.1;
@@ -49,16 +49,12 @@ pub(super) fn plan(
         start: drive.start,
         robot: robot(),
         lidar: lidar(survey),
-        script: ScriptConfig::Commands {
-            file: None,
-            list: Vec::new(),
-        },
+        script: ScriptConfig::Commands { file: None, list: Vec::new() },
         world: world(stem, drive.around_m),
     };
-    config.check().map_err(|error| ImportError::Config {
-        path: input.display().to_string(),
-        error,
-    })?;
+    config
+        .check()
+        .map_err(|error| ImportError::Config { path: input.display().to_string(), error })?;
     let file = input.file_name().unwrap_or_default();
     let header = LogHeader {
         writer: writer.to_owned(),
@@ -84,11 +80,7 @@ fn stem(input: &Path) -> String {
     let stem = stem.to_string_lossy();
     let clean = stem.chars().filter(|c| !c.is_control());
     let short: String = clean.take(MAX_NAME_CHARS).collect();
-    if short.is_empty() {
-        "recording".to_owned()
-    } else {
-        short
-    }
+    if short.is_empty() { "recording".to_owned() } else { short }
 }
 
 /// Mean time between ticks, within what a configuration allows. It is only
@@ -96,11 +88,7 @@ fn stem(input: &Path) -> String {
 fn dt_s(survey: &Survey) -> f64 {
     let intervals = survey.ticks().saturating_sub(1);
     let mean_s = (survey.last_stamp_s - survey.first_stamp_s) / intervals as f64;
-    if mean_s.is_finite() && mean_s > 0.0 {
-        mean_s.clamp(1e-6, 10.0)
-    } else {
-        DT_UNKNOWN_S
-    }
+    if mean_s.is_finite() && mean_s > 0.0 { mean_s.clamp(1e-6, 10.0) } else { DT_UNKNOWN_S }
 }
 
 fn robot() -> RobotConfig {
@@ -137,17 +125,8 @@ fn lidar(survey: &Survey) -> LidarConfig {
 /// No walls: a recording does not say where they are.
 fn world(name: String, around_m: [f64; 4]) -> WorldSpec {
     let [x_min, y_min, x_max, y_max] = around_m;
-    let bounds = [
-        x_min - MARGIN_M,
-        y_min - MARGIN_M,
-        x_max + MARGIN_M,
-        y_max + MARGIN_M,
-    ];
-    WorldSpec {
-        name,
-        bounds,
-        walls: Vec::new(),
-    }
+    let bounds = [x_min - MARGIN_M, y_min - MARGIN_M, x_max + MARGIN_M, y_max + MARGIN_M];
+    WorldSpec { name, bounds, walls: Vec::new() }
 }
 
 fn report(survey: &Survey, drive: &Drive, remarks: Vec<String>) -> ImportReport {
@@ -236,11 +215,7 @@ fn sideways_remark(drive: &Drive) -> String {
 
 /// Where it was, if it was anywhere.
 fn at_line(line: u64) -> String {
-    if line == 0 {
-        String::new()
-    } else {
-        format!(" (line {line})")
-    }
+    if line == 0 { String::new() } else { format!(" (line {line})") }
 }
 
 fn stamps_remark(survey: &Survey) -> String {
@@ -298,11 +273,7 @@ fn mount_remark(mount: Mount, arm_m: Option<f64>) -> Option<String> {
         ),
         (_, None) => "the odometry's poses are taken for the robot's".to_owned(),
     };
-    let scans = if mount.scans_are_laser {
-        "the laser's"
-    } else {
-        "the robot's"
-    };
+    let scans = if mount.scans_are_laser { "the laser's" } else { "the robot's" };
     Some(format!(
         "the laser sits at x = {} m on the robot (robot_frontlaser_offset); {odometry}, those of the \
          scans for {scans}; ticks and truth are the robot's",

@@ -1,12 +1,17 @@
 //! What the lines mean together: readings, scans, and echoes of scans.
 //!
-//! Logs corrected by a SLAM back end (GMapping's writer is one) repeat the
-//! corrected pose of every `FLASER` in an `ODOM` line behind it, and the `ODOM`
-//! lines that follow go on *from that pose*. Such an echo is no reading of the
-//! odometry but an *anchor*: the odometry is the chain of increments, from line
-//! to line and across a scan from the anchor to the next line. Taken as one
-//! path the `ODOM` lines would jump sideways at every scan (up to 17 cm in the
-//! log of the Intel Research Lab) and would never drift.
+//! A log that GMapping corrected holds the path of its best particle: an `ODOM`
+//! line for each pose after a motion update, and for each scan that was matched
+//! a `FLASER` and behind it one more `ODOM` line, which echoes the corrected
+//! pose and whose time was never set (GMapping, gridfastslam/gfsreader.cpp,
+//! `RecordList::printPath`). The `ODOM` lines that follow go on *from that
+//! pose*. So such an echo is no reading of the odometry but an *anchor*, and the
+//! odometry is the chain of increments, from line to line and across a scan from
+//! the anchor to the next line. Taken as one path the `ODOM` lines would jump
+//! sideways at every scan (up to 17 cm in the log of the Intel Research Lab)
+//! and would never drift. The increments are the robot's own, without the noise
+//! of a particle: in the Intel log 99.6 % of the turns are whole multiples of
+//! one heading step, 6.1455 mrad.
 //!
 //! An `ODOM` line is an anchor if it is the first after a `FLASER`, repeats its
 //! first pose digit for digit, and
@@ -15,7 +20,7 @@
 //!   bits that happened to lie there (1.08499e-42, or the range of some beam);
 //! * or an anchor was found before: a writer that echoes, echoes every scan.
 //!   Without this clause an echo would be believed whenever the stray bits look
-//!   like a time.
+//!   like a time (they do not in the two logs this was measured on).
 //!
 //! The poses alone do not tell: a robot that stands still repeats the pose of
 //! its scan too, but with a good stamp.
@@ -29,8 +34,8 @@ use super::carmen::{MEND, Message, Stamps, Triple, parse};
 use super::error::{BadField, ImportError, excerpt};
 use super::lines::Lines;
 
-/// How far a stamp may lie before its scan's. Real stamps fall back by up to
-/// 0.9 s where two programs write one log.
+/// How far a stamp may lie before its scan's. In the log of the Intel Research
+/// Lab real stamps fall back by up to 0.9 s.
 const BEFORE_SCAN_S: f64 = 1.0;
 /// How far a stamp may lie behind its scan's.
 const AFTER_SCAN_S: f64 = 3600.0;
@@ -139,11 +144,7 @@ impl Recording {
                 Message::Other(name) => count(&mut self.skipped, name),
                 Message::Param { name, value } => self.params.set(name, value),
                 Message::Odom { pose, stamps } => return self.odom(pose, stamps).map(Some),
-                Message::Flaser {
-                    pose,
-                    odometry,
-                    stamps,
-                } => {
+                Message::Flaser { pose, odometry, stamps } => {
                     self.two_times += u64::from(stamps.measured_s != stamps.logged_s);
                     self.fresh_scan = Some((pose, stamps.measured_s));
                     return Ok(Some(Event::Scan {
@@ -166,10 +167,7 @@ impl Recording {
             && (self.echoes || !is_time_near(stamp_s, scan_s))
         {
             self.echoes = true;
-            return Ok(Event::Anchor {
-                pose: se2(pose),
-                line,
-            });
+            return Ok(Event::Anchor { pose: se2(pose), line });
         }
         if !stamp_s.is_finite() {
             return Err(ImportError::Field {
@@ -186,11 +184,7 @@ impl Recording {
             });
         }
         self.two_times += u64::from(stamp_s != stamps.logged_s);
-        Ok(Event::Reading {
-            pose: se2(pose),
-            stamp_s,
-            line,
-        })
+        Ok(Event::Reading { pose: se2(pose), stamp_s, line })
     }
 }
 

@@ -62,18 +62,10 @@ impl fmt::Display for ImportReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let span_s = self.last_stamp_s - self.first_stamp_s;
         writeln!(f, "read       {} lines", self.lines)?;
-        writeln!(
-            f,
-            "odometry   {} readings, {:.2} m driven",
-            self.readings, self.distance_m
-        )?;
+        writeln!(f, "odometry   {} readings, {:.2} m driven", self.readings, self.distance_m)?;
         match self.beams {
             0 => writeln!(f, "scans      none")?,
-            n => writeln!(
-                f,
-                "scans      {} of {n} beams, {} echoed",
-                self.scans, self.anchors
-            )?,
+            n => writeln!(f, "scans      {} of {n} beams, {} echoed", self.scans, self.anchors)?,
         }
         writeln!(
             f,
@@ -97,17 +89,11 @@ impl fmt::Display for ImportReport {
             )?;
         }
         if let Some(error_m) = self.end_error_m {
-            writeln!(
-                f,
-                "drift      dead reckoning ends {error_m:.2} m from the last true pose"
-            )?;
+            writeln!(f, "drift      dead reckoning ends {error_m:.2} m from the last true pose")?;
         }
         if !self.skipped.is_empty() {
-            let list: Vec<String> = self
-                .skipped
-                .iter()
-                .map(|(name, n)| format!("{name} {n}"))
-                .collect();
+            let list: Vec<String> =
+                self.skipped.iter().map(|(name, n)| format!("{name} {n}")).collect();
             writeln!(f, "skipped    {}", list.join(", "))?;
         }
         write!(

@@ -75,13 +75,7 @@ impl Survey {
                 self.readings += 1;
                 self.stamp(*stamp_s, *line);
             }
-            Event::Scan {
-                odometry,
-                stamp_s,
-                ranges_m,
-                line,
-                ..
-            } => {
+            Event::Scan { odometry, stamp_s, ranges_m, line, .. } => {
                 self.scans += 1;
                 self.scans_with_odometry += u64::from(odometry.is_some());
                 self.stamp(*stamp_s, *line);
@@ -157,8 +151,8 @@ impl Survey {
     /// What the poses of this file are poses of.
     ///
     /// By the format the first pose of a `FLASER` is the laser's and the second
-    /// the robot's. GMapping's writer puts the laser's pose everywhere; whether
-    /// the odometry's poses are the laser's shows in turns, see [`LeverFit`].
+    /// the robot's. A log that GMapping wrote may have the laser's everywhere
+    /// (that of Freiburg has); whether it does shows in turns, see [`LeverFit`].
     pub(super) fn mount(&self) -> Mount {
         let offset_m = self.params.laser_offset_m.unwrap_or(0.0);
         let odometry_is_laser =
@@ -236,12 +230,7 @@ pub(super) fn drive(
     })
 }
 
-const NOWHERE: [f64; 4] = [
-    f64::INFINITY,
-    f64::INFINITY,
-    f64::NEG_INFINITY,
-    f64::NEG_INFINITY,
-];
+const NOWHERE: [f64; 4] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
 
 fn widen(box_m: &mut [f64; 4], pose: &SE2) {
     box_m[0] = box_m[0].min(pose.x());

@@ -29,10 +29,7 @@ fn import_bytes(name: &str, bytes: &[u8]) -> Result<Imported, ImportError> {
     let imported = import_file(&input, &output);
     let left = std::fs::read_dir(folder.path()).unwrap().count();
     let expected = if imported.is_ok() { 2 } else { 1 };
-    assert_eq!(
-        left, expected,
-        "an import leaves its log, or nothing at all"
-    );
+    assert_eq!(left, expected, "an import leaves its log, or nothing at all");
     imported
 }
 
@@ -48,11 +45,7 @@ fn import_file(input: &Path, output: &Path) -> Result<Imported, ImportError> {
     let (header, ticks) = read_back(output);
     assert_eq!(report.ticks, ticks.len() as u64);
     assert_eq!(header.config.ticks, report.ticks);
-    Ok(Imported {
-        report,
-        header,
-        ticks,
-    })
+    Ok(Imported { report, header, ticks })
 }
 
 /// Reads a log to its end, which must be complete, with digests that hold.
@@ -67,9 +60,7 @@ fn read_back(path: &Path) -> (LogHeader, Vec<TickRecord>) {
         match log.read().unwrap() {
             Read::Tick(entry) => {
                 assert!(entry.intact);
-                entry
-                    .record
-                    .write_frame(&mut frame, header.config.dt_s, &key);
+                entry.record.write_frame(&mut frame, header.config.dt_s, &key);
                 entry.record.absorb(&frame, &mut digest);
                 ticks.push(entry.record);
             }

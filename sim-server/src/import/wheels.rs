@@ -17,11 +17,8 @@ use super::recording::Event;
 
 /// The wheels that are made up: r = 0.1 m, ℓ = 0.4 m, 2¹⁷ counts per
 /// revolution, so that a count is 4.8 µm.
-pub(super) const WHEELS: DiffDrive = DiffDrive {
-    wheel_radius_m: 0.1,
-    track_m: 0.4,
-    ticks_per_rev: 1 << 17,
-};
+pub(super) const WHEELS: DiffDrive =
+    DiffDrive { wheel_radius_m: 0.1, track_m: 0.4, ticks_per_rev: 1 << 17 };
 
 /// One tick of the run: what stands in its frame but the ranges.
 #[derive(Clone, Copy, Debug)]
@@ -126,23 +123,14 @@ impl Wheels {
                 self.go_to(mount.body(*pose, mount.odometry_is_laser), line);
                 (*stamp_s, None)
             }
-            Event::Scan {
-                pose,
-                odometry,
-                stamp_s,
-                ..
-            } => {
+            Event::Scan { pose, odometry, stamp_s, .. } => {
                 if let Some(odometry) = odometry {
                     self.go_to(mount.body(*odometry, mount.odometry_is_laser), line);
                 }
                 (*stamp_s, Some(mount.body(*pose, mount.scans_are_laser)))
             }
         };
-        Some(Tick {
-            stamp_s,
-            counts: self.counts,
-            truth,
-        })
+        Some(Tick { stamp_s, counts: self.counts, truth })
     }
 
     fn go_to(&mut self, pose: SE2, line: u64) {

@@ -115,7 +115,9 @@ fn slow_is_a_notice_and_stalled_is_a_loss() {
 
 #[test]
 fn a_death_aborts_or_is_survived() {
-    for (policy, next) in [(OnLoss::Abort, Step::End(Phase::Aborted)), (OnLoss::Continue, Step::Close(0))] {
+    for (policy, next) in
+        [(OnLoss::Abort, Step::End(Phase::Aborted)), (OnLoss::Continue, Step::Close(0))]
+    {
         let mut m = gathered(1, policy);
         m.next(0, quiet);
         m.published(5, 0);

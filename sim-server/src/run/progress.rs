@@ -36,7 +36,7 @@ impl Progress {
 
     /// So many ticks are done.
     pub fn tick(&mut self, done: u64) {
-        if done % TICKS_BETWEEN_LOOKS != 0 && done != self.ticks {
+        if !done.is_multiple_of(TICKS_BETWEEN_LOOKS) && done != self.ticks {
             return;
         }
         if let Some(bar) = &self.bar {

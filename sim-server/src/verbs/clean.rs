@@ -1,5 +1,6 @@
 //! `clean`: remove what dead runs left; living ones stay.
 
+use crate::output::outln;
 use rusty_contract::Exit;
 use rusty_link::{Domain, RunState};
 use serde_json::json;
@@ -21,18 +22,19 @@ pub fn clean(args: &JsonArgs) -> Verbed {
         })
         .collect();
     if args.json {
-        let alive: Vec<_> = alive.iter().map(|(run, pid)| json!({ "run": run, "pid": pid })).collect();
+        let alive: Vec<_> =
+            alive.iter().map(|(run, pid)| json!({ "run": run, "pid": pid })).collect();
         print_json(&json!({ "removed": swept, "alive": alive }));
         return Ok(Exit::Done);
     }
     if swept.is_empty() {
-        println!("nothing to remove");
+        outln!("nothing to remove");
     }
     for run in swept {
-        println!("removed {run}");
+        outln!("removed {run}");
     }
     for (run, pid) in alive {
-        println!("alive   {run} (process {pid})");
+        outln!("alive   {run} (process {pid})");
     }
     Ok(Exit::Done)
 }

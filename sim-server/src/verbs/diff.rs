@@ -1,5 +1,6 @@
 //! `diff`: first tick, field and bits in which two logs differ.
 
+use crate::output::outln;
 use std::path::Path;
 
 use rusty_contract::Exit;
@@ -43,19 +44,19 @@ pub fn diff(args: &DiffArgs) -> Verbed {
 
 fn print(args: &DiffArgs, d: &Difference) {
     for header in &d.headers {
-        println!("header: {header}");
+        outln!("header: {header}");
     }
     for remark in &d.remarks {
-        println!("{remark}");
+        outln!("{remark}");
     }
     match &d.first_difference {
         Some(m) => {
-            println!("first difference: tick {}, {}", m.tick, m.field);
-            println!("  {}: {}", args.a.display(), m.a);
-            println!("  {}: {}", args.b.display(), m.b);
+            outln!("first difference: tick {}, {}", m.tick, m.field);
+            outln!("  {}: {}", args.a.display(), m.a);
+            outln!("  {}: {}", args.b.display(), m.b);
         }
-        None if d.equal => println!("equal: {} ticks, bit for bit", d.ticks_equal),
-        None => println!("the {} ticks that both have are equal", d.ticks_equal),
+        None if d.equal => outln!("equal: {} ticks, bit for bit", d.ticks_equal),
+        None => outln!("the {} ticks that both have are equal", d.ticks_equal),
     }
 }
 
@@ -108,9 +109,8 @@ fn compare_logs(a: &Path, b: &Path) -> Result<Difference, VerbError> {
             }
         }
     }
-    found.equal = found.headers.is_empty()
-        && found.remarks.is_empty()
-        && found.first_difference.is_none();
+    found.equal =
+        found.headers.is_empty() && found.remarks.is_empty() && found.first_difference.is_none();
     Ok(found)
 }
 

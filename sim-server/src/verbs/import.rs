@@ -1,5 +1,6 @@
 //! `import`: recordings of real robots, as run logs.
 
+use crate::output::outln;
 use std::io::IsTerminal as _;
 
 use rusty_contract::Exit;
@@ -19,7 +20,7 @@ const LINES_BETWEEN_WORDS: u64 = 50_000;
 pub fn import_carmen(args: &CarmenArgs) -> Verbed {
     let talk = std::io::stderr().is_terminal() && !args.json;
     let mut progress = |lines: u64| {
-        if talk && lines % LINES_BETWEEN_WORDS == 0 {
+        if talk && lines.is_multiple_of(LINES_BETWEEN_WORDS) {
             eprintln!("  {lines} lines");
         }
     };
@@ -27,9 +28,9 @@ pub fn import_carmen(args: &CarmenArgs) -> Verbed {
     if args.json {
         print_json(&report);
     } else {
-        println!("{report}");
-        println!("log       {}", args.output.display());
-        println!("play it   sim-server replay {}", args.output.display());
+        outln!("{report}");
+        outln!("log       {}", args.output.display());
+        outln!("play it   sim-server replay {}", args.output.display());
     }
     Ok(Exit::Done)
 }

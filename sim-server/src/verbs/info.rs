@@ -1,5 +1,6 @@
 //! `info`: what is in a log, or in one tick of it.
 
+use crate::output::outln;
 use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
 use rusty_contract::{Exit, LogHeader, Reply, RunDigest};
 use rusty_contract::{Frame, TruthKey};
@@ -66,16 +67,16 @@ fn whole(args: &InfoArgs) -> Verbed {
         }));
     } else {
         print_header(&header);
-        println!("ticks     {ticks}, {scans} with a scan, {truths} with a known truth");
+        outln!("ticks     {ticks}, {scans} with a scan, {truths} with a known truth");
         if let Some((first, last)) = times {
-            println!("time      {first} s to {last} s");
+            outln!("time      {first} s to {last} s");
         }
         match cut(&ending) {
-            None if damaged == 0 => println!("complete  yes"),
-            None => println!("complete  no: the checksums of {damaged} records fail"),
-            Some(how) => println!("complete  no: {how}"),
+            None if damaged == 0 => outln!("complete  yes"),
+            None => outln!("complete  no: the checksums of {damaged} records fail"),
+            Some(how) => outln!("complete  no: {how}"),
         }
-        println!("digest    {}", digest.run_hex());
+        outln!("digest    {}", digest.run_hex());
     }
     Ok(if complete { Exit::Done } else { Exit::Lost })
 }
@@ -92,27 +93,31 @@ fn cut(ending: &Ending) -> Option<String> {
 fn print_header(header: &LogHeader) {
     let config = &header.config;
     match header.seed() {
-        Some(seed) => println!("seed      {seed}"),
-        None => println!("seed      none: recorded by a robot"),
+        Some(seed) => outln!("seed      {seed}"),
+        None => outln!("seed      none: recorded by a robot"),
     }
-    println!("scenario  {}", config.scenario);
-    println!("writer    {}", header.writer);
+    outln!("scenario  {}", config.scenario);
+    outln!("writer    {}", header.writer);
     if let rusty_contract::log::Source::Recorded { format, file, remarks } = &header.source {
-        println!("source    {file} ({format})");
+        outln!("source    {file} ({format})");
         for remark in remarks {
-            println!("          {remark}");
+            outln!("          {remark}");
         }
     } else {
         let walls = config.world.walls.len();
-        println!("world     {} ({walls} walls)", config.world.name);
-        println!("script    {}", config.script.kind());
+        outln!("world     {} ({walls} walls)", config.world.name);
+        outln!("script    {}", config.script.kind());
         let r = &config.robot;
-        println!("robot     slip {} per tick, right wheel {:+} %", r.slip_std, 100.0 * r.radius_bias_right);
+        outln!(
+            "robot     slip {} per tick, right wheel {:+} %",
+            r.slip_std,
+            100.0 * r.radius_bias_right
+        );
     }
-    println!("time step {} s, a scan every {} ticks", config.dt_s, config.scan_every);
-    println!("LiDAR     {} beams, up to {} m", config.lidar.beams, config.lidar.range_max_m);
+    outln!("time step {} s, a scan every {} ticks", config.dt_s, config.scan_every);
+    outln!("LiDAR     {} beams, up to {} m", config.lidar.beams, config.lidar.range_max_m);
     for p in &header.roster {
-        println!("roster    {} ({})", p.name, p.role);
+        outln!("roster    {} ({})", p.name, p.role);
     }
 }
 
@@ -182,21 +187,21 @@ fn reply_json(name: &str, reply: &Reply) -> Value {
 
 fn print_tick(header: &LogHeader, record: &TickRecord, intact: bool) {
     if !intact {
-        println!("the checksum of this record fails: its values are suspect");
+        outln!("the checksum of this record fails: its values are suspect");
     }
-    println!("tick      {}", record.tick);
-    println!("time      {} s", record.time_s(header.config.dt_s));
-    println!("encoders  left {}, right {}", record.ticks.left, record.ticks.right);
-    println!("command   v {} m/s, ω {} rad/s", record.command.v_m_s, record.command.omega_rad_s);
+    outln!("tick      {}", record.tick);
+    outln!("time      {} s", record.time_s(header.config.dt_s));
+    outln!("encoders  left {}, right {}", record.ticks.left, record.ticks.right);
+    outln!("command   v {} m/s, ω {} rad/s", record.command.v_m_s, record.command.omega_rad_s);
     match record.truth {
-        Some([x, y, theta]) => println!("truth     x {x} m, y {y} m, θ {theta} rad"),
-        None => println!("truth     unknown"),
+        Some([x, y, theta]) => outln!("truth     x {x} m, y {y} m, θ {theta} rad"),
+        None => outln!("truth     unknown"),
     }
     for (p, reply) in header.answering().zip(&record.replies) {
-        println!("answer    {}: {reply:?}", p.name);
+        outln!("answer    {}: {reply:?}", p.name);
     }
     match &record.ranges_m {
-        Some(ranges) => println!("ranges    {ranges:?}"),
-        None => println!("ranges    no scan in this tick"),
+        Some(ranges) => outln!("ranges    {ranges:?}"),
+        None => outln!("ranges    no scan in this tick"),
     }
 }

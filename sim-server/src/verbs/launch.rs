@@ -1,7 +1,7 @@
 //! `launch`: server and participants as processes, from one command.
 
-use rusty_contract::{LogHeader, Role, Scenario};
 use rusty_contract::log::Source;
+use rusty_contract::{LogHeader, Role, Scenario};
 use rusty_sim::Sim;
 
 use super::Verbed;
@@ -66,7 +66,9 @@ pub(super) fn change_roster(
     }
     for (i, text) in run.add.iter().enumerate() {
         let (name, command) = match text.split_once('=') {
-            Some((name, command)) => (name, command.split_whitespace().map(str::to_owned).collect()),
+            Some((name, command)) => {
+                (name, command.split_whitespace().map(str::to_owned).collect())
+            }
             None => (text.as_str(), Vec::new()),
         };
         let mut participant = rusty_contract::Participant::new(name, Role::Estimator);

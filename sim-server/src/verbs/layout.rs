@@ -1,5 +1,6 @@
 //! `layout`: the structs in shared memory, byte by byte.
 
+use crate::output::outln;
 use rusty_contract::layout::{layout_hash, tables};
 use rusty_contract::{Exit, PROTOCOL_VERSION};
 use serde_json::json;
@@ -21,12 +22,12 @@ pub fn layout(args: &JsonArgs) -> Verbed {
         }));
         return Ok(Exit::Done);
     }
-    println!("protocol {PROTOCOL_VERSION}, layout {hash}, little-endian, alignment 8");
+    outln!("protocol {PROTOCOL_VERSION}, layout {hash}, little-endian, alignment 8");
     for table in tables() {
-        println!("\n{} ({} bytes)", table.name, table.size);
-        println!("{:>8}  {:>6}  {:14}  type", "offset", "size", "field");
+        outln!("\n{} ({} bytes)", table.name, table.size);
+        outln!("{:>8}  {:>6}  {:14}  type", "offset", "size", "field");
         for f in table.fields {
-            println!("{:>8}  {:>6}  {:14}  {}", f.offset, f.size, f.name, f.ty);
+            outln!("{:>8}  {:>6}  {:14}  {}", f.offset, f.size, f.name, f.ty);
         }
     }
     Ok(Exit::Done)

@@ -23,6 +23,7 @@ pub use serve::serve;
 pub use verify::verify;
 pub use worlds::worlds;
 
+use crate::output::outln;
 use rusty_contract::Exit;
 
 use crate::error::VerbError;
@@ -33,7 +34,7 @@ pub type Verbed = Result<Exit, VerbError>;
 /// Prints one JSON document on stdout.
 fn print_json(value: &impl serde::Serialize) {
     match serde_json::to_string_pretty(value) {
-        Ok(text) => println!("{text}"),
+        Ok(text) => outln!("{text}"),
         // Every document here is made of numbers, text and lists.
         Err(e) => eprintln!("sim-server: the document cannot be written: {e}"),
     }

@@ -18,7 +18,9 @@ pub fn replay(args: &ReplayArgs) -> Verbed {
     let (mut source, ending) = Recording::open(&args.log)?;
     if let Ending::Cut { ticks, at_byte, problem } = &ending {
         let log = args.log.display();
-        eprintln!("{log}: cut at byte {at_byte} ({problem}); its {ticks} complete ticks are played");
+        eprintln!(
+            "{log}: cut at byte {at_byte} ({problem}); its {ticks} complete ticks are played"
+        );
     }
     if source.ticks() == 0 {
         let error = crate::source::SourceError::Cut {

@@ -1,5 +1,6 @@
 //! One run as a person sees it: first line, progress, table, paths, exit code.
 
+use crate::output::outln;
 use std::fs;
 use std::io::Write as _;
 use std::os::unix::fs::OpenOptionsExt as _;
@@ -88,7 +89,7 @@ impl RunSession<'_> {
         if args.json {
             print_json(&report);
         } else {
-            print!("{report}");
+            outln!("{report}");
         }
         Ok(report.exit())
     }
@@ -106,15 +107,11 @@ impl RunSession<'_> {
         if self.args.json {
             eprintln!("{line}");
         } else {
-            println!("{line}");
+            outln!("{line}");
         }
         if self.starting == Starting::ByHand {
-            let expected: Vec<&str> = header
-                .roster
-                .iter()
-                .filter(|p| p.is_awaited())
-                .map(|p| p.name.as_str())
-                .collect();
+            let expected: Vec<&str> =
+                header.roster.iter().filter(|p| p.is_awaited()).map(|p| p.name.as_str()).collect();
             eprintln!("waiting for {} (each with --run {name})", expected.join(", "));
         }
     }
@@ -146,6 +143,7 @@ fn stop_flag() -> Arc<AtomicBool> {
 /// Leaves the key where scorers and loggers started by hand look for it.
 fn write_key(domain: &Domain, key: &TruthKey) -> Result<(), VerbError> {
     let path: PathBuf = domain.folder().join("key");
-    let file = fs::OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(&path);
+    let file =
+        fs::OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(&path);
     file.and_then(|mut file| writeln!(file, "{}", key.to_hex())).map_err(VerbError::io(&path))
 }

@@ -1,5 +1,6 @@
 //! `verify`: simulate a log's run again and compare every bit.
 
+use crate::output::outln;
 use rusty_contract::digest::hex;
 use rusty_contract::log::{Ending, LogReader, Read, ReadEntry, Source, TickRecord, Trailer};
 use rusty_contract::{Exit, Frame, LogHeader, RunDigest, TruthKey};
@@ -52,18 +53,18 @@ pub fn verify(args: &LogArgs) -> Verbed {
 
 fn print(v: &Verdict) {
     for remark in &v.remarks {
-        println!("{remark}");
+        outln!("{remark}");
     }
     if let Some(m) = &v.first_difference {
-        println!("not bit-exact: tick {}, {}", m.tick, m.field);
-        println!("  the log has   {}", m.a);
-        println!("  expected was  {}", m.b);
+        outln!("not bit-exact: tick {}, {}", m.tick, m.field);
+        outln!("  the log has   {}", m.a);
+        outln!("  expected was  {}", m.b);
     } else if !v.bit_exact {
-        println!("not bit-exact, see above");
+        outln!("not bit-exact, see above");
     } else if v.re_simulated {
-        println!("bit-exact: {} ticks, digest {}", v.ticks, v.digest);
+        outln!("bit-exact: {} ticks, digest {}", v.ticks, v.digest);
     } else {
-        println!("intact: {} ticks, digest {}", v.ticks, v.digest);
+        outln!("intact: {} ticks, digest {}", v.ticks, v.digest);
     }
 }
 

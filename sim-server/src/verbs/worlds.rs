@@ -1,5 +1,6 @@
 //! `worlds`: what there is, a drawing of it, a scan of it without noise.
 
+use crate::output::outln;
 use std::path::Path;
 
 use plotters::prelude::*;
@@ -42,23 +43,25 @@ pub fn worlds(args: &WorldsArgs) -> Verbed {
 
 fn list(args: &WorldsArgs) -> Verbed {
     if args.json {
-        let list: Vec<_> =
-            PLACES.iter().map(|(name, text)| json!({ "name": name, "description": text })).collect();
+        let list: Vec<_> = PLACES
+            .iter()
+            .map(|(name, text)| json!({ "name": name, "description": text }))
+            .collect();
         print_json(&list);
         return Ok(Exit::Done);
     }
     for (name, text) in PLACES {
-        println!("{name:10}  {text}");
+        outln!("{name:10}  {text}");
     }
-    println!("\nsim-server worlds NAME --svg FILE draws one; a world file can stand for NAME.");
+    outln!("\nsim-server worlds NAME --svg FILE draws one; a world file can stand for NAME.");
     Ok(Exit::Done)
 }
 
 fn print(spec: &WorldSpec) {
     let [x0, y0, x1, y1] = spec.bounds;
-    println!("{}: {} walls, x {x0} to {x1} m, y {y0} to {y1} m", spec.name, spec.walls.len());
+    outln!("{}: {} walls, x {x0} to {x1} m, y {y0} to {y1} m", spec.name, spec.walls.len());
     for (i, w) in spec.walls.iter().enumerate() {
-        println!("{i:4}  {:?} to {:?}  {}", w.a, w.b, w.material);
+        outln!("{i:4}  {:?} to {:?}  {}", w.a, w.b, w.material);
     }
 }
 
@@ -82,8 +85,8 @@ fn scan(args: &WorldsArgs, name: &str, spec: WorldSpec, pose: &str) -> Verbed {
     let lidar =
         LidarConfig { beams: args.beams, range_max_m: args.range_max, ..LidarConfig::default() };
     lidar.check()?;
-    let world = World::new(spec)
-        .map_err(|error| SetupError::World { path: name.to_owned(), error })?;
+    let world =
+        World::new(spec).map_err(|error| SetupError::World { path: name.to_owned(), error })?;
     let mut hits = vec![Hit { distance_m: 0.0, material: None }; args.beams as usize];
     Lidar::new(&lidar).ranges_and_materials(&world, &sensor_in_world, &mut hits);
     let ranges: Vec<f64> = hits.iter().map(|h| h.distance_m).collect();
@@ -93,18 +96,18 @@ fn scan(args: &WorldsArgs, name: &str, spec: WorldSpec, pose: &str) -> Verbed {
         print_json(&json!({ "ranges": ranges, "materials": materials }));
         return Ok(Exit::Done);
     }
-    println!("beam  bearing     range  material");
+    outln!("beam  bearing     range  material");
     for (k, (range, material)) in ranges.iter().zip(&materials).enumerate() {
         let bearing_deg = lidar.bearing_rad(k as u32).to_degrees();
         let material = material.as_deref().unwrap_or("nothing within range");
-        println!("{k:4}  {bearing_deg:6.1}°  {range:7.4} m  {material}");
+        outln!("{k:4}  {bearing_deg:6.1}°  {range:7.4} m  {material}");
     }
     Ok(Exit::Done)
 }
 
 fn draw(spec: &WorldSpec, path: &Path) -> Result<(), VerbError> {
-    let svg = drawing(spec)
-        .map_err(|why| VerbError::Draw { path: path.display().to_string(), why })?;
+    let svg =
+        drawing(spec).map_err(|why| VerbError::Draw { path: path.display().to_string(), why })?;
     std::fs::write(path, svg).map_err(VerbError::io(path))
 }
 

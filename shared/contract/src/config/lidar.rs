@@ -58,12 +58,7 @@ impl LidarConfig {
     pub fn check(&self) -> Result<(), FieldError> {
         at_least("lidar.beams", u64::from(self.beams), 1, MAX_BEAMS as u64)?;
         let pi = std::f64::consts::PI;
-        within(
-            "lidar.first_bearing_rad",
-            self.first_bearing_rad,
-            -2.0 * pi,
-            2.0 * pi,
-        )?;
+        within("lidar.first_bearing_rad", self.first_bearing_rad, -2.0 * pi, 2.0 * pi)?;
         within("lidar.fov_rad", self.fov_rad, 1e-6, 2.0 * pi + 1e-9)?;
         within("lidar.range_max_m", self.range_max_m, 1e-3, 1e4)?;
         within("lidar.range_std_m", self.range_std_m, 0.0, 1e3)?;

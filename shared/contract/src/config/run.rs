@@ -54,12 +54,7 @@ impl RunConfig {
         self.lidar.check()?;
         self.script.check()?;
         self.world.check().map_err(|e| {
-            FieldError::new(
-                "world",
-                &self.world.name,
-                e.to_string(),
-                "mend the world file",
-            )
+            FieldError::new("world", &self.world.name, e.to_string(), "mend the world file")
         })
     }
 }

@@ -134,11 +134,7 @@ impl ScriptConfig {
     pub fn check(&self) -> Result<(), FieldError> {
         match self {
             Self::Patrol(p) | Self::SteeredPatrol(p) => p.check(),
-            Self::FigureEight {
-                v_m_s,
-                omega_rad_s,
-                half_s,
-            } => {
+            Self::FigureEight { v_m_s, omega_rad_s, half_s } => {
                 within("script.v_m_s", *v_m_s, -100.0, 100.0)?;
                 within("script.omega_rad_s", *omega_rad_s, -1e3, 1e3)?;
                 seconds("script.half_s", *half_s)
@@ -147,12 +143,7 @@ impl ScriptConfig {
             Self::Commands { list, .. } => {
                 for (i, c) in list.iter().enumerate() {
                     within(&format!("script.list[{i}].v_m_s"), c.v_m_s, -100.0, 100.0)?;
-                    within(
-                        &format!("script.list[{i}].omega_rad_s"),
-                        c.omega_rad_s,
-                        -1e3,
-                        1e3,
-                    )?;
+                    within(&format!("script.list[{i}].omega_rad_s"), c.omega_rad_s, -1e3, 1e3)?;
                 }
                 Ok(())
             }
@@ -174,12 +165,7 @@ pub fn parse_commands(text: &str) -> Result<Vec<Twist>, FieldError> {
         }
         let error = |problem: &str| {
             let remedy = "write `v_m_s omega_rad_s [ticks]`, e.g. `0.5 -0.2 100`";
-            FieldError::new(
-                format!("script.file, line {}", i + 1),
-                body,
-                problem,
-                remedy,
-            )
+            FieldError::new(format!("script.file, line {}", i + 1), body, problem, remedy)
         };
         let words: Vec<&str> = body.split_whitespace().collect();
         let [v, omega, rest @ ..] = words.as_slice() else {
@@ -191,9 +177,7 @@ pub fn parse_commands(text: &str) -> Result<Vec<Twist>, FieldError> {
         };
         let times = match rest {
             [] => 1,
-            [n] => n
-                .parse::<usize>()
-                .map_err(|_| error("has no whole number of ticks"))?,
+            [n] => n.parse::<usize>().map_err(|_| error("has no whole number of ticks"))?,
             _ => return Err(error("has more than three words")),
         };
         if list.len() + times > MAX_COMMANDS {
@@ -212,13 +196,7 @@ mod tests {
     fn a_list_of_commands_is_read_line_by_line() {
         let list = parse_commands("# start\n0.5 0 2\n\n 0.1 -0.2 # turn\n").unwrap();
         assert_eq!(list.len(), 3);
-        assert_eq!(
-            list[2],
-            Twist {
-                v_m_s: 0.1,
-                omega_rad_s: -0.2
-            }
-        );
+        assert_eq!(list[2], Twist { v_m_s: 0.1, omega_rad_s: -0.2 });
         for (text, why) in [
             ("0.5", "line 1 = 0.5: has fewer"),
             ("0 0\nNaN 0", "line 2 = NaN 0: has a word"),

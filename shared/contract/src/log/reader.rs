@@ -63,10 +63,7 @@ impl LogReader {
     /// [`LogError`] names file, place and remedy.
     pub fn open(path: &Path) -> Result<Self, LogError> {
         let name = path.display().to_string();
-        let file = File::open(path).map_err(|error| LogError::Io {
-            path: name.clone(),
-            error,
-        })?;
+        let file = File::open(path).map_err(|error| LogError::Io { path: name.clone(), error })?;
         Self::new(BufReader::with_capacity(1 << 16, file), &name)
     }
 }
@@ -79,10 +76,8 @@ impl<R: std::io::Read> LogReader<R> {
     pub fn new(mut input: R, path: &str) -> Result<Self, LogError> {
         let path = path.to_owned();
         let mut front = [0u8; 20];
-        let got = fill(&mut input, &mut front).map_err(|error| LogError::Io {
-            path: path.clone(),
-            error,
-        })?;
+        let got = fill(&mut input, &mut front)
+            .map_err(|error| LogError::Io { path: path.clone(), error })?;
         if !front[..got].starts_with(&MAGIC[..got.min(8)]) || got == 0 {
             return Err(LogError::NotALog { path });
         }
@@ -97,32 +92,17 @@ impl<R: std::io::Read> LogReader<R> {
         let word =
             |i: usize| u32::from_le_bytes([front[i], front[i + 1], front[i + 2], front[i + 3]]);
         if word(8) != VERSION {
-            return Err(LogError::Version {
-                path,
-                found: word(8),
-            });
+            return Err(LogError::Version { path, found: word(8) });
         }
-        let bad = |problem: String| LogError::Header {
-            path: path.clone(),
-            at: 20,
-            problem,
-        };
+        let bad = |problem: String| LogError::Header { path: path.clone(), at: 20, problem };
         if word(12) > MAX_HEADER_BYTES {
-            return Err(bad(format!(
-                "a length of {} bytes is not credible",
-                word(12)
-            )));
+            return Err(bad(format!("a length of {} bytes is not credible", word(12))));
         }
         // Read through `take`, so that memory follows what is there, not what
         // a damaged length claims.
         let mut json = Vec::new();
-        let read = (&mut input)
-            .take(u64::from(word(12)))
-            .read_to_end(&mut json);
-        read.map_err(|error| LogError::Io {
-            path: path.clone(),
-            error,
-        })?;
+        let read = (&mut input).take(u64::from(word(12))).read_to_end(&mut json);
+        read.map_err(|error| LogError::Io { path: path.clone(), error })?;
         if json.len() < word(12) as usize {
             return Err(cut(20 + json.len() as u64));
         }
@@ -132,16 +112,7 @@ impl<R: std::io::Read> LogReader<R> {
         let header: LogHeader = serde_json::from_slice(&json).map_err(|e| bad(e.to_string()))?;
         let at = 20 + json.len() as u64;
         let body = Vec::with_capacity(1 << 12);
-        Ok(Self {
-            path,
-            input,
-            header,
-            at,
-            next_tick: 0,
-            ending: None,
-            damaged: 0,
-            body,
-        })
+        Ok(Self { path, input, header, at, next_tick: 0, ending: None, damaged: 0, body })
     }
 
     /// What the log says of its run.
@@ -169,11 +140,7 @@ impl<R: std::io::Read> LogReader<R> {
             Ok(Read::End(ending)) => self.end(ending),
             Ok(tick) => Ok(tick),
             Err(problem) => {
-                let cut = Ending::Cut {
-                    ticks: self.next_tick,
-                    at_byte: self.at,
-                    problem,
-                };
+                let cut = Ending::Cut { ticks: self.next_tick, at_byte: self.at, problem };
                 self.end(cut)
             }
         }
@@ -185,10 +152,8 @@ impl<R: std::io::Read> LogReader<R> {
     }
 
     fn fill(&mut self, buffer: &mut [u8]) -> Result<usize, LogError> {
-        fill(&mut self.input, buffer).map_err(|error| LogError::Io {
-            path: self.path.clone(),
-            error,
-        })
+        fill(&mut self.input, buffer)
+            .map_err(|error| LogError::Io { path: self.path.clone(), error })
     }
 
     /// Length of the next body and length of the length, bytes.
@@ -197,11 +162,7 @@ impl<R: std::io::Read> LogReader<R> {
         for i in 0..3 {
             let mut byte = [0];
             if self.fill(&mut byte)? == 0 {
-                let what = if i == 0 {
-                    "the file ends without a trailer"
-                } else {
-                    CUT
-                };
+                let what = if i == 0 { "the file ends without a trailer" } else { CUT };
                 return Ok(Err(what.to_owned()));
             }
             length |= usize::from(byte[0] & 0x7F) << (7 * i);
@@ -238,17 +199,11 @@ impl<R: std::io::Read> LogReader<R> {
             Ok(Entry::Tick(record)) => {
                 if record.tick != self.next_tick && intact {
                     let (found, expected) = (record.tick, self.next_tick);
-                    return Ok(Err(format!(
-                        "tick {found} stands where tick {expected} should"
-                    )));
+                    return Ok(Err(format!("tick {found} stands where tick {expected} should")));
                 }
                 self.next_tick += 1;
                 self.damaged += u64::from(!intact);
-                Read::Tick(ReadEntry {
-                    record,
-                    at_byte,
-                    intact,
-                })
+                Read::Tick(ReadEntry { record, at_byte, intact })
             }
             Ok(Entry::End(trailer)) if intact => Read::End(Ending::Complete(trailer)),
             Ok(Entry::End(_)) => return Ok(Err("the trailer's checksum fails".to_owned())),

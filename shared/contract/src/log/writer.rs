@@ -22,10 +22,8 @@ impl LogWriter {
     /// # Errors
     /// [`LogError::Io`] names the file.
     pub fn create(path: &Path, header: &LogHeader) -> Result<Self, LogError> {
-        let file = File::create(path).map_err(|error| LogError::Io {
-            path: path.display().to_string(),
-            error,
-        })?;
+        let file = File::create(path)
+            .map_err(|error| LogError::Io { path: path.display().to_string(), error })?;
         Self::new(BufWriter::with_capacity(1 << 16, file), path, header)
     }
 }
@@ -36,11 +34,7 @@ impl<W: Write> LogWriter<W> {
     /// # Errors
     /// [`LogError`] names the file.
     pub fn new(out: W, path: &Path, header: &LogHeader) -> Result<Self, LogError> {
-        let mut log = Self {
-            path: path.to_owned(),
-            out,
-            body: Vec::with_capacity(1 << 12),
-        };
+        let mut log = Self { path: path.to_owned(), out, body: Vec::with_capacity(1 << 12) };
         let json = serde_json::to_vec(header).map_err(|e| log.io(e.into()))?;
         if json.len() > super::MAX_HEADER_BYTES as usize {
             return Err(LogError::TooLong { bytes: json.len() });
@@ -56,10 +50,7 @@ impl<W: Write> LogWriter<W> {
     }
 
     fn io(&self, error: std::io::Error) -> LogError {
-        LogError::Io {
-            path: self.path.display().to_string(),
-            error,
-        }
+        LogError::Io { path: self.path.display().to_string(), error }
     }
 
     /// Writes a tick.
@@ -81,10 +72,7 @@ impl<W: Write> LogWriter<W> {
         let mut front = [0u8; 7];
         let n = leb128(body.len(), &mut front);
         front[n..n + 4].copy_from_slice(&crc32fast::hash(&body).to_le_bytes());
-        let written = self
-            .out
-            .write_all(&front[..n + 4])
-            .and_then(|()| self.out.write_all(&body));
+        let written = self.out.write_all(&front[..n + 4]).and_then(|()| self.out.write_all(&body));
         self.body = body;
         written.map_err(|e| self.io(e))
     }
@@ -94,10 +82,9 @@ impl<W: Write> LogWriter<W> {
     /// # Errors
     /// [`LogError::Io`] when the disk is full, for instance.
     pub fn flush(&mut self) -> Result<(), LogError> {
-        self.out.flush().map_err(|e| LogError::Io {
-            path: self.path.display().to_string(),
-            error: e,
-        })
+        self.out
+            .flush()
+            .map_err(|e| LogError::Io { path: self.path.display().to_string(), error: e })
     }
 
     /// Writes the last line and hands everything to the operating system.

@@ -30,9 +30,7 @@ impl LidarNoise {
     /// The LiDAR noise of `seed`.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        Self {
-            stream: Stream::new(seed, Source::Lidar),
-        }
+        Self { stream: Stream::new(seed, Source::Lidar) }
     }
 
     /// The draws of tick `tick`, beam 0 first, [`BEAM_SLOTS`] in all; take as

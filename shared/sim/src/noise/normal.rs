@@ -46,11 +46,7 @@ pub fn uniform(bits: u64) -> f64 {
 pub fn standard_normal(bits: u64) -> f64 {
     let tail = ((bits & (u64::MAX >> 1)) as f64 + 0.5) * TWO_TO_MINUS_64;
     let magnitude = upper_quantile(tail);
-    if bits >> 63 == 0 {
-        magnitude
-    } else {
-        -magnitude
-    }
+    if bits >> 63 == 0 { magnitude } else { -magnitude }
 }
 
 /// The z ≥ 0 that a standard normal number exceeds with probability `tail`, for
@@ -169,10 +165,8 @@ mod tests {
     #[test]
     fn the_three_approximations_meet() {
         for edge in [0.5 - CENTRAL, trig::exp(-NEAR_TAIL * NEAR_TAIL)] {
-            let (inside, outside) = (
-                upper_quantile(edge * (1.0 + 1e-15)),
-                upper_quantile(edge * (1.0 - 1e-15)),
-            );
+            let (inside, outside) =
+                (upper_quantile(edge * (1.0 + 1e-15)), upper_quantile(edge * (1.0 - 1e-15)));
             assert!((inside - outside).abs() < 1e-14, "{inside} {outside}");
         }
     }
@@ -215,12 +209,7 @@ mod tests {
             (0x0000_0000_0001_2345, 0x401f_10a3_c58f_f402),
         ] {
             let found = standard_normal(bits);
-            assert_eq!(
-                found.to_bits(),
-                pinned,
-                "pin {:#018x}, which is {found}",
-                found.to_bits()
-            );
+            assert_eq!(found.to_bits(), pinned, "pin {:#018x}, which is {found}", found.to_bits());
         }
     }
 }

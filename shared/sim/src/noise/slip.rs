@@ -13,9 +13,7 @@ impl SlipNoise {
     /// The slip noise of `seed`.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        Self {
-            stream: Stream::new(seed, Source::Slip),
-        }
+        Self { stream: Stream::new(seed, Source::Slip) }
     }
 
     /// The deviates z of tick `tick`, `[left, right]`, without a unit; the

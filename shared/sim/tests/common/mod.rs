@@ -15,10 +15,7 @@ pub fn config(script: ScriptConfig, world: &World, start: SE2) -> RunConfig {
         dt_s: 0.1,
         scan_every: 0,
         start,
-        robot: RobotConfig {
-            slip_std: 0.0,
-            ..RobotConfig::default()
-        },
+        robot: RobotConfig { slip_std: 0.0, ..RobotConfig::default() },
         lidar: LidarConfig::default(),
         script,
         world: world.spec().clone(),
@@ -63,10 +60,7 @@ impl Run {
 }
 
 /// The simulation of a configuration that is known to be good.
-#[allow(
-    clippy::unwrap_used,
-    reason = "part of tests, though not of a test function"
-)]
+#[allow(clippy::unwrap_used, reason = "part of tests, though not of a test function")]
 pub fn sim(config: RunConfig) -> Sim {
     Sim::new(config).unwrap()
 }

@@ -5,11 +5,7 @@ use rusty_geometry::{EncoderTicks, SE2, odometry_delta, tick_length, wrap_angle}
 use super::super::recording::Event;
 use super::super::wheels::{LeverFit, Mount, WHEELS, Wheels};
 
-const PLAIN: Mount = Mount {
-    offset_m: 0.0,
-    odometry_is_laser: false,
-    scans_are_laser: false,
-};
+const PLAIN: Mount = Mount { offset_m: 0.0, odometry_is_laser: false, scans_are_laser: false };
 
 /// A linear congruential generator (Knuth's MMIX constants), as numbers in
 /// [-1, 1): the same on every machine.
@@ -30,11 +26,7 @@ fn worst_errors_m(poses: impl Iterator<Item = SE2>) -> [f64; 4] {
     let (mut last, mut before) = (None, EncoderTicks::default());
     let (mut sum_m, mut worst_m) = ([0.0; 2], [0.0f64; 4]);
     for (line, pose) in (1..).zip(poses) {
-        let event = Event::Reading {
-            pose,
-            stamp_s: 0.0,
-            line,
-        };
+        let event = Event::Reading { pose, stamp_s: 0.0, line };
         let counts = wheels.take(&event).unwrap().counts;
         if let Some(last) = last {
             let tau = pose.boxminus(&last);
@@ -69,13 +61,9 @@ fn a_count_is_five_micrometres() {
 #[test]
 fn rounding_stays_within_a_count_and_never_adds_up() {
     let count_m = tick_length(&WHEELS);
-    for (seed, step_m, turn_rad) in [
-        (1, 0.2, 0.1),
-        (2, 3e-6, 1e-6),
-        (3, 1e-3, 3.0),
-        (4, 100.0, 0.5),
-        (5, 0.0, 0.3),
-    ] {
+    for (seed, step_m, turn_rad) in
+        [(1, 0.2, 0.1), (2, 3e-6, 1e-6), (3, 1e-3, 3.0), (4, 100.0, 0.5), (5, 0.0, 0.3)]
+    {
         let mut noise = Noise(seed);
         let mut pose = SE2::new(40.0, -25.0, 3.0);
         let poses = (0..20_000).map(|_| {
@@ -99,27 +87,14 @@ fn rounding_stays_within_a_count_and_never_adds_up() {
 fn a_scan_holds_the_counts_and_an_anchor_moves_nothing() {
     let mut wheels = Wheels::new(PLAIN);
     let at = |x: f64| SE2::new(x, 0.0, 0.0);
-    let reading = |x: f64| Event::Reading {
-        pose: at(x),
-        stamp_s: 0.0,
-        line: 1,
-    };
+    let reading = |x: f64| Event::Reading { pose: at(x), stamp_s: 0.0, line: 1 };
     wheels.take(&reading(0.0));
     let moved = wheels.take(&reading(0.5)).unwrap();
-    let scan = Event::Scan {
-        pose: at(0.7),
-        odometry: None,
-        stamp_s: 0.0,
-        ranges_m: &[],
-        line: 2,
-    };
+    let scan = Event::Scan { pose: at(0.7), odometry: None, stamp_s: 0.0, ranges_m: &[], line: 2 };
     let held = wheels.take(&scan).unwrap();
     assert_eq!(held.counts, moved.counts);
     assert_eq!(held.truth, Some(at(0.7)));
-    let anchor = Event::Anchor {
-        pose: at(0.7),
-        line: 3,
-    };
+    let anchor = Event::Anchor { pose: at(0.7), line: 3 };
     assert!(wheels.take(&anchor).is_none());
     let still = wheels.take(&reading(0.7)).unwrap();
     assert_eq!(still.counts, moved.counts);
@@ -132,11 +107,7 @@ fn turns_in_place_tell_the_lever_arm_too() {
     assert_eq!(fit.arm_m(), None);
     for i in 0..100 {
         let body = SE2::new(1.0, 2.0, 0.2 * f64::from(i));
-        fit.take(&Event::Reading {
-            pose: body * SE2::new(-0.04, 0.0, 0.0),
-            stamp_s: 0.0,
-            line: 1,
-        });
+        fit.take(&Event::Reading { pose: body * SE2::new(-0.04, 0.0, 0.0), stamp_s: 0.0, line: 1 });
     }
     assert!((fit.arm_m().unwrap() + 0.04).abs() < 1e-9);
 }

@@ -29,77 +29,26 @@ fn malformed_fields_are_named() {
     let good = odom(HERE, 1.0);
     let scan = |middle: &str| format!("FLASER 3 {middle} 1.5 host 1.5\n");
     for (line, parts) in [
-        (
-            "ODOM 0 abc 0 0 0 0 1 h 1",
-            vec!["ODOM field 2 (y) = \"abc\": is no number; correct"],
-        ),
-        (
-            "ODOM nan 0 0 0 0 0 1 h 1",
-            vec!["field 1 (x) = \"NaN\": is not finite"],
-        ),
-        (
-            "ODOM 0 0 inf 0 0 0 1 h 1",
-            vec!["field 3 (theta) = \"inf\": is not finite"],
-        ),
-        (
-            "ODOM 0 2e6 0 0 0 0 1 h 1",
-            vec!["field 2 (y) = \"2000000\": lies more than 900 km"],
-        ),
+        ("ODOM 0 abc 0 0 0 0 1 h 1", vec!["ODOM field 2 (y) = \"abc\": is no number; correct"]),
+        ("ODOM nan 0 0 0 0 0 1 h 1", vec!["field 1 (x) = \"NaN\": is not finite"]),
+        ("ODOM 0 0 inf 0 0 0 1 h 1", vec!["field 3 (theta) = \"inf\": is not finite"]),
+        ("ODOM 0 2e6 0 0 0 0 1 h 1", vec!["field 2 (y) = \"2000000\": lies more than 900 km"]),
         ("ODOM 0 0 0 0 fast 0 1 h 1", vec!["field 5 (rv) = \"fast\""]),
-        (
-            "ODOM 0 0 0 0 0 0 now h 1",
-            vec!["field 7 (stamp) = \"now\""],
-        ),
-        (
-            "ODOM 0 0 0 0 0 0 nan h 1",
-            vec!["field 7 (stamp) = \"NaN\": is no time"],
-        ),
-        (
-            "ODOM 0 0 0 0 0 0 1 h x",
-            vec!["field 9 (logger's stamp) = \"x\""],
-        ),
-        (
-            "ODOM 0 0 0",
-            vec!["ODOM has 3 fields after its name, 9 are needed"],
-        ),
+        ("ODOM 0 0 0 0 0 0 now h 1", vec!["field 7 (stamp) = \"now\""]),
+        ("ODOM 0 0 0 0 0 0 nan h 1", vec!["field 7 (stamp) = \"NaN\": is no time"]),
+        ("ODOM 0 0 0 0 0 0 1 h x", vec!["field 9 (logger's stamp) = \"x\""]),
+        ("ODOM 0 0 0", vec!["ODOM has 3 fields after its name, 9 are needed"]),
         ("ODOM 0 0 0 0 0 0 1 h 1 1", vec!["has 10 fields"]),
-        (
-            "FLASER",
-            vec!["FLASER field 1 (number of beams) = \"\": is no whole number"],
-        ),
-        (
-            "FLASER 0 0 0 0 0 0 0 1 h 1",
-            vec!["= \"0\": a scan has at least one beam"],
-        ),
+        ("FLASER", vec!["FLASER field 1 (number of beams) = \"\": is no whole number"]),
+        ("FLASER 0 0 0 0 0 0 0 1 h 1", vec!["= \"0\": a scan has at least one beam"]),
         ("FLASER -3 1", vec!["= \"-3\": is no whole number"]),
-        (
-            "FLASER 1081 1 2",
-            vec!["= \"1081\": a scan has at most 1080 beams"],
-        ),
-        (
-            "FLASER 3 1 2 3 0 0 0",
-            vec!["has 7 fields", "13 are needed", "cut off"],
-        ),
-        (
-            &scan("1 -2 3 0 0 0 0 0 0"),
-            vec!["field 3 (range of beam 1) = \"-2\": is no distance"],
-        ),
-        (
-            &scan("1 2 nan 0 0 0 0 0 0"),
-            vec!["field 4 (range of beam 2) = \"NaN\""],
-        ),
-        (
-            &scan("1 2 3m 0 0 0 0 0 0"),
-            vec!["range of beam 2) = \"3m\": is no number"],
-        ),
-        (
-            &scan("1 2 3 0 0 0 0 0 ?"),
-            vec!["field 10 (odom_theta) = \"?\""],
-        ),
-        (
-            "FLASER 1 2 0 0 0 0 0 0 inf h 1",
-            vec!["field 9 (stamp) = \"inf\": is no time"],
-        ),
+        ("FLASER 1081 1 2", vec!["= \"1081\": a scan has at most 1080 beams"]),
+        ("FLASER 3 1 2 3 0 0 0", vec!["has 7 fields", "13 are needed", "cut off"]),
+        (&scan("1 -2 3 0 0 0 0 0 0"), vec!["field 3 (range of beam 1) = \"-2\": is no distance"]),
+        (&scan("1 2 nan 0 0 0 0 0 0"), vec!["field 4 (range of beam 2) = \"NaN\""]),
+        (&scan("1 2 3m 0 0 0 0 0 0"), vec!["range of beam 2) = \"3m\": is no number"]),
+        (&scan("1 2 3 0 0 0 0 0 ?"), vec!["field 10 (odom_theta) = \"?\""]),
+        ("FLASER 1 2 0 0 0 0 0 0 inf h 1", vec!["field 9 (stamp) = \"inf\": is no time"]),
     ] {
         let mut parts = parts;
         parts.push("line 3: ");
@@ -111,10 +60,7 @@ fn malformed_fields_are_named() {
 fn long_texts_are_cut_in_messages() {
     let word = "é".repeat(5000);
     let message = message(&format!("ODOM 0 0 {word} 0 0 0 1 h 1\n"));
-    assert!(
-        message.contains("… (5000 characters)") && message.len() < 400,
-        "{message}"
-    );
+    assert!(message.contains("… (5000 characters)") && message.len() < 400, "{message}");
     let line = format!("{}# {}\n", odom(HERE, 1.0), "x".repeat(1 << 20));
     assert_message(&line, &["line 2 is longer than 1048576 bytes", "newline"]);
     let fits = format!("{}# {}\n", odom(HERE, 1.0), "x".repeat((1 << 20) - 3));
@@ -134,39 +80,26 @@ fn scans_of_another_size_are_refused() {
 #[test]
 fn a_log_without_odometry_is_refused() {
     assert_message("", &["no odometry in 0 lines", "import a CARMEN log"]);
-    assert_message(
-        "ROBOTLASER1 0 1 2\nSYNC x\n",
-        &["what stands there is ROBOTLASER1, SYNC"],
-    );
+    assert_message("ROBOTLASER1 0 1 2\nSYNC x\n", &["what stands there is ROBOTLASER1, SYNC"]);
     let scans = flaser(180, HERE, HERE, 1.0) + &flaser(180, HERE, HERE, 2.0);
     assert_message(&scans, &["2 scans alone do not tell"]);
     // A file of another kind has a type of message per line.
     let text: String = (0..500).map(|i| format!("word{i} is here\n")).collect();
     assert_message(&text, &["no odometry in 500 lines"]);
     let report = import_text(&(text + &odom(HERE, 1.0))).unwrap().report;
-    assert_eq!(
-        (report.skipped.len(), report.skipped["(others)"]),
-        (65, 436)
-    );
+    assert_eq!((report.skipped.len(), report.skipped["(others)"]), (65, 436));
 }
 
 #[test]
 fn a_cut_gzip_says_how_far_it_got() {
-    let text: String = (0..5000)
-        .map(|i| odom([f64::from(i * i % 977), 0.1, 0.2], f64::from(i)))
-        .collect();
+    let text: String =
+        (0..5000).map(|i| odom([f64::from(i * i % 977), 0.1, 0.2], f64::from(i))).collect();
     let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
     encoder.write_all(text.as_bytes()).unwrap();
     let packed = encoder.finish().unwrap();
     for cut in [packed.len() / 2, packed.len() - 1] {
-        let error = import_bytes("a.log.gz", &packed[..cut])
-            .err()
-            .unwrap()
-            .to_string();
-        assert!(
-            error.contains("gzip stream is cut off after line "),
-            "{error}"
-        );
+        let error = import_bytes("a.log.gz", &packed[..cut]).err().unwrap().to_string();
+        assert!(error.contains("gzip stream is cut off after line "), "{error}");
         assert!(!error.contains("line 0 "), "{error}");
     }
     // The last eight bytes are checksum and length.
@@ -186,22 +119,14 @@ fn files_that_cannot_be_used_are_named() {
     let output = folder.path().join("good.runlog");
     std::fs::write(&good, odom(HERE, 1.0)).unwrap();
     let import = |input: &std::path::Path, output: &std::path::Path| {
-        import_carmen(input, output, "test", &mut |_| ())
-            .unwrap_err()
-            .to_string()
+        import_carmen(input, output, "test", &mut |_| ()).unwrap_err().to_string()
     };
     let error = import(&folder.path().join("absent.log"), &output);
-    assert!(
-        error.contains("absent.log: ") && error.contains("give the path"),
-        "{error}"
-    );
+    assert!(error.contains("absent.log: ") && error.contains("give the path"), "{error}");
     let error = import(folder.path(), &output);
     assert!(error.contains("no regular file"), "{error}");
     let error = import(&good, &folder.path().join("absent/x.runlog"));
-    assert!(
-        error.contains("x.runlog: creating the run log: "),
-        "{error}"
-    );
+    assert!(error.contains("x.runlog: creating the run log: "), "{error}");
     let error = import(&good, &good);
     assert!(error.contains("same file"), "{error}");
     let error = import(&good, folder.path());

@@ -48,11 +48,7 @@ fn plainly(path: &Path) -> Vec<Expected> {
             words.map(|w| w.parse().unwrap()).collect()
         };
         let pose = |from: usize| {
-            SE2::new(
-                numbers(from, 1)[0],
-                numbers(from + 1, 1)[0],
-                numbers(from + 2, 1)[0],
-            )
+            SE2::new(numbers(from, 1)[0], numbers(from + 1, 1)[0], numbers(from + 2, 1)[0])
         };
         match words.first() {
             Some(&"ODOM") if after_scan => {
@@ -105,16 +101,8 @@ fn assert_kept(imported: &Imported, path: &Path, laser_offset_m: f64) {
         });
         let wheel_m = 0.5 * WHEELS.track_m * (delta.z - dtheta_rad);
         assert!((delta.x - ds_m).abs() < 1e-5, "tick {}", tick.tick);
-        assert!(
-            (delta.x - ds_m - wheel_m).abs() < 1e-4,
-            "tick {}",
-            tick.tick
-        );
-        assert!(
-            (delta.x - ds_m + wheel_m).abs() < 1e-4,
-            "tick {}",
-            tick.tick
-        );
+        assert!((delta.x - ds_m - wheel_m).abs() < 1e-4, "tick {}", tick.tick);
+        assert!((delta.x - ds_m + wheel_m).abs() < 1e-4, "tick {}", tick.tick);
     }
 }
 
@@ -127,19 +115,10 @@ fn intel_is_imported_whole() {
     let report = &imported.report;
     // 14541 ODOM lines: 13631 readings, and an echo for each of 910 scans.
     assert_eq!(report.readings + report.anchors, 14_541);
-    assert_eq!(
-        (report.anchors, report.scans, report.beams),
-        (910, 910, 180)
-    );
+    assert_eq!((report.anchors, report.scans, report.beams), (910, 910, 180));
     assert_eq!((report.lines, report.ticks), (16_365, 14_541));
-    assert_eq!(
-        (report.first_stamp_s, report.last_stamp_s),
-        (0.000_246, 2691.29)
-    );
-    assert_eq!(
-        (report.stamps_backwards, report.backwards_max_line),
-        (629, 6742)
-    );
+    assert_eq!((report.first_stamp_s, report.last_stamp_s), (0.000_246, 2691.29));
+    assert_eq!((report.stamps_backwards, report.backwards_max_line), (629, 6742));
     assert!((report.backwards_max_s - 0.9).abs() < 1e-9);
     // Sideways: 17 cm if the echoes were readings.
     assert!((report.lateral_max_m - 5.404e-3).abs() < 1e-6);
@@ -158,14 +137,8 @@ fn freiburg_is_imported_whole_and_its_poses_are_the_lasers() {
     };
     let imported = import_log(&path);
     let report = &imported.report;
-    assert_eq!(
-        (report.readings, report.anchors, report.scans),
-        (4277, 292, 292)
-    );
-    assert_eq!(
-        (report.lines, report.ticks, report.beams),
-        (5324, 4569, 360)
-    );
+    assert_eq!((report.readings, report.anchors, report.scans), (4277, 292, 292));
+    assert_eq!((report.lines, report.ticks, report.beams), (5324, 4569, 360));
     assert_eq!(report.stamps_backwards, 0);
     // 18.8 mm and 4.95 m if the poses were taken for the robot's.
     assert!((report.lateral_max_m - 13.381e-3).abs() < 1e-6);

@@ -16,19 +16,14 @@ const HERE: [f64; 3] = [0.0, 0.0, 0.0];
 /// Δs of each tick against the one before, m.
 fn steps_m(imported: &Imported) -> Vec<f64> {
     let pairs = imported.ticks.windows(2);
-    pairs
-        .map(|pair| odometry_delta(pair[0].ticks, pair[1].ticks, &WHEELS).x)
-        .collect()
+    pairs.map(|pair| odometry_delta(pair[0].ticks, pair[1].ticks, &WHEELS).x).collect()
 }
 
 fn assert_steps(imported: &Imported, expected_m: &[f64]) {
     let found_m = steps_m(imported);
     assert_eq!(found_m.len(), expected_m.len(), "{found_m:?}");
     for (found, expected) in found_m.iter().zip(expected_m) {
-        assert!(
-            (found - expected).abs() < 1e-5,
-            "{found_m:?} {expected_m:?}"
-        );
+        assert!((found - expected).abs() < 1e-5, "{found_m:?} {expected_m:?}");
     }
 }
 
@@ -42,10 +37,7 @@ fn dead_reckoning(imported: &Imported, n: usize) -> SE2 {
 }
 
 fn remarks(imported: &Imported) -> String {
-    let Source::Recorded {
-        format, remarks, ..
-    } = &imported.header.source
-    else {
+    let Source::Recorded { format, remarks, .. } = &imported.header.source else {
         panic!("{:?}", imported.header.source);
     };
     assert_eq!(format, "carmen");
@@ -86,10 +78,7 @@ fn a_reading_is_a_tick_and_a_scan_is_a_tick() {
     assert_eq!(imported.header.writer, "test 1.0");
     let text = report.to_string();
     assert!(text.contains("3 readings, 0.50 m driven"), "{text}");
-    assert!(
-        remarks(&imported).contains("nothing in the log says"),
-        "{text}"
-    );
+    assert!(remarks(&imported).contains("nothing in the log says"), "{text}");
 }
 
 /// Two scans whose echoes have the stamps given. In truth the robot moved
@@ -119,11 +108,7 @@ fn echoes_of_scans_are_anchors_not_readings() {
     ] {
         let imported = import_text(&echoed(stamps)).unwrap();
         let report = &imported.report;
-        assert_eq!(
-            (report.anchors, report.readings, report.ticks),
-            (2, 4, 6),
-            "{stamps:?}"
-        );
+        assert_eq!((report.anchors, report.readings, report.ticks), (2, 4, 6), "{stamps:?}");
         assert_steps(&imported, &[0.1, 0.0, 0.1, 0.0, 0.1]);
         assert!(report.lateral_max_m < 1e-12, "{report:?}");
         assert!((report.distance_m - 0.3).abs() < 1e-12);
@@ -216,10 +201,7 @@ fn the_number_of_beams_tells_their_bearings() {
         assert_eq!(lidar.beams as usize, beams);
         assert_eq!(lidar.bearing_rad(0), -PI / 2.0);
         let last_rad = lidar.bearing_rad(lidar.beams - 1);
-        assert!(
-            (last_rad - f64::to_radians(last_degrees)).abs() < 1e-12,
-            "{beams}"
-        );
+        assert!((last_rad - f64::to_radians(last_degrees)).abs() < 1e-12, "{beams}");
         assert_eq!(lidar.range_max_m, beams as f64);
     }
 }
@@ -234,19 +216,12 @@ fn ranges_stay_and_the_code_for_nothing_is_found() {
         ("", "1 81.91 inf", 81.83),
         ("", "1 8 2", 8.0),
         ("", "0 inf 0", 81.91),
-        (
-            "PARAM robot_front_laser_max 80.99 nohost 0\n",
-            "1 81.91 2",
-            80.99,
-        ),
+        ("PARAM robot_front_laser_max 80.99 nohost 0\n", "1 81.91 2", 80.99),
         ("PARAM robot_front_laser_max far nohost 0\n", "1 8 2", 8.0),
         ("PARAM robot_front_laser_max -1 nohost 0\n", "1 8 2", 8.0),
     ] {
         let imported = import_text(&(parameter.to_owned() + &scan(ranges))).unwrap();
-        assert_eq!(
-            imported.header.config.lidar.range_max_m, expected_m,
-            "{ranges}"
-        );
+        assert_eq!(imported.header.config.lidar.range_max_m, expected_m, "{ranges}");
         let kept = imported.ticks[1].ranges_m.as_ref().unwrap();
         let words: Vec<f64> = ranges.split(' ').map(|w| w.parse().unwrap()).collect();
         assert_eq!(kept, &words);
@@ -287,11 +262,7 @@ fn the_poses_are_the_lasers_if_they_move_like_it() {
             assert_eq!(lidar.sensor_in_body, SE2::new(offset_m, 0.0, 0.0));
             // Truth is the body's: dead reckoning stays on it.
             assert!(report.end_error_m.unwrap() < 1e-3, "{report:?}");
-            let of = if poses_are_laser {
-                "laser's"
-            } else {
-                "robot's"
-            };
+            let of = if poses_are_laser { "laser's" } else { "robot's" };
             assert!(remarks(&imported).contains(&format!("are taken for the {of}")));
         }
     }
@@ -344,10 +315,7 @@ fn a_log_without_scans_has_no_truth() {
         import_text(&(odom([5.0, 6.0, 0.5], 1.0) + &odom([5.5, 6.0, 0.5], 2.0))).unwrap();
     assert_eq!(imported.header.config.start, SE2::new(5.0, 6.0, 0.5));
     assert_eq!(imported.report.end_error_m, None);
-    assert_eq!(
-        imported.header.config.world.bounds,
-        [-5.0, -4.0, 15.5, 16.0]
-    );
+    assert_eq!(imported.header.config.world.bounds, [-5.0, -4.0, 15.5, 16.0]);
     assert!(remarks(&imported).contains("no scans (FLASER)"));
     assert!(imported.report.to_string().contains("scans      none"));
     // A single reading is a run of one tick.

@@ -1,0 +1,61 @@
+//! Removing what a run has on this machine: memory, sockets, folder.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::domain::{DomainError, io};
+
+/// Where the kernel keeps named shared memory.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// The files of named shared memory that begin with `prefix`.
+pub(crate) fn memory_files(prefix: &str) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(SHARED_MEMORY) else { return Vec::new() };
+    entries
+        .flatten()
+        .filter(|entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()))
+        .map(|entry| entry.path())
+        .collect()
+}
+
+/// Removes all named shared memory that begins with `prefix`.
+pub(crate) fn sweep_memory(prefix: &str) -> Result<(), DomainError> {
+    for path in memory_files(prefix) {
+        gone(fs::remove_file(&path)).map_err(io(&path, "remove"))?;
+    }
+    Ok(())
+}
+
+/// Empties the folder; with `whole`, removes lock and folder too.
+pub(crate) fn sweep_folder(folder: &Path, whole: bool) -> Result<(), DomainError> {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Ok(());
+    };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        if entry.file_name() == "lock" {
+            continue;
+        }
+        let is_folder = entry.file_type().is_ok_and(|t| t.is_dir());
+        let removed = if is_folder { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+        gone(removed).map_err(io(&path, "remove"))?;
+    }
+    if whole {
+        let lock = folder.join("lock");
+        gone(fs::remove_file(&lock)).map_err(io(&lock, "remove"))?;
+        match fs::remove_dir(folder) {
+            // A new server may have moved in already.
+            Err(e) if e.kind() == std::io::ErrorKind::DirectoryNotEmpty => {}
+            other => gone(other).map_err(io(folder, "remove"))?,
+        }
+    }
+    Ok(())
+}
+
+/// Something that is not there any more is removed.
+fn gone(result: std::io::Result<()>) -> std::io::Result<()> {
+    match result {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
+}

@@ -1,0 +1,124 @@
+//! A participant that misbehaves on request, for tests of the server. It
+//! speaks through the link directly, past the checks of the SDK.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use clap::Parser;
+use rusty_clients::dead_reckoning::DeadReckoning;
+use rusty_contract::answer::Message;
+use rusty_contract::{Answer, Estimate, Exit, JoinRequest, Phase, Reply, RunName};
+use rusty_geometry::{SE2, Twist};
+use rusty_link::{ClientLink, Incoming, WaitPolicy};
+
+#[derive(Parser)]
+struct Cli {
+    #[arg(long)]
+    run: RunName,
+    #[arg(long)]
+    name: String,
+    #[arg(long, default_value_t)]
+    wait: WaitPolicy,
+    /// What to do instead of dead reckoning: slow, abstain, nan-estimate,
+    /// nan-command, future-tick, old-tick, double, wrong-digest,
+    /// exit, abort, panic, hang, goodbye, wrong-layout,
+    /// wrong-protocol, covariance, linger
+    #[arg(long, default_value = "")]
+    mode: String,
+    /// From which tick on
+    #[arg(long, default_value_t = 10)]
+    at: u64,
+    /// Longest sleep of mode slow, µs
+    #[arg(long, default_value_t = 2000)]
+    sleep_us: u64,
+    /// Sleep before joining, ms
+    #[arg(long, default_value_t = 0)]
+    late_ms: u64,
+    #[arg(long)]
+    key_stdin: bool,
+}
+
+fn main() -> Exit {
+    let cli = Cli::parse();
+    std::thread::sleep(Duration::from_millis(cli.late_ms));
+    let stop = AtomicBool::new(false);
+    let mut request = JoinRequest::new(&cli.name, std::process::id(), cli.wait.awake_ns(), "probe");
+    match cli.mode.as_str() {
+        "wrong-layout" => request.layout ^= 1,
+        "wrong-protocol" => request.protocol += 1,
+        _ => {}
+    }
+    let joined = ClientLink::join(&cli.run, &request, cli.wait, Duration::from_secs(20), &stop);
+    let mut link = match joined {
+        Ok(link) => link,
+        Err(e) => {
+            eprintln!("probe: {e}");
+            return Exit::Failed;
+        }
+    };
+    let start = link.start().clone();
+    let mut odometry =
+        DeadReckoning::new(start.robot.drive, start.initial_pose.unwrap_or_default());
+    let mut dice = 0x1234_5678_9ABC_DEF0u64;
+    loop {
+        let frame = match link.wait_frame(Duration::from_millis(500), &stop) {
+            Ok(Incoming::Frame(frame)) => frame,
+            Ok(Incoming::Nothing) => continue,
+            Err(e) => {
+                eprintln!("probe: {e}");
+                return Exit::Failed;
+            }
+        };
+        if frame.phase() != Phase::Tick {
+            if cli.mode == "linger" {
+                std::thread::sleep(Duration::from_secs(600));
+            }
+            link.send_raw(Answer::carrying(&Message::Goodbye)).unwrap();
+            return Exit::Done;
+        }
+        let pose = odometry.advance(frame.ticks());
+        let mut reply = Reply::from(pose);
+        if cli.mode == "slow" {
+            dice ^= dice << 13;
+            dice ^= dice >> 7;
+            dice ^= dice << 17;
+            std::thread::sleep(Duration::from_micros(dice % cli.sleep_us));
+        }
+        if cli.mode == "covariance" {
+            let covariance = Some([0.01, 0.0, 0.0, 0.0, 0.02, 0.0, 0.0, 0.0, 0.03]);
+            reply = Estimate { pose_in_world: pose, covariance }.into();
+        }
+        if frame.tick() < cli.at {
+            link.answer(&frame, &Message::Reply(reply)).unwrap();
+            continue;
+        }
+        let mut raw = Answer::carrying(&Message::Reply(reply));
+        raw.tick = frame.tick();
+        raw.digest_seen = frame.digest();
+        match cli.mode.as_str() {
+            "abstain" => reply = Reply::Abstain,
+            "nan-estimate" => reply = SE2::new(f64::NAN, 0.0, 0.0).into(),
+            "nan-command" => reply = Twist { v_m_s: f64::NAN, omega_rad_s: 0.0 }.into(),
+            "future-tick" => raw.tick += 1,
+            "old-tick" => raw.tick -= 1,
+            "wrong-digest" => raw.digest_seen ^= 1,
+            "double" => link.send_raw(raw).unwrap(),
+            "exit" => std::process::exit(7),
+            "abort" => std::process::abort(),
+            "panic" => panic!("on request"),
+            "hang" => std::thread::sleep(Duration::from_secs(600)),
+            "goodbye" => {
+                link.send_raw(Answer::carrying(&Message::Goodbye)).unwrap();
+                return Exit::Done;
+            }
+            _ => {}
+        }
+        if matches!(cli.mode.as_str(), "future-tick" | "old-tick" | "wrong-digest") {
+            link.send_raw(raw).unwrap();
+        } else {
+            link.answer(&frame, &Message::Reply(reply)).unwrap();
+        }
+    }
+}
