@@ -1,19 +1,15 @@
 //! The smallest working estimator: wheels to pose.
 use rusty_clients::prelude::*;
 
-struct First(SE2, EncoderTicks, DiffDrive);
-
-impl Estimator for First {
-    fn start(start: &Start) -> Self {
-        First(start.initial_pose.unwrap_or_default(), EncoderTicks::default(), start.robot.drive)
+fn main() -> Result<(), ClientError> {
+    let mut session = Session::from_command_line()?;
+    let drive = session.start().robot.drive;
+    let mut pose = session.start().initial_pose.unwrap_or_default();
+    let mut last = EncoderTicks::default();
+    while let Some(tick) = session.next()? {
+        pose = pose.boxplus(&odometry_delta(last, tick.ticks(), &drive));
+        last = tick.ticks();
+        tick.answer(pose)?;
     }
-    fn tick(&mut self, tick: &Tick) -> Reply {
-        self.0 = self.0.boxplus(&odometry_delta(self.1, tick.ticks(), &self.2));
-        self.1 = tick.ticks();
-        self.0.into()
-    }
-}
-
-fn main() -> Exit {
-    rusty_clients::run::<First>()
+    Ok(())
 }

@@ -1,23 +1,31 @@
-//! The same as a plain loop: join, look, answer. A tick that is dropped
-//! without an answer abstains, so `continue` is always safe.
-use clap::Parser;
+//! The same as a type: `start` is told what an estimator may know, `tick`
+//! answers. `run` does the rest: command line, joining, logs, goodbye, and a
+//! panic that the server hears of.
 use rusty_clients::prelude::*;
 
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    args: rusty_clients::ClientArgs,
+struct Wheels {
+    drive: DiffDrive,
+    pose_in_world: SE2,
+    last: EncoderTicks,
 }
 
-fn main() -> Result<(), ClientError> {
-    let mut session = Session::join(&Cli::parse().args)?;
-    let drive = session.start().robot.drive;
-    let mut pose = session.start().initial_pose.unwrap_or_default();
-    let mut last = EncoderTicks::default();
-    while let Some(tick) = session.next()? {
-        pose = pose.boxplus(&odometry_delta(last, tick.ticks(), &drive));
-        last = tick.ticks();
-        tick.answer(pose)?;
+impl Estimator for Wheels {
+    fn start(start: &Start) -> Self {
+        Wheels {
+            drive: start.robot.drive,
+            pose_in_world: start.initial_pose.unwrap_or_default(),
+            last: EncoderTicks::default(),
+        }
     }
-    Ok(())
+
+    fn tick(&mut self, tick: &Tick) -> Reply {
+        let delta = odometry_delta(self.last, tick.ticks(), &self.drive);
+        self.last = tick.ticks();
+        self.pose_in_world = self.pose_in_world.boxplus(&delta);
+        self.pose_in_world.into()
+    }
+}
+
+fn main() -> Exit {
+    rusty_clients::run::<Wheels>()
 }

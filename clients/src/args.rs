@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, Parser};
 use rusty_contract::RunName;
 use rusty_link::WaitPolicy;
 
@@ -46,7 +46,21 @@ pub struct ClientArgs {
     pub key_stdin: bool,
 }
 
+#[derive(Parser)]
+#[command(version, about = "Takes part in a run of sim-server, or works on its log")]
+struct Cli {
+    #[command(flatten)]
+    args: ClientArgs,
+}
+
 impl ClientArgs {
+    /// Reads this process's command line; ends it with help or an error where
+    /// that is what the command line asks for.
+    #[must_use]
+    pub fn from_command_line() -> Self {
+        Cli::parse().args
+    }
+
     /// The name in the roster: `--name`, or the program's.
     #[must_use]
     pub fn name(&self) -> String {

@@ -4,8 +4,9 @@ use rusty_contract::{AnswerError, Exit, KeyError, log::LogError};
 use rusty_link::LinkError;
 use thiserror::Error;
 
-/// What can go wrong for a participant.
-#[derive(Debug, Error)]
+/// What can go wrong for a participant. `Debug` reads like `Display`, so that
+/// `fn main() -> Result<(), ClientError>` speaks to a person.
+#[derive(Error)]
 pub enum ClientError {
     /// Joining or talking to the server.
     #[error(transparent)]
@@ -47,6 +48,12 @@ pub enum ClientError {
     /// A picture could not be drawn.
     #[error("the picture could not be drawn: {0}")]
     Picture(String),
+}
+
+impl std::fmt::Debug for ClientError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{self}")
+    }
 }
 
 impl ClientError {

@@ -2,7 +2,6 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use clap::Parser;
 use rusty_contract::{Exit, Reply, Start};
 
 use crate::{ClientArgs, ClientError, Session, Tick};
@@ -15,13 +14,6 @@ pub trait Estimator: Sized {
 
     /// Answers one tick: a pose, an `Estimate`, a command, or `Reply::Abstain`.
     fn tick(&mut self, tick: &Tick<'_>) -> Reply;
-}
-
-#[derive(Parser)]
-#[command(version, about = "Takes part in a run of sim-server, or works on its log")]
-struct Cli {
-    #[command(flatten)]
-    args: ClientArgs,
 }
 
 /// `main` of an estimator: parses the command line and takes part to the end.
@@ -45,7 +37,7 @@ struct Cli {
 /// }
 /// ```
 pub fn run<E: Estimator>() -> Exit {
-    let args = Cli::parse().args;
+    let args = ClientArgs::from_command_line();
     match drive::<E>(&args) {
         Ok(exit) => exit,
         Err(e) => {

@@ -1,25 +1,12 @@
 //! Everything that takes part in a run: SDK, estimators, scorer, logger.
 //!
-//! A filter of your own is a type with two functions ([`Estimator`]), or a
-//! plain loop over a [`Session`]:
+//! A filter of your own is a plain loop over a [`Session`]:
 //!
 //! ```no_run
-//! # use rusty_clients::{ClientArgs, ClientError, Session};
-//! # use rusty_clients::prelude::*;
-//! # fn main() -> Result<(), ClientError> {
-//! # let args = ClientArgs::default();
-//! let mut session = Session::join(&args)?;
-//! let drive = session.start().robot.drive;
-//! let mut pose = session.start().initial_pose.unwrap_or_default();
-//! let mut last = EncoderTicks::default();
-//! while let Some(tick) = session.next()? {
-//!     pose = pose.boxplus(&odometry_delta(last, tick.ticks(), &drive));
-//!     last = tick.ticks();
-//!     tick.answer(pose)?;
-//! }
-//! # Ok(())
-//! # }
+#![doc = include_str!("../examples/01_first_estimator.rs")]
 //! ```
+//!
+//! or a type with two functions ([`Estimator`]) and a `main` of one line.
 //!
 //! The answer is the acknowledgement: the next tick happens when everyone has
 //! answered this one. A tick that is dropped abstains; an estimator that

@@ -49,6 +49,14 @@ impl std::ops::Deref for FrameHandle {
 }
 
 impl Session {
+    /// Joins as this process's command line says (`--run NAME` or `--log PATH`).
+    ///
+    /// # Errors
+    /// [`ClientError`], for instance the server's refusal in its own words.
+    pub fn from_command_line() -> Result<Self, ClientError> {
+        Self::join(&ClientArgs::from_command_line())
+    }
+
     /// Joins the run of `--run`, or opens the log of `--log`.
     ///
     /// # Errors

@@ -27,7 +27,7 @@ const ANY_KEY: [u8; 32] = [0; 32];
 /// conversion assumed or left out.
 ///
 /// `input` is read three times; `progress` hears how many of its lines are done,
-/// ending with all of them. The log is written beside `output` under another
+/// in thousands, ending with all of them. The log is written beside `output` under another
 /// name and renamed when it is complete, so that an existing file is replaced
 /// by a whole log or not at all.
 ///

@@ -39,10 +39,11 @@ pub use report::ImportReport;
 /// How many times the recording is read.
 const PASSES: u64 = 3;
 /// Lines between two calls of the caller's function.
-const PROGRESS_LINES: u64 = 256;
+const PROGRESS_LINES: u64 = 1000;
 
 /// Tells the caller how far the import is, as a number of lines: a third of a
 /// line for each time it was read, so that the number ends where the file does.
+/// On the way it is told in whole thousands.
 struct Progress<'a> {
     tell: &'a mut dyn FnMut(u64),
     /// Lines of the passes before.
@@ -57,8 +58,8 @@ impl<'a> Progress<'a> {
 
     /// Line `line` of this pass was read.
     fn at(&mut self, line: u64) {
-        let lines = (self.before + line) / PASSES;
-        if lines >= self.told + PROGRESS_LINES {
+        let lines = (self.before + line) / PASSES / PROGRESS_LINES * PROGRESS_LINES;
+        if lines > self.told {
             self.told = lines;
             (self.tell)(lines);
         }

@@ -228,7 +228,10 @@ impl<'a> Run<'a> {
         let at_most = Duration::from_nanos(at_most_ns);
         let blocked = self.link.pause(|| peers.iter().flatten(), at_most);
         self.looks = self.looks.wrapping_add(1);
-        if blocked || self.looks.is_multiple_of(LOOKS_BETWEEN_CHECKS) || self.lockstep.is_gathering() {
+        if blocked
+            || self.looks.is_multiple_of(LOOKS_BETWEEN_CHECKS)
+            || self.lockstep.is_gathering()
+        {
             self.take_joins()?;
             self.look_for_deaths()?;
             if self.stop.load(Ordering::Relaxed) {

@@ -24,36 +24,47 @@ fn assert_message(text: &str, parts: &[&str]) {
     }
 }
 
-#[test]
-fn malformed_fields_are_named() {
-    let good = odom(HERE, 1.0);
-    let scan = |middle: &str| format!("FLASER 3 {middle} 1.5 host 1.5\n");
-    for (line, parts) in [
-        ("ODOM 0 abc 0 0 0 0 1 h 1", vec!["ODOM field 2 (y) = \"abc\": is no number; correct"]),
-        ("ODOM nan 0 0 0 0 0 1 h 1", vec!["field 1 (x) = \"NaN\": is not finite"]),
-        ("ODOM 0 0 inf 0 0 0 1 h 1", vec!["field 3 (theta) = \"inf\": is not finite"]),
-        ("ODOM 0 2e6 0 0 0 0 1 h 1", vec!["field 2 (y) = \"2000000\": lies more than 900 km"]),
-        ("ODOM 0 0 0 0 fast 0 1 h 1", vec!["field 5 (rv) = \"fast\""]),
-        ("ODOM 0 0 0 0 0 0 now h 1", vec!["field 7 (stamp) = \"now\""]),
-        ("ODOM 0 0 0 0 0 0 nan h 1", vec!["field 7 (stamp) = \"NaN\": is no time"]),
-        ("ODOM 0 0 0 0 0 0 1 h x", vec!["field 9 (logger's stamp) = \"x\""]),
-        ("ODOM 0 0 0", vec!["ODOM has 3 fields after its name, 9 are needed"]),
-        ("ODOM 0 0 0 0 0 0 1 h 1 1", vec!["has 10 fields"]),
-        ("FLASER", vec!["FLASER field 1 (number of beams) = \"\": is no whole number"]),
-        ("FLASER 0 0 0 0 0 0 0 1 h 1", vec!["= \"0\": a scan has at least one beam"]),
-        ("FLASER -3 1", vec!["= \"-3\": is no whole number"]),
-        ("FLASER 1081 1 2", vec!["= \"1081\": a scan has at most 1080 beams"]),
-        ("FLASER 3 1 2 3 0 0 0", vec!["has 7 fields", "13 are needed", "cut off"]),
-        (&scan("1 -2 3 0 0 0 0 0 0"), vec!["field 3 (range of beam 1) = \"-2\": is no distance"]),
-        (&scan("1 2 nan 0 0 0 0 0 0"), vec!["field 4 (range of beam 2) = \"NaN\""]),
-        (&scan("1 2 3m 0 0 0 0 0 0"), vec!["range of beam 2) = \"3m\": is no number"]),
-        (&scan("1 2 3 0 0 0 0 0 ?"), vec!["field 10 (odom_theta) = \"?\""]),
-        ("FLASER 1 2 0 0 0 0 0 0 inf h 1", vec!["field 9 (stamp) = \"inf\": is no time"]),
-    ] {
-        let mut parts = parts;
-        parts.push("line 3: ");
-        assert_message(&format!("{good}# remark\n{line}\n{good}"), &parts);
+/// Each line, the third of a log, gives a message with all its parts.
+fn assert_refused(cases: &[(&str, &[&str])]) {
+    for (line, parts) in cases {
+        let good = odom(HERE, 1.0);
+        let text = format!("{good}# remark\n{line}\n{good}");
+        assert_message(&text, &["line 3: "]);
+        assert_message(&text, parts);
     }
+}
+
+#[test]
+fn malformed_readings_are_named() {
+    assert_refused(&[
+        ("ODOM 0 abc 0 0 0 0 1 h 1", &["ODOM field 2 (y) = \"abc\": is no number; correct"]),
+        ("ODOM nan 0 0 0 0 0 1 h 1", &["field 1 (x) = \"NaN\": is not finite"]),
+        ("ODOM 0 0 inf 0 0 0 1 h 1", &["field 3 (theta) = \"inf\": is not finite"]),
+        ("ODOM 0 2e6 0 0 0 0 1 h 1", &["field 2 (y) = \"2000000\": lies more than 900 km"]),
+        ("ODOM 0 0 0 0 fast 0 1 h 1", &["field 5 (rv) = \"fast\""]),
+        ("ODOM 0 0 0 0 0 0 now h 1", &["field 7 (stamp) = \"now\""]),
+        ("ODOM 0 0 0 0 0 0 nan h 1", &["field 7 (stamp) = \"NaN\": is no time"]),
+        ("ODOM 0 0 0 0 0 0 1 h x", &["field 9 (logger's stamp) = \"x\""]),
+        ("ODOM 0 0 0", &["ODOM has 3 fields after its name, 9 are needed"]),
+        ("ODOM 0 0 0 0 0 0 1 h 1 1", &["has 10 fields"]),
+    ]);
+}
+
+#[test]
+fn malformed_scans_are_named() {
+    let scan = |middle: &str| format!("FLASER 3 {middle} 1.5 host 1.5");
+    assert_refused(&[
+        ("FLASER", &["FLASER field 1 (number of beams) = \"\": is no whole number"]),
+        ("FLASER 0 0 0 0 0 0 0 1 h 1", &["= \"0\": a scan has at least one beam"]),
+        ("FLASER -3 1", &["= \"-3\": is no whole number"]),
+        ("FLASER 1081 1 2", &["= \"1081\": a scan has at most 1080 beams"]),
+        ("FLASER 3 1 2 3 0 0 0", &["has 7 fields", "13 are needed", "cut off"]),
+        (&scan("1 -2 3 0 0 0 0 0 0"), &["field 3 (range of beam 1) = \"-2\": is no distance"]),
+        (&scan("1 2 nan 0 0 0 0 0 0"), &["field 4 (range of beam 2) = \"NaN\""]),
+        (&scan("1 2 3m 0 0 0 0 0 0"), &["range of beam 2) = \"3m\": is no number"]),
+        (&scan("1 2 3 0 0 0 0 0 ?"), &["field 10 (odom_theta) = \"?\""]),
+        ("FLASER 1 2 0 0 0 0 0 0 inf h 1", &["field 9 (stamp) = \"inf\": is no time"]),
+    ]);
 }
 
 #[test]
