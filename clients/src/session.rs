@@ -3,7 +3,7 @@
 use std::fs;
 use std::io::Read as _;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use rusty_contract::answer::Message;
@@ -16,8 +16,9 @@ use crate::{ClientArgs, ClientError, Tick};
 /// How long a wait lasts before it looks around; it is repeated for ever.
 const SLICE: Duration = Duration::from_millis(500);
 
-/// One participant's part in a run. Dropped after the last frame it says
-/// goodbye; dropped before, it tells the server that it failed.
+/// One participant's part in a run. Dropped after the last frame, or because
+/// somebody asked this process to stop, it says goodbye; dropped for any other
+/// reason it tells the server that it failed.
 pub struct Session {
     source: Source,
     start: Start,
@@ -210,7 +211,8 @@ impl Session {
 impl Drop for Session {
     fn drop(&mut self) {
         let Source::Live(link) = &mut self.source else { return };
-        let well = self.ending.is_some() && !self.failed && !std::thread::panicking();
+        let told = self.ending.is_some() || self.stop.load(Ordering::Relaxed);
+        let well = told && !self.failed && !std::thread::panicking();
         let message = if well { Message::Goodbye } else { Message::Failed };
         // If the server is gone nobody misses it.
         let _ = link.send_raw(rusty_contract::Answer::carrying(&message));

@@ -11,8 +11,8 @@
 //! |     44 |    4 | `kind`        | u32      | 0 abstain, 1 taken, 2 estimate, 3 command, 4 both, 5 goodbye, 6 failed, 7 ready |
 //! |     48 |    4 | `flags`       | u32      | bit 0: a covariance is present                     |
 //! |     52 |    4 | `reserved`    | u32      | zero                                               |
-//! |     56 |   24 | `pose`        | [f64; 3] | estimate: x m, y m, theta rad in the world frame   |
-//! |     80 |   72 | `covariance`  | [f64; 9] | row-major, of the error τ (m, m, rad) with truth = estimate ⊞ τ |
+//! |     56 |   24 | `pose`        | `[f64; 3]` | estimate: x m, y m, theta rad in the world frame   |
+//! |     80 |   72 | `covariance`  | `[f64; 9]` | row-major, of the error τ (m, m, rad) with truth = estimate ⊞ τ |
 //! |    152 |    8 | `v_m_s`       | f64      | command for the next tick, body frame              |
 //! |    160 |    8 | `omega_rad_s` | f64      | command for the next tick, body frame              |
 //!

@@ -7,7 +7,7 @@
 //! |     16 |    4 | `phase`        | u32       | 0 tick; otherwise why the run ended, see [`Phase`]     |
 //! |     20 |    4 | `reserved`     | u32       | zero                                                   |
 //! |     24 |    8 | `digest`       | u64       | XXH3-64 of the observable part                         |
-//! |     32 |   32 | `sealed`       | [u8; 32]  | the true pose and the digest, enciphered               |
+//! |     32 |   32 | `sealed`       | `[u8; 32]`  | the true pose and the digest, enciphered               |
 //! |     64 |    8 | `tick`         | u64       | from 0                                                 |
 //! |     72 |    8 | `time_s`       | f64       | s since the start; (tick + 1)·dt, or a recording's own |
 //! |     80 |    8 | `left_ticks`   | i64       | cumulative encoder counts, left wheel                  |
@@ -16,7 +16,7 @@
 //! |    104 |    8 | `omega_rad_s`  | f64       | command applied in this tick, body frame               |
 //! |    112 |    4 | `flags`        | u32       | bit 0: a scan is present; bit 1: the truth is known    |
 //! |    116 |    4 | `beams`        | u32       | ranges in use, 0 without a scan                        |
-//! |    120 | 8640 | `ranges_m`     | [f64;1080]| range of beam k along its bearing, sensor frame        |
+//! |    120 | 8640 | `ranges_m`     | `[f64; 1080]`| range of beam k along its bearing, sensor frame        |
 //!
 //! The *observable part* is `tick` up to the last range in use: bytes 64 to
 //! 120 + 8·beams. It is all an estimator may know, it is all the digest

@@ -9,11 +9,11 @@
 //! |-------:|-----:|----------------|-----------------|--------------------------------------|
 //! |      0 |    8 | `run_id`       | u64             | the run                              |
 //! |      8 |    8 | `tick`         | u64             | the tick that is complete            |
-//! |     16 |   16 | `run_digest`   | [u8; 16]        | the run digest up to and with it     |
-//! |     32 |   16 | `world_digest` | [u8; 16]        | the same, over frames alone          |
+//! |     16 |   16 | `run_digest`   | `[u8; 16]`        | the run digest up to and with it     |
+//! |     32 |   16 | `world_digest` | `[u8; 16]`        | the same, over frames alone          |
 //! |     48 |    4 | `count`        | u32             | entries in use                       |
 //! |     52 |    4 | `reserved`     | u32             | zero                                 |
-//! |     56 | 2944 | `entries`      | [TallyEntry; 16]| one per answering participant        |
+//! |     56 | 2944 | `entries`      | `[TallyEntry; 16]`| one per answering participant        |
 
 use bytemuck::{Pod, Zeroable};
 

@@ -11,11 +11,12 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::Node;
 use iceoryx2::sample::Sample;
 use rusty_contract::answer::Message;
-use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, RunName, Start, Tally};
+use rusty_contract::{Answer, Frame, JoinRequest, RunName, Start, Tally};
 
+use crate::lobby::Lobby;
 use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
-use crate::{Domain, DomainError, LinkError, Peer, WaitPolicy};
+use crate::{Domain, LinkError, Peer, WaitPolicy};
 
 /// A participant's ports on a run.
 pub struct ClientLink {
@@ -63,9 +64,6 @@ pub enum Incoming {
     Nothing,
 }
 
-/// How long between two looks for a server that is not there yet.
-const RETRY: Duration = Duration::from_millis(5);
-
 impl ClientLink {
     /// Finds the run, asks to join it and opens the ports. Waits up to
     /// `timeout` for the run to appear.
@@ -81,87 +79,13 @@ impl ClientLink {
         stop: &AtomicBool,
     ) -> Result<Self, LinkError> {
         let deadline = Instant::now() + timeout;
-        let (domain, node, service) = loop {
-            let opened = Domain::find(run).map_err(LinkError::from).and_then(|domain| {
-                let node = services::node(&domain)?;
-                let service = services::join(&node, false)?;
-                Ok((domain, node, service))
-            });
-            match opened {
-                Ok(opened) => break opened,
-                Err(e) if Instant::now() >= deadline => return Err(e),
-                // Not there yet, or still being set up.
-                Err(
-                    LinkError::Domain(DomainError::NoSuchRun { .. }) | LinkError::Transport { .. },
-                ) => {}
-                Err(e) => return Err(e),
-            }
-            if stop.load(Ordering::Relaxed) {
-                return Err(LinkError::Stopped);
-            }
-            std::thread::sleep(RETRY);
-        };
-        let server = Peer::new(domain.server_pid());
-        let woken = services::wakes(&node, "wake-clients", false)?
-            .listener_builder()
-            .create()
-            .map_err(LinkError::transport("open a wake-up port"))?;
-        let wake_server = services::wakes(&node, "wake-server", false)?
-            .notifier_builder()
-            .create()
-            .map_err(LinkError::transport("open a wake-up port"))?;
-        let caller = service
-            .client_builder()
-            .initial_max_slice_len(rusty_contract::join::MAX_REQUEST_BYTES)
-            .create()
-            .map_err(LinkError::transport("open the join port"))?;
-        let json = serde_json::to_vec(request).map_err(LinkError::transport("write a request"))?;
-        let pending = caller
-            .loan_slice_uninit(json.len())
-            .map_err(LinkError::transport("loan a request"))?
-            .write_from_slice(&json)
-            .send()
-            .map_err(LinkError::transport("send a request"))?;
-        let _ = wake_server.notify();
-        let mut waiter = Waiter::new(WaitPolicy::Block, 0);
-        let reply: JoinReply = loop {
-            let response = pending.receive().map_err(LinkError::transport("receive the reply"))?;
-            if let Some(response) = response {
-                break serde_json::from_slice(response.payload())
-                    .map_err(LinkError::transport("read the reply"))?;
-            }
-            if stop.load(Ordering::Relaxed) {
-                return Err(LinkError::Stopped);
-            }
-            if server.is_dead() {
-                return Err(LinkError::ServerGone { pid: server.pid() });
-            }
-            if Instant::now() >= deadline {
-                let seconds = timeout.as_secs_f64();
-                let run = run.to_string();
-                return Err(LinkError::NoAnswer { run, seconds, pid: server.pid() });
-            }
-            let mut fds = vec![readable(services::listener_fd(&woken))];
-            fds.extend(server.fd().map(readable));
-            waiter.block(&mut fds, RETRY);
-            services::drain(&woken);
-        };
-        let start = match reply {
-            JoinReply::Start(start) => *start,
-            JoinReply::Refused(refusal) => return Err(refusal.into()),
-        };
-        Self::open(domain, node, server, policy, start, wake_server, woken)
+        let lobby = Lobby::find(run, deadline, stop)?;
+        let start = lobby.ask(request, deadline, stop)?;
+        Self::open(lobby, policy, start)
     }
 
-    fn open(
-        domain: Domain,
-        node: Node<Ipc>,
-        server: Peer,
-        policy: WaitPolicy,
-        start: Start,
-        wake_server: Notifier<Ipc>,
-        woken: Listener<Ipc>,
-    ) -> Result<Self, LinkError> {
+    fn open(lobby: Lobby, policy: WaitPolicy, start: Start) -> Result<Self, LinkError> {
+        let Lobby { node, server, wake_server, woken, domain } = lobby;
         let frames = services::pub_sub::<WireFrame>(&node, "frames", false)?
             .subscriber_builder()
             .create()
@@ -198,8 +122,7 @@ impl ClientLink {
             _node: node,
             domain,
         };
-        link.send(Answer::carrying(&Message::Ready))?;
-        let _ = link.wake_server.notify();
+        link.send_raw(Answer::carrying(&Message::Ready))?;
         Ok(link)
     }
 

@@ -14,13 +14,18 @@ use std::fs::{self, File};
 use std::io::{Read as _, Write as _};
 use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::{Config, FileName, SemanticString as _};
 use rustix::fs::{FlockOperation, flock};
 use rusty_contract::RunName;
 use thiserror::Error;
 
+use crate::Peer;
 use crate::sweep::{memory_files, sweep_folder, sweep_memory};
+
+/// How long somebody may need who looks at a lock or sweeps behind it.
+const SWEEP_TIME: Duration = Duration::from_secs(2);
 
 /// One run's place on this machine.
 #[derive(Debug)]
@@ -110,12 +115,19 @@ impl Domain {
         let base = Self::base();
         ensure_own_folder(&base)?;
         let folder = base.join(run.as_str());
+        let deadline = Instant::now() + SWEEP_TIME;
         // A sweep beside us may remove folder and lock between two of our
         // steps; then the lock we hold is on a file that is gone: once more.
         loop {
             ensure_own_folder(&folder)?;
             let Some(mut lock) = take_lock(&folder)? else {
                 let pid = read_pid(&folder);
+                // Who holds the lock but is no living server only looks or
+                // sweeps, and is soon done.
+                if Peer::new(pid).is_dead() && Instant::now() < deadline {
+                    std::thread::sleep(Duration::from_millis(1));
+                    continue;
+                }
                 return Err(DomainError::InUse { run: run.to_string(), pid });
             };
             if !is_current(&lock, &folder) {

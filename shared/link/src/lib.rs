@@ -16,6 +16,7 @@
 pub mod client;
 pub mod domain;
 mod error;
+mod lobby;
 pub mod process;
 pub mod server;
 mod services;

@@ -45,6 +45,7 @@ pub(super) fn simulate(which: &ScenarioArgs, run: &RunArgs, starting: Starting) 
         starting,
         answer_timeout_s: scenario.answer_timeout_s,
         join_timeout_s: scenario.join_timeout_s,
+        played: None,
     }
     .run(&mut source)
 }

@@ -38,6 +38,7 @@ pub fn replay(args: &ReplayArgs) -> Verbed {
         starting: if args.attach { Starting::ByHand } else { Starting::Launch },
         answer_timeout_s: defaults.answer_timeout_s,
         join_timeout_s: defaults.join_timeout_s,
+        played: Some(&args.log),
     }
     .run(&mut source)
 }

@@ -3,13 +3,13 @@
 use crate::output::outln;
 use std::fs;
 use std::io::Write as _;
-use std::os::unix::fs::OpenOptionsExt as _;
+use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use rusty_contract::{Exit, LogHeader, RunName, TruthKey};
+use rusty_contract::{Exit, FieldError, LogHeader, Role, RunName, TruthKey};
 use rusty_link::Domain;
 
 use super::{Verbed, print_json};
@@ -37,6 +37,8 @@ pub(super) struct RunSession<'a> {
     pub starting: Starting,
     pub answer_timeout_s: f64,
     pub join_timeout_s: f64,
+    /// The log that is played, if one is: it must not be written over.
+    pub played: Option<&'a Path>,
 }
 
 impl RunSession<'_> {
@@ -53,10 +55,14 @@ impl RunSession<'_> {
         rusty_contract::config::check_seconds("--answer-timeout", answer_timeout_s)?;
         rusty_contract::config::check_seconds("--join-timeout", join_timeout_s)?;
         let stop = stop_flag();
+        // What killed runs left behind goes first; what cannot go now hurts
+        // nobody and is named by `clean`.
+        let _ = Domain::sweep_dead();
         let domain = Domain::create(&name)?;
         fs::create_dir_all(&out_dir).map_err(VerbError::io(&out_dir))?;
         // Participants may run in another folder than the server.
         let out_dir = fs::canonicalize(&out_dir).map_err(VerbError::io(&out_dir))?;
+        self.check_not_over_played(&header, &out_dir)?;
         let (run_id, key) = RunSetup::draw().map_err(VerbError::Random)?;
         self.first_line(&header, &name, source.ticks());
         let mut children = match self.starting {
@@ -94,6 +100,20 @@ impl RunSession<'_> {
         Ok(report.exit())
     }
 
+    /// The logger of a replay truncates what it is about to write; that must not
+    /// be the log that is being read.
+    fn check_not_over_played(&self, header: &LogHeader, out_dir: &Path) -> Result<(), FieldError> {
+        let writes = header.roster.iter().any(|p| p.role == Role::Logger);
+        match self.played {
+            Some(log) if writes && is_same_file(log, &out_dir.join("run.log")) => {
+                let problem = "is where the log being played lies; the logger would write over it";
+                let remedy = "give another folder, or --without the logger";
+                Err(FieldError::new("--out", out_dir.display(), problem, remedy))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn first_line(&self, header: &LogHeader, name: &RunName, ticks: u64) {
         let config = &header.config;
         let seed = match header.seed() {
@@ -114,6 +134,13 @@ impl RunSession<'_> {
                 header.roster.iter().filter(|p| p.is_awaited()).map(|p| p.name.as_str()).collect();
             eprintln!("waiting for {} (each with --run {name})", expected.join(", "));
         }
+    }
+}
+
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    match (fs::metadata(a), fs::metadata(b)) {
+        (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
+        _ => false,
     }
 }
 

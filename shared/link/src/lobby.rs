@@ -1,0 +1,118 @@
+//! Before a participant has a seat: finding the run, asking to join it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::Node;
+use rusty_contract::{JoinReply, JoinRequest, RunName, Start};
+
+use crate::services::{self, Ipc};
+use crate::wait::{Waiter, readable};
+use crate::{Domain, DomainError, LinkError, Peer, WaitPolicy};
+
+/// How long between two looks for a server that is not there yet.
+const RETRY: Duration = Duration::from_millis(5);
+
+/// A process that has found a run but has no seat in it yet.
+pub(crate) struct Lobby {
+    pub(crate) node: Node<Ipc>,
+    pub(crate) server: Peer,
+    pub(crate) wake_server: Notifier<Ipc>,
+    pub(crate) woken: Listener<Ipc>,
+    pub(crate) domain: Domain,
+}
+
+impl Lobby {
+    /// Looks for the run until it is there or `deadline` is over.
+    pub(crate) fn find(
+        run: &RunName,
+        deadline: Instant,
+        stop: &AtomicBool,
+    ) -> Result<Self, LinkError> {
+        loop {
+            match Self::enter(run) {
+                Ok(lobby) => return Ok(lobby),
+                Err(e) if Instant::now() >= deadline => return Err(e),
+                // Not there yet, or still being set up.
+                Err(
+                    LinkError::Domain(DomainError::NoSuchRun { .. }) | LinkError::Transport { .. },
+                ) => {}
+                Err(e) => return Err(e),
+            }
+            if stop.load(Ordering::Relaxed) {
+                return Err(LinkError::Stopped);
+            }
+            std::thread::sleep(RETRY);
+        }
+    }
+
+    fn enter(run: &RunName) -> Result<Self, LinkError> {
+        let domain = Domain::find(run)?;
+        let node = services::node(&domain)?;
+        // The server creates this one last: where it is, all are.
+        services::join(&node, false)?;
+        let woken = services::wakes(&node, "wake-clients", false)?
+            .listener_builder()
+            .create()
+            .map_err(LinkError::transport("open a wake-up port"))?;
+        let wake_server = services::wakes(&node, "wake-server", false)?
+            .notifier_builder()
+            .create()
+            .map_err(LinkError::transport("open a wake-up port"))?;
+        let server = Peer::new(domain.server_pid());
+        Ok(Self { node, server, wake_server, woken, domain })
+    }
+
+    /// Asks for a seat and waits for the reply.
+    pub(crate) fn ask(
+        &self,
+        request: &JoinRequest,
+        deadline: Instant,
+        stop: &AtomicBool,
+    ) -> Result<Start, LinkError> {
+        let caller = services::join(&self.node, false)?
+            .client_builder()
+            .initial_max_slice_len(rusty_contract::join::MAX_REQUEST_BYTES)
+            .create()
+            .map_err(LinkError::transport("open the join port"))?;
+        let json = serde_json::to_vec(request).map_err(LinkError::transport("write a request"))?;
+        let pending = caller
+            .loan_slice_uninit(json.len())
+            .map_err(LinkError::transport("loan a request"))?
+            .write_from_slice(&json)
+            .send()
+            .map_err(LinkError::transport("send a request"))?;
+        let _ = self.wake_server.notify();
+        let asked = Instant::now();
+        let mut waiter = Waiter::new(WaitPolicy::Block, 0);
+        loop {
+            let response = pending.receive().map_err(LinkError::transport("receive the reply"))?;
+            if let Some(response) = response {
+                let reply = serde_json::from_slice(response.payload())
+                    .map_err(LinkError::transport("read the reply"))?;
+                return match reply {
+                    JoinReply::Start(start) => Ok(*start),
+                    JoinReply::Refused(refusal) => Err(refusal.into()),
+                };
+            }
+            if stop.load(Ordering::Relaxed) {
+                return Err(LinkError::Stopped);
+            }
+            let pid = self.server.pid();
+            if self.server.is_dead() {
+                return Err(LinkError::ServerGone { pid });
+            }
+            if Instant::now() >= deadline {
+                let seconds = asked.elapsed().as_secs_f64();
+                let run = self.domain.run().to_string();
+                return Err(LinkError::NoAnswer { run, seconds, pid });
+            }
+            let mut fds = vec![readable(services::listener_fd(&self.woken))];
+            fds.extend(self.server.fd().map(readable));
+            waiter.block(&mut fds, RETRY);
+            services::drain(&self.woken);
+        }
+    }
+}
