@@ -78,13 +78,17 @@ impl Lobby {
             .create()
             .map_err(LinkError::transport("open the join port"))?;
         let json = serde_json::to_vec(request).map_err(LinkError::transport("write a request"))?;
-        let pending = caller
-            .loan_slice_uninit(json.len())
-            .map_err(LinkError::transport("loan a request"))?
-            .write_from_slice(&json)
-            .send()
-            .map_err(LinkError::transport("send a request"))?;
-        let _ = self.wake_server.notify();
+        let send = || {
+            let pending = caller
+                .loan_slice_uninit(json.len())
+                .map_err(LinkError::transport("loan a request"))?
+                .write_from_slice(&json)
+                .send()
+                .map_err(LinkError::transport("send a request"))?;
+            let _ = self.wake_server.notify();
+            Ok::<_, LinkError>(pending)
+        };
+        let mut pending = send()?;
         let asked = Instant::now();
         let mut waiter = Waiter::new(WaitPolicy::Block, 0);
         loop {
@@ -113,6 +117,11 @@ impl Lobby {
             fds.extend(self.server.fd().map(readable));
             waiter.block(&mut fds, RETRY);
             services::drain(&self.woken);
+            // A service is there a moment before the server's port on it: a
+            // request that reached nobody is made again.
+            if pending.number_of_server_connections() == 0 {
+                pending = send()?;
+            }
         }
     }
 }

@@ -23,14 +23,14 @@ struct Cli {
     wait: WaitPolicy,
     /// What to do instead of dead reckoning: slow, abstain, nan-estimate,
     /// nan-command, future-tick, old-tick, double, wrong-digest,
-    /// exit, abort, panic, hang, goodbye, wrong-layout,
+    /// pause (sleeps once, for sleep-us), exit, abort, panic, hang, goodbye, wrong-layout,
     /// wrong-protocol, covariance, linger
     #[arg(long, default_value = "")]
     mode: String,
     /// From which tick on
     #[arg(long, default_value_t = 10)]
     at: u64,
-    /// Longest sleep of mode slow, µs
+    /// Longest sleep of mode slow, the one sleep of mode pause, µs
     #[arg(long, default_value_t = 2000)]
     sleep_us: u64,
     /// Sleep before joining, ms
@@ -105,6 +105,9 @@ fn main() -> Exit {
             "old-tick" => raw.tick -= 1,
             "wrong-digest" => raw.digest_seen ^= 1,
             "double" => link.send_raw(raw).unwrap(),
+            "pause" if frame.tick() == cli.at => {
+                std::thread::sleep(Duration::from_micros(cli.sleep_us));
+            }
             "exit" => std::process::exit(7),
             "abort" => std::process::abort(),
             "panic" => panic!("on request"),

@@ -26,6 +26,9 @@ mod reader;
 mod record;
 mod writer;
 
+#[cfg(test)]
+mod tests;
+
 pub use header::{LogHeader, Source};
 pub use reader::{Ending, LogReader, Read, ReadEntry};
 pub use record::{Entry, EntryRef, TickRecord, TickRef, Trailer};

@@ -77,6 +77,12 @@ impl<W: Write> LogWriter<W> {
         written.map_err(|e| self.io(e))
     }
 
+    /// What the bytes go to.
+    #[cfg(test)]
+    pub(super) fn written(&self) -> &W {
+        &self.out
+    }
+
     /// Hands everything written so far to the operating system.
     ///
     /// # Errors
