@@ -2,34 +2,6 @@
 
 use rusty_contract::Reply;
 
-/// Whether two replies are equal in every bit (`==` calls 0 and −0 equal, and
-/// no NaN equal to itself).
-#[must_use]
-pub fn same(a: &Reply, b: &Reply) -> bool {
-    std::mem::discriminant(a) == std::mem::discriminant(b) && numbers(a) == numbers(b)
-}
-
-/// All numbers of a reply as bits, in a row of fixed length, after a word that
-/// says which there are.
-fn numbers(reply: &Reply) -> [u64; 15] {
-    let mut row = [0; 15];
-    if let Some(e) = reply.estimate() {
-        let p = e.pose_in_world;
-        row[0] = 1 + u64::from(e.covariance.is_some());
-        for (place, value) in row[1..4].iter_mut().zip([p.x(), p.y(), p.theta()]) {
-            *place = value.to_bits();
-        }
-        for (place, value) in row[4..13].iter_mut().zip(e.covariance.iter().flatten()) {
-            *place = value.to_bits();
-        }
-    }
-    if let Some(c) = reply.command() {
-        row[13] = c.v_m_s.to_bits();
-        row[14] = c.omega_rad_s.to_bits();
-    }
-    row
-}
-
 /// The numbers of a reply, in order, with their names.
 #[must_use]
 pub fn reply_values(reply: &Reply) -> Vec<(String, f64)> {
@@ -54,21 +26,4 @@ pub fn reply_values(reply: &Reply) -> Vec<(String, f64)> {
 #[must_use]
 pub fn show(value: f64) -> String {
     format!("{value:?} (bits {:016x})", value.to_bits())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use rusty_geometry::{SE2, Twist};
-
-    #[test]
-    fn every_bit_counts() {
-        let a: Reply = SE2::new(0.0, 1.0, 2.0).into();
-        let b: Reply = SE2::new(-0.0, 1.0, 2.0).into();
-        assert!(a == b && !same(&a, &b) && same(&a, &a));
-        assert!(!same(&Reply::Abstain, &Reply::Taken));
-        let c: Reply = Twist { v_m_s: 0.0, omega_rad_s: 0.0 }.into();
-        let d: Reply = Twist { v_m_s: 0.0, omega_rad_s: -0.0 }.into();
-        assert!(!same(&c, &d));
-    }
 }

@@ -86,7 +86,7 @@ pub fn replies(tick: u64, names: &[String], a: &[Reply], b: &[Reply]) -> Option<
         let (x, y) = (a.len().to_string(), b.len().to_string());
         return Some(Mismatch { tick, field: "number of replies".to_owned(), a: x, b: y });
     }
-    let i = a.iter().zip(b).position(|(x, y)| !bits::same(x, y))?;
+    let i = a.iter().zip(b).position(|(x, y)| !x.same_bits(y))?;
     let name = names.get(i).map_or_else(|| format!("reply {i}"), Clone::clone);
     let (va, vb) = (bits::reply_values(&a[i]), bits::reply_values(&b[i]));
     let same_kind = std::mem::discriminant(&a[i]) == std::mem::discriminant(&b[i]);

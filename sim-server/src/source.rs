@@ -193,7 +193,7 @@ impl FrameSource for Recording {
             let place = self.names.iter().position(|n| n == name);
             let Some(recorded) = place.and_then(|i| record.replies.get(i)) else { continue };
             self.comparison.compared += 1;
-            if crate::bits::same(recorded, &reply) {
+            if recorded.same_bits(&reply) {
                 self.comparison.equal += 1;
             } else if self.comparison.first_difference.is_none() {
                 self.comparison.first_difference = Some(Difference {

@@ -186,3 +186,27 @@ fn every_ban_has_a_reason() {
         }
     }
 }
+
+/// Rows of a layout table in a module's documentation: name, offset, size.
+fn documented(source: &str) -> Vec<(String, usize, usize)> {
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.strip_prefix("//! |")?.split('|').map(str::trim).collect();
+        let name = cells.get(2)?.trim_matches('`').to_owned();
+        Some((name, cells.first()?.parse().ok()?, cells.get(1)?.parse().ok()?))
+    };
+    read(source).lines().filter_map(row).collect()
+}
+
+#[test]
+fn the_documented_layouts_are_the_real_ones() {
+    let tables = rusty_contract::layout::tables();
+    for (source, table) in [
+        ("shared/contract/src/frame.rs", tables[0]),
+        ("shared/contract/src/answer.rs", tables[1]),
+        ("shared/contract/src/tally.rs", tables[2]),
+    ] {
+        let real: Vec<(String, usize, usize)> =
+            table.fields.iter().map(|f| (f.name.to_owned(), f.offset, f.size)).collect();
+        assert_eq!(documented(source), real, "{source}");
+    }
+}

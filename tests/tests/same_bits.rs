@@ -2,6 +2,9 @@
 //! again, and played again. What differs by one bit is named; a log that is
 //! cut or damaged never passes for a whole one.
 
+#[path = "same_bits/damage.rs"]
+mod damage;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -287,38 +290,4 @@ fn a_log_that_is_read_is_not_written_over() {
     // Without a logger nothing is written over.
     let report = replay(&log, Path::new(out), &["--without", "logger"], 0);
     assert_eq!(text(&report, "digest"), run.digest());
-}
-
-#[test]
-fn one_flipped_bit_of_a_range_is_named_with_tick_beam_values_and_bits() {
-    let run = Run::of("flip", &["--ticks", "200"]);
-    let tick = verb("info", &[&run.log()], &["--tick", "95", "--json"]).expect(0).json();
-    let range_m = tick["ranges"][17].as_f64().unwrap();
-    let mut bytes = run.bytes();
-    let places: Vec<usize> = bytes
-        .windows(8)
-        .enumerate()
-        .filter(|(_, window)| *window == range_m.to_le_bytes())
-        .map(|(at, _)| at)
-        .collect();
-    assert_eq!(places.len(), 1, "{range_m} stands at {places:?}");
-    bytes[places[0]] ^= 1;
-    let flipped_m = f64::from_bits(range_m.to_bits() ^ 1);
-    let copy = run.write("flipped.log", &bytes);
-
-    let verify = verb("verify", &[&copy], &[]).expect(4).stdout;
-    let diff = verb("diff", &[&run.log(), &copy], &[]).expect(4).stdout;
-    for said in [verify, diff] {
-        assert!(said.contains("tick 95"), "{said}");
-        assert!(said.contains("(beam 17)"), "{said}");
-        for value in [range_m, flipped_m] {
-            let shown = format!("{value:?} (bits {:016x})", value.to_bits());
-            assert!(said.contains(&shown), "{shown} is not in: {said}");
-        }
-    }
-    let info = verb("info", &[&copy], &["--json"]).expect(3).json();
-    assert_eq!((&info["complete"], &info["damaged_records"]), (&false.into(), &1.into()));
-    // Played, the flipped frame gives another digest, and that shows.
-    let report = replay(&copy, &run.folder.path().join("again"), &["--without", "score"], 4);
-    assert_ne!(text(&report, "digest"), run.digest());
 }

@@ -125,6 +125,34 @@ impl Reply {
         }
     }
 
+    /// Whether two replies are equal in every bit (`==` calls 0 and −0 equal,
+    /// and no NaN equal to itself).
+    #[must_use]
+    pub fn same_bits(&self, other: &Self) -> bool {
+        std::mem::discriminant(self) == std::mem::discriminant(other) && self.bits() == other.bits()
+    }
+
+    /// All numbers as bits, in a row of fixed length, after a word that says
+    /// which there are.
+    fn bits(&self) -> [u64; 15] {
+        let mut row = [0; 15];
+        if let Some(e) = self.estimate() {
+            let p = e.pose_in_world;
+            row[0] = 1 + u64::from(e.covariance.is_some());
+            for (place, value) in row[1..4].iter_mut().zip([p.x(), p.y(), p.theta()]) {
+                *place = value.to_bits();
+            }
+            for (place, value) in row[4..13].iter_mut().zip(e.covariance.iter().flatten()) {
+                *place = value.to_bits();
+            }
+        }
+        if let Some(c) = self.command() {
+            row[13] = c.v_m_s.to_bits();
+            row[14] = c.omega_rad_s.to_bits();
+        }
+        row
+    }
+
     /// Checks every number.
     ///
     /// # Errors
@@ -340,6 +368,17 @@ mod tests {
         let twist = Twist { v_m_s: f64::INFINITY, omega_rad_s: 0.0 };
         let error = Answer::carrying(&Message::Reply(Reply::Command(twist))).message().unwrap_err();
         assert!(error.to_string().contains("command v_m_s is inf"), "{error}");
+    }
+
+    #[test]
+    fn every_bit_of_a_reply_counts() {
+        let a: Reply = SE2::new(0.0, 1.0, 2.0).into();
+        let b: Reply = SE2::new(-0.0, 1.0, 2.0).into();
+        assert!(a == b && !a.same_bits(&b) && a.same_bits(&a));
+        assert!(!Reply::Abstain.same_bits(&Reply::Taken));
+        let c: Reply = Twist { v_m_s: 0.0, omega_rad_s: 0.0 }.into();
+        let d: Reply = Twist { v_m_s: 0.0, omega_rad_s: -0.0 }.into();
+        assert!(!c.same_bits(&d));
     }
 
     #[test]

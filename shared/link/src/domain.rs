@@ -320,12 +320,21 @@ fn prefix_of(run: &RunName) -> String {
 }
 
 fn ensure_own_folder(path: &Path) -> Result<(), DomainError> {
-    match fs::DirBuilder::new().mode(0o700).create(path) {
-        Ok(()) => {}
-        Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
-        Err(e) => return Err(io(path, "make the folder")(e)),
-    }
-    let owner = fs::metadata(path).map_err(io(path, "look at the folder"))?.uid();
+    let deadline = Instant::now() + SWEEP_TIME;
+    let owner = loop {
+        match fs::DirBuilder::new().mode(0o700).create(path) {
+            Err(e) if e.kind() != std::io::ErrorKind::AlreadyExists => {
+                return Err(io(path, "make the folder")(e));
+            }
+            _ => {}
+        }
+        match fs::metadata(path) {
+            Ok(metadata) => break metadata.uid(),
+            // Swept beside us between the two steps: once more.
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound && Instant::now() < deadline => {}
+            Err(e) => return Err(io(path, "look at the folder")(e)),
+        }
+    };
     let me = rustix::process::getuid().as_raw();
     if owner != me {
         return Err(DomainError::NotYours { path: path.display().to_string(), owner, me });

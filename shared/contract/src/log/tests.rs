@@ -50,7 +50,7 @@ fn record(tick: u64) -> TickRecord {
         ticks: EncoderTicks { left: i64::MIN + tick as i64, right: i64::MAX },
         command,
         truth: (tick != 3).then_some([pose.x(), pose.y(), pose.theta()]),
-        ranges_m: (tick % 2 == 0).then(|| vec![1.0, 8.0, 5e-324]),
+        ranges_m: tick.is_multiple_of(2).then(|| vec![1.0, 8.0, 5e-324]),
         replies,
     }
 }
