@@ -132,12 +132,10 @@ impl LogSession {
             writeln!(out, "tick,time_s,x_m,y_m,theta_rad,v_m_s,omega_rad_s").map_err(io)?;
             self.answers = Answers::Csv(out);
         }
-        let Answers::Csv(out) = &mut self.answers else { return Ok(()) };
         let pose = reply.estimate().map(|e| e.pose_in_world);
         let command = reply.command();
         let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:?}"));
-        writeln!(
-            out,
+        let line = format!(
             "{},{:?},{},{},{},{},{}",
             frame.tick(),
             frame.time_s(),
@@ -146,8 +144,16 @@ impl LogSession {
             number(pose.map(|p| p.theta())),
             number(command.map(|c| c.v_m_s)),
             number(command.map(|c| c.omega_rad_s)),
-        )
-        .map_err(io)
+        );
+        let Answers::Csv(out) = &mut self.answers else { return Ok(()) };
+        match writeln!(out, "{line}") {
+            // A reader that has seen enough (`… | head`) is no failure.
+            Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {
+                self.answers = Answers::Csv(Box::new(std::io::sink()));
+                Ok(())
+            }
+            other => other.map_err(io),
+        }
     }
 }
 

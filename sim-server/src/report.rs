@@ -125,6 +125,7 @@ impl RunReport {
             c.first_difference.is_some()
                 || (self.ticks == self.ticks_planned
                     && c.compared > 0
+                    && !c.other_roster
                     && c.recorded_digest.as_ref().is_some_and(|d| *d != self.digest))
         };
         let cut = self.comparison.as_ref().is_some_and(|c| c.cut);
@@ -133,6 +134,7 @@ impl RunReport {
             "interrupted" => Exit::Lost,
             _ if !self.losses.is_empty() || !self.remarks.is_empty() || cut => Exit::Lost,
             _ if self.comparison.as_ref().is_some_and(differs) => Exit::NotBitExact,
+            _ if self.comparison.as_ref().is_some_and(|c| c.damaged > 0) => Exit::Lost,
             _ => Exit::Done,
         }
     }
@@ -230,6 +232,9 @@ impl RunReport {
         match &c.recorded_digest {
             Some(digest) if *digest == self.digest => {
                 writeln!(f, "         the digest is the recorded one")
+            }
+            Some(digest) if c.other_roster => {
+                writeln!(f, "         the recorded digest, of another roster, is {digest}")
             }
             Some(digest) => writeln!(f, "         the recorded digest is {digest}"),
             None => writeln!(f, "         the log was cut, so it has no digest to compare with"),

@@ -102,6 +102,10 @@ pub struct Comparison {
     pub first_difference: Option<Difference>,
     /// The log has no trailer.
     pub cut: bool,
+    /// Records of the log whose checksums fail.
+    pub damaged: u64,
+    /// Others answer than in the log, so that the run digest cannot be its own.
+    pub other_roster: bool,
 }
 
 /// A reply that is not the recorded one.
@@ -122,6 +126,8 @@ pub struct Recording {
     reader: LogReader,
     header: LogHeader,
     ticks: u64,
+    /// Ticks that were made.
+    made: u64,
     record: Option<TickRecord>,
     names: Vec<String>,
     comparison: Comparison,
@@ -144,13 +150,14 @@ impl Recording {
         let reader = LogReader::open(path)?;
         let mut header = reader.header().clone();
         let names = header.answering().map(|p| p.name.clone()).collect();
-        let mut comparison = Comparison { cut: true, ..Comparison::default() };
+        let damaged = counter.damaged();
+        let mut comparison = Comparison { cut: true, damaged, ..Comparison::default() };
         if let Ending::Complete(trailer) = &ending {
             comparison.cut = false;
             comparison.recorded_digest = Some(rusty_contract::digest::hex(&trailer.run_digest));
         }
         header.config.ticks = ticks.max(1);
-        Ok((Self { reader, header, ticks, record: None, names, comparison }, ending))
+        Ok((Self { reader, header, ticks, made: 0, record: None, names, comparison }, ending))
     }
 
     /// Changes who takes part in the replay.
@@ -171,7 +178,11 @@ impl FrameSource for Recording {
     fn make(&mut self, _: Option<Twist>, frame: &mut Frame) -> Result<Option<SE2>, SourceError> {
         match self.reader.read()? {
             Read::Tick(entry) => {
-                let record = entry.record;
+                let mut record = entry.record;
+                // The number of a damaged record may be the damage. Its place
+                // in the log says which tick it is.
+                record.tick = self.made;
+                self.made += 1;
                 record.write_unsealed(frame, self.header.config.dt_s);
                 let truth = record.pose_in_world();
                 self.record = Some(record);
@@ -189,8 +200,11 @@ impl FrameSource for Recording {
 
     fn closed(&mut self, replies: &mut dyn Iterator<Item = (&str, Reply)>) {
         let Some(record) = &self.record else { return };
-        for (name, reply) in replies {
+        let mut answering = 0;
+        for (i, (name, reply)) in replies.enumerate() {
             let place = self.names.iter().position(|n| n == name);
+            self.comparison.other_roster |= place != Some(i);
+            answering += 1;
             let Some(recorded) = place.and_then(|i| record.replies.get(i)) else { continue };
             self.comparison.compared += 1;
             if recorded.same_bits(&reply) {
@@ -204,6 +218,7 @@ impl FrameSource for Recording {
                 });
             }
         }
+        self.comparison.other_roster |= answering != self.names.len();
     }
 
     fn comparison(&self) -> Option<&Comparison> {

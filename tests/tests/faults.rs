@@ -7,10 +7,13 @@ mod common;
 
 use std::fs;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use common::*;
 use rustix::process::Signal;
-use rusty_link::Domain;
+use rusty_contract::answer::Message;
+use rusty_contract::{Answer, JoinRequest, Phase, Reply};
+use rusty_link::{ClientLink, Domain, Incoming, WaitPolicy};
 use rusty_tests::*;
 use serde_json::Value;
 
@@ -170,6 +173,32 @@ fn one_that_exits_panics_aborts_or_leaves_is_lost_in_its_own_way() {
         went_on.lost("dead-reckoning", kind, words);
         went_on.went_on_without_the_estimator();
     }
+}
+
+#[test]
+fn nobody_waits_for_the_clock_of_a_slow_run() {
+    // A tick in 2000 s: whatever waited for the next one would hang.
+    let roster = ["--add", "me", "--without", "score", "--without", "logger"];
+    let live = Live::start("serve", "clock", &[&["--pace", "0.00001"], &roster]);
+    let other = live.join("dead-reckoning", &[]);
+    let (stop, patience) = (AtomicBool::new(false), Duration::from_secs(60));
+    let request = JoinRequest::new("me", std::process::id(), 0, "test");
+    let mut link =
+        ClientLink::join(&live.run, &request, WaitPolicy::Block, patience, &stop).unwrap();
+    let next = |link: &ClientLink| match link.wait_frame(patience, &stop).unwrap() {
+        Incoming::Frame(frame) => frame,
+        Incoming::Nothing => panic!("no frame came"),
+    };
+    let frame = next(&link);
+    link.answer(&frame, &Message::Reply(Reply::Abstain)).unwrap();
+    let stranger = live.join("probe-client", &["--name", "stranger"]).wait().expect(1);
+    assert!(stranger.stderr.contains("no participant \"stranger\""), "{}", stranger.stderr);
+    other.signal(Signal::KILL);
+    assert_eq!(next(&link).phase(), Phase::Aborted);
+    link.send_raw(Answer::carrying(&Message::Goodbye)).unwrap();
+    drop((frame, link));
+    live.ends_with(1).lost("dead-reckoning", "dead", "its process has ended");
+    assert_eq!(other.wait().code, None);
 }
 
 #[test]

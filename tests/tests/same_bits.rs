@@ -180,8 +180,16 @@ const GOLDEN: [(&[&str], &str, &str); 3] = [
         "ad8ef3c6eafd5d4c4cd142d725087376",
         "1faa60bcc326dbd39938913aa9350efa",
     ),
-    (&["hallway", "--ticks", "200", "--set", "lidar.dropout=0.2"], "", ""),
-    (&["figure-eight", "--ticks", "200", "--set", "robot.radius_bias_right=0.01"], "", ""),
+    (
+        &["hallway", "--ticks", "200", "--set", "lidar.dropout=0.2"],
+        "1cbd07416d896c1d190194561b0ca143",
+        "99a9417c6df70acb7e502347befcb433",
+    ),
+    (
+        &["figure-eight", "--ticks", "200", "--set", "robot.radius_bias_right=0.01"],
+        "a6f9e890319bb4bb8e99475b7d2b3f06",
+        "9e8128e5648fa4487d428634b583ce2f",
+    ),
 ];
 
 #[test]

@@ -57,7 +57,7 @@ pub enum ImportError {
     },
     /// The recording is a pipe, a device or a folder.
     #[error(
-        "{path}: this is no regular file; an import reads its input twice, so write it to a \
+        "{path}: this is no regular file; an import reads its input three times, so write it to a \
          file first"
     )]
     NotAFile {

@@ -21,7 +21,7 @@ use rusty_contract::{JoinReply, Phase, RunDigest, TruthKey};
 use rusty_geometry::Twist;
 use rusty_link::{Domain, JoinCall, LinkError, Peer, PeerState, ServerLink, monotonic_ns};
 
-use crate::lockstep::{Lockstep, Loss, SeatSummary, Step};
+use crate::lockstep::{Lockstep, Loss, SeatState, SeatSummary, Step};
 use crate::source::{FrameSource, SourceError};
 
 /// How often a server that never sleeps looks for deaths and new faces, in
@@ -144,11 +144,11 @@ impl<'a> Run<'a> {
     fn publish(&mut self, tick: u64) -> Result<(), LinkError> {
         let began = *self.began.get_or_insert_with(Instant::now);
         let due = self.setup.pace.due(tick, self.setup.dt_s);
-        while let Some(early) = due.and_then(|due| due.checked_sub(began.elapsed())) {
-            if early.is_zero() || self.stop.load(Ordering::Relaxed) {
-                break;
-            }
-            self.link.pause(std::iter::empty, early);
+        let early = due.and_then(|due| due.checked_sub(began.elapsed())).unwrap_or_default();
+        if !early.is_zero() && !self.stop.load(Ordering::Relaxed) {
+            // The machine asks for this tick again. Whoever comes, fails or
+            // dies meanwhile does not wait for the clock.
+            return self.listen(early.as_nanos() as u64);
         }
         if self.stop.load(Ordering::Relaxed) {
             self.lockstep.interrupt();
@@ -224,9 +224,11 @@ impl<'a> Run<'a> {
         if self.take_answers()? > 0 {
             return Ok(());
         }
-        let peers = &self.peers;
+        let (peers, seats) = (&self.peers, self.lockstep.seats());
+        // One whose end is known would end every wait at once.
+        let present = || peers.iter().zip(seats).filter(|(_, s)| s.is_present());
         let at_most = Duration::from_nanos(at_most_ns);
-        let blocked = self.link.pause(|| peers.iter().flatten(), at_most);
+        let blocked = self.link.pause(|| present().filter_map(|(p, _)| p.as_ref()), at_most);
         self.looks = self.looks.wrapping_add(1);
         if blocked
             || self.looks.is_multiple_of(LOOKS_BETWEEN_CHECKS)
@@ -278,6 +280,9 @@ impl<'a> Run<'a> {
 
     fn look_for_deaths(&mut self) -> Result<(), LinkError> {
         for seat in 0..self.peers.len() {
+            if matches!(self.lockstep.seats()[seat].state, SeatState::Left | SeatState::Lost(_)) {
+                continue;
+            }
             let child = self.children.ended(seat);
             let joined_dead = self.peers[seat].as_ref().is_some_and(Peer::is_dead);
             if child.is_none() && !joined_dead {

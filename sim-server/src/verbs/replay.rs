@@ -22,6 +22,10 @@ pub fn replay(args: &ReplayArgs) -> Verbed {
             "{log}: cut at byte {at_byte} ({problem}); its {ticks} complete ticks are played"
         );
     }
+    if let Some(damaged) = source.comparison().map(|c| c.damaged).filter(|n| *n > 0) {
+        let log = args.log.display();
+        eprintln!("{log}: the checksums of {damaged} records fail; what they hold is suspect");
+    }
     if source.ticks() == 0 {
         let error = crate::source::SourceError::Cut {
             ticks: 0,

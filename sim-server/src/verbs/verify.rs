@@ -165,10 +165,10 @@ fn check(path: &std::path::Path) -> Result<Verdict, VerbError> {
 fn note_damage(verdict: &mut Verdict, entry: &ReadEntry) {
     if !entry.intact {
         verdict.bit_exact = false;
-        verdict.remarks.push(format!(
-            "tick {}: the checksum of its record (byte {}) fails",
-            entry.record.tick, entry.at_byte
-        ));
+        // Its place in the log: the number in the record may be the damage.
+        let (tick, at_byte) = (verdict.ticks, entry.at_byte);
+        let remark = format!("tick {tick}: the checksum of its record (byte {at_byte}) fails");
+        verdict.remarks.push(remark);
     }
 }
 

@@ -1,8 +1,6 @@
 //! A participant that misbehaves on request, for tests of the server. It
 //! speaks through the link directly, past the checks of the SDK.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
@@ -11,7 +9,7 @@ use rusty_clients::dead_reckoning::DeadReckoning;
 use rusty_contract::answer::Message;
 use rusty_contract::{Answer, Estimate, Exit, JoinRequest, Phase, Reply, RunName};
 use rusty_geometry::{SE2, Twist};
-use rusty_link::{ClientLink, Incoming, WaitPolicy};
+use rusty_link::{BorrowedFrame, ClientLink, Incoming, LinkError, WaitPolicy};
 
 #[derive(Parser)]
 struct Cli {
@@ -51,32 +49,29 @@ fn main() -> Exit {
         _ => {}
     }
     let joined = ClientLink::join(&cli.run, &request, cli.wait, Duration::from_secs(20), &stop);
-    let mut link = match joined {
-        Ok(link) => link,
+    match joined.and_then(|mut link| take_part(&cli, &mut link, &stop)) {
+        Ok(()) => Exit::Done,
         Err(e) => {
             eprintln!("probe: {e}");
-            return Exit::Failed;
+            Exit::Failed
         }
-    };
+    }
+}
+
+fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), LinkError> {
     let start = link.start().clone();
     let mut odometry =
         DeadReckoning::new(start.robot.drive, start.initial_pose.unwrap_or_default());
     let mut dice = 0x1234_5678_9ABC_DEF0u64;
     loop {
-        let frame = match link.wait_frame(Duration::from_millis(500), &stop) {
-            Ok(Incoming::Frame(frame)) => frame,
-            Ok(Incoming::Nothing) => continue,
-            Err(e) => {
-                eprintln!("probe: {e}");
-                return Exit::Failed;
-            }
+        let Incoming::Frame(frame) = link.wait_frame(Duration::from_millis(500), stop)? else {
+            continue;
         };
         if frame.phase() != Phase::Tick {
             if cli.mode == "linger" {
                 std::thread::sleep(Duration::from_secs(600));
             }
-            link.send_raw(Answer::carrying(&Message::Goodbye)).unwrap();
-            return Exit::Done;
+            return link.send_raw(Answer::carrying(&Message::Goodbye));
         }
         let pose = odometry.advance(frame.ticks());
         let mut reply = Reply::from(pose);
@@ -91,37 +86,45 @@ fn main() -> Exit {
             reply = Estimate { pose_in_world: pose, covariance }.into();
         }
         if frame.tick() < cli.at {
-            link.answer(&frame, &Message::Reply(reply)).unwrap();
-            continue;
-        }
-        let mut raw = Answer::carrying(&Message::Reply(reply));
-        raw.tick = frame.tick();
-        raw.digest_seen = frame.digest();
-        match cli.mode.as_str() {
-            "abstain" => reply = Reply::Abstain,
-            "nan-estimate" => reply = SE2::new(f64::NAN, 0.0, 0.0).into(),
-            "nan-command" => reply = Twist { v_m_s: f64::NAN, omega_rad_s: 0.0 }.into(),
-            "future-tick" => raw.tick += 1,
-            "old-tick" => raw.tick -= 1,
-            "wrong-digest" => raw.digest_seen ^= 1,
-            "double" => link.send_raw(raw).unwrap(),
-            "pause" if frame.tick() == cli.at => {
-                std::thread::sleep(Duration::from_micros(cli.sleep_us));
-            }
-            "exit" => std::process::exit(7),
-            "abort" => std::process::abort(),
-            "panic" => panic!("on request"),
-            "hang" => std::thread::sleep(Duration::from_secs(600)),
-            "goodbye" => {
-                link.send_raw(Answer::carrying(&Message::Goodbye)).unwrap();
-                return Exit::Done;
-            }
-            _ => {}
-        }
-        if matches!(cli.mode.as_str(), "future-tick" | "old-tick" | "wrong-digest") {
-            link.send_raw(raw).unwrap();
+            link.answer(&frame, &Message::Reply(reply))?;
+        } else if cli.mode == "goodbye" {
+            return link.send_raw(Answer::carrying(&Message::Goodbye));
         } else {
-            link.answer(&frame, &Message::Reply(reply)).unwrap();
+            misbehave(cli, link, &frame, reply)?;
         }
+    }
+}
+
+/// Answers one frame, or not, as the mode says.
+fn misbehave(
+    cli: &Cli,
+    link: &mut ClientLink,
+    frame: &BorrowedFrame,
+    mut reply: Reply,
+) -> Result<(), LinkError> {
+    let mut raw = Answer::carrying(&Message::Reply(reply));
+    raw.tick = frame.tick();
+    raw.digest_seen = frame.digest();
+    match cli.mode.as_str() {
+        "abstain" => reply = Reply::Abstain,
+        "nan-estimate" => reply = SE2::new(f64::NAN, 0.0, 0.0).into(),
+        "nan-command" => reply = Twist { v_m_s: f64::NAN, omega_rad_s: 0.0 }.into(),
+        "future-tick" => raw.tick += 1,
+        "old-tick" => raw.tick -= 1,
+        "wrong-digest" => raw.digest_seen ^= 1,
+        "double" => link.send_raw(raw)?,
+        "pause" if frame.tick() == cli.at => {
+            std::thread::sleep(Duration::from_micros(cli.sleep_us));
+        }
+        "exit" => std::process::exit(7),
+        "abort" => std::process::abort(),
+        "panic" => panic!("on request"),
+        "hang" => std::thread::sleep(Duration::from_secs(600)),
+        _ => {}
+    }
+    if matches!(cli.mode.as_str(), "future-tick" | "old-tick" | "wrong-digest") {
+        link.send_raw(raw)
+    } else {
+        link.answer(frame, &Message::Reply(reply))
     }
 }

@@ -83,11 +83,17 @@ impl After {
     /// in the report and to the person.
     #[track_caller]
     pub fn lost(&self, name: &str, kind: &str, words: &str) {
+        self.lost_as(name, kind, &kind.replace('-', " "), words);
+    }
+
+    /// The same, where people are told another word than the report has.
+    #[track_caller]
+    pub fn lost_as(&self, name: &str, kind: &str, word: &str, words: &str) {
         let losses = self.report["losses"].as_array().unwrap();
         assert_eq!(losses.len(), 1, "{}", self.report);
         assert_eq!((text(&losses[0], "name"), text(&losses[0], "kind")), (name, kind));
         assert!(text(&losses[0], "detail").contains(words), "{}", losses[0]);
-        let said = format!("lost: {name} {}", kind.replace('-', " "));
+        let said = format!("lost: {name} {word}");
         assert!(self.stderr.contains(&said), "{said:?} is not in {}", self.stderr);
     }
 

@@ -77,8 +77,9 @@ fn a_damaged_log_that_is_played_blames_nobody() {
     let (bytes, (ticks, _)) = (run.bytes(), read(&run.log()));
     let number = tick_byte(&bytes, &ticks[100]);
     assert_eq!(bytes[number], 100);
-    let header = ticks[0].at_byte as usize;
-    let places = (header..bytes.len()).step_by(9973).map(|at| (at, at % 8));
+    // From the second tick on: a log without a complete tick is not played.
+    let second = ticks[1].at_byte as usize;
+    let places = (second..bytes.len()).step_by(9973).map(|at| (at, at % 8));
     for (at, bit) in places.chain([(number, 0), (number, 5)]) {
         let mut flipped = bytes.clone();
         flipped[at] ^= 1 << bit;
