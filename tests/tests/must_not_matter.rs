@@ -230,7 +230,7 @@ fn whether_somebody_logs_or_scores_changes_no_bit() {
 #[test]
 fn estimators_do_not_matter_to_each_other_and_the_examples_are_dead_reckoning() {
     let first = ["--add", "first=01_first_estimator"];
-    let three = Run::of("three", &[first, ["--add", "loop=02_plain_loop"]].concat());
+    let three = Run::of("three", &[first, ["--add", "loop=02_as_a_type"]].concat());
     assert_eq!(three.report["scores"].as_array().unwrap().len(), 3);
     assert_eq!(three.world(), usual().world());
     assert_ne!(three.digest(), usual().digest(), "its roster is another");
