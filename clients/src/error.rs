@@ -69,3 +69,10 @@ impl ClientError {
         Exit::Failed
     }
 }
+
+/// Says something on stderr. One that cannot be written (its file is on a full
+/// disk) is no reason to panic.
+pub(crate) fn say(text: std::fmt::Arguments<'_>) {
+    use std::io::Write as _;
+    let _ = writeln!(std::io::stderr(), "{text}");
+}

@@ -41,7 +41,7 @@ pub fn run<E: Estimator>() -> Exit {
     match drive::<E>(&args) {
         Ok(exit) => exit,
         Err(e) => {
-            eprintln!("{}: {e}", args.name());
+            crate::error::say(format_args!("{}: {e}", args.name()));
             e.exit()
         }
     }

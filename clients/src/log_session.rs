@@ -79,7 +79,9 @@ impl LogSession {
             Read::Tick(entry) => {
                 if !entry.intact {
                     let tick = entry.record.tick;
-                    eprintln!("tick {tick}: the record's checksum fails; its values are suspect");
+                    crate::error::say(format_args!(
+                        "tick {tick}: the record's checksum fails; its values are suspect"
+                    ));
                 }
                 // A frame that somebody still holds is left to them.
                 if Rc::get_mut(&mut self.frame).is_none() {
@@ -94,7 +96,7 @@ impl LogSession {
             Read::End(Ending::Complete(_)) => self.end(),
             Read::End(Ending::Cut { ticks, at_byte, problem }) => {
                 let text = format!("the log ends after {ticks} ticks (byte {at_byte}): {problem}");
-                eprintln!("{text}");
+                crate::error::say(format_args!("{text}"));
                 self.cut = Some(text);
                 self.end()
             }
@@ -107,7 +109,9 @@ impl LogSession {
         }
         if self.compared > 0 {
             let (equal, compared) = (self.equal, self.compared);
-            eprintln!("{equal} of {compared} answers equal the recorded ones, bit for bit");
+            crate::error::say(format_args!(
+                "{equal} of {compared} answers equal the recorded ones, bit for bit"
+            ));
         }
         Ok(None)
     }

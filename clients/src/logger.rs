@@ -66,7 +66,7 @@ impl Witness for Logger {
         if matches!(ending, Ending::Broken | Ending::LogCut) {
             self.writer.flush()?;
             let (path, ticks) = (self.path.display(), self.ticks);
-            eprintln!("{path} holds {ticks} complete ticks and no trailer");
+            crate::error::say(format_args!("{path} holds {ticks} complete ticks and no trailer"));
             return Ok(Exit::Lost);
         }
         self.writer.finish(Trailer {

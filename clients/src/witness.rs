@@ -62,7 +62,7 @@ pub fn run_witness<W: Witness>(args: &ClientArgs) -> Exit {
     match drive::<W>(args) {
         Ok(exit) => exit,
         Err(e) => {
-            eprintln!("{}: {e}", args.name());
+            crate::error::say(format_args!("{}: {e}", args.name()));
             e.exit()
         }
     }
@@ -108,7 +108,7 @@ fn watch<W: Witness>(session: &mut Session, args: &ClientArgs) -> Result<Exit, C
         }
     };
     if let (Some(e), Some(frame)) = (&broken, waiting) {
-        eprintln!("{}: {e}", args.name());
+        crate::error::say(format_args!("{}: {e}", args.name()));
         // The last tick counts if it was completed before the end.
         let _ = complete(session, &mut witness, &mut state, &frame);
     }

@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use rusty_contract::{Exit, RunName};
 use rusty_link::WaitPolicy;
 
+use crate::output::errln;
 use crate::run::Pace;
 use crate::verbs;
 
@@ -242,7 +243,7 @@ pub fn main() -> Exit {
         Verb::Clean(args) => verbs::clean(&args),
     };
     done.unwrap_or_else(|e| {
-        eprintln!("sim-server: {e}");
+        errln!("sim-server: {e}");
         e.exit()
     })
 }

@@ -93,6 +93,9 @@ impl Children {
         };
         if let Some(line) = last_line(&running.talk) {
             how = format!("{how}; its last words: {line}");
+        } else if !status.success() && is_full(&running.talk) {
+            let talk = running.talk.display();
+            how = format!("{how}; its last words are lost: {talk}: No space left on device");
         }
         Some(how)
     }
@@ -209,4 +212,11 @@ fn last_line(path: &Path) -> Option<String> {
     file.take(TAIL).read_to_end(&mut text).ok()?;
     let text = String::from_utf8_lossy(&text);
     text.lines().rev().find(|l| !l.trim().is_empty()).map(|l| l.trim().to_owned())
+}
+
+/// Whether the disk that holds this file has no room for a message.
+fn is_full(path: &Path) -> bool {
+    const MESSAGE: u64 = 4096;
+    rustix::fs::statvfs(path)
+        .is_ok_and(|disk| disk.f_bavail.saturating_mul(disk.f_frsize) < MESSAGE)
 }

@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::output::errln;
+
 /// Ticks between two looks at the clock.
 const TICKS_BETWEEN_LOOKS: u64 = 64;
 /// Between two lines where there is no terminal to draw a bar on.
@@ -44,7 +46,7 @@ impl Progress {
         } else if !self.quiet && (self.last_line.elapsed() >= BETWEEN_LINES || done == self.ticks) {
             self.last_line = Instant::now();
             let percent = 100.0 * done as f64 / self.ticks as f64;
-            eprintln!("  {done}/{} ticks ({percent:.0} %)", self.ticks);
+            errln!("  {done}/{} ticks ({percent:.0} %)", self.ticks);
         }
     }
 
@@ -52,8 +54,8 @@ impl Progress {
     /// about somebody in trouble.
     pub fn say(&self, text: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| eprintln!("{text}")),
-            None => eprintln!("{text}"),
+            Some(bar) => bar.suspend(|| errln!("{text}")),
+            None => errln!("{text}"),
         }
     }
 

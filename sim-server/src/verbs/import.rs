@@ -1,6 +1,6 @@
 //! `import`: recordings of real robots, as run logs.
 
-use crate::output::outln;
+use crate::output::{errln, outln};
 use std::io::IsTerminal as _;
 
 use rusty_contract::Exit;
@@ -21,7 +21,7 @@ pub fn import_carmen(args: &CarmenArgs) -> Verbed {
     let talk = std::io::stderr().is_terminal() && !args.json;
     let mut progress = |lines: u64| {
         if talk && lines.is_multiple_of(LINES_BETWEEN_WORDS) {
-            eprintln!("  {lines} lines");
+            errln!("  {lines} lines");
         }
     };
     let report = import::import_carmen(&args.input, &args.output, &writer(), &mut progress)?;

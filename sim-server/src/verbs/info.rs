@@ -1,6 +1,6 @@
 //! `info`: what is in a log, or in one tick of it.
 
-use crate::output::outln;
+use crate::output::{errln, outln};
 use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
 use rusty_contract::{Exit, LogHeader, Reply, RunDigest};
 use rusty_contract::{Frame, TruthKey};
@@ -138,7 +138,7 @@ fn one_tick(args: &InfoArgs, wanted: u64) -> Verbed {
             Read::Tick(_) => ticks += 1,
             Read::End(ending) => {
                 if let Some(how) = cut(&ending) {
-                    eprintln!("{}: {how}", args.log.display());
+                    errln!("{}: {how}", args.log.display());
                 }
                 let log = args.log.display().to_string();
                 return Err(VerbError::NoSuchTick { log, tick: wanted, ticks });

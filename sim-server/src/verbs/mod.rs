@@ -23,7 +23,7 @@ pub use serve::serve;
 pub use verify::verify;
 pub use worlds::worlds;
 
-use crate::output::outln;
+use crate::output::{errln, outln};
 use rusty_contract::Exit;
 
 use crate::error::VerbError;
@@ -36,6 +36,6 @@ fn print_json(value: &impl serde::Serialize) {
     match serde_json::to_string_pretty(value) {
         Ok(text) => outln!("{text}"),
         // Every document here is made of numbers, text and lists.
-        Err(e) => eprintln!("sim-server: the document cannot be written: {e}"),
+        Err(e) => errln!("sim-server: the document cannot be written: {e}"),
     }
 }

@@ -7,6 +7,7 @@ use super::Verbed;
 use super::launch::change_roster;
 use super::session::{RunSession, Starting};
 use crate::cli::ReplayArgs;
+use crate::output::errln;
 use crate::source::{FrameSource as _, Recording};
 
 /// Plays a log.
@@ -18,13 +19,11 @@ pub fn replay(args: &ReplayArgs) -> Verbed {
     let (mut source, ending) = Recording::open(&args.log)?;
     if let Ending::Cut { ticks, at_byte, problem } = &ending {
         let log = args.log.display();
-        eprintln!(
-            "{log}: cut at byte {at_byte} ({problem}); its {ticks} complete ticks are played"
-        );
+        errln!("{log}: cut at byte {at_byte} ({problem}); its {ticks} complete ticks are played");
     }
     if let Some(damaged) = source.comparison().map(|c| c.damaged).filter(|n| *n > 0) {
         let log = args.log.display();
-        eprintln!("{log}: the checksums of {damaged} records fail; what they hold is suspect");
+        errln!("{log}: the checksums of {damaged} records fail; what they hold is suspect");
     }
     if source.ticks() == 0 {
         let error = crate::source::SourceError::Cut {
@@ -32,7 +31,7 @@ pub fn replay(args: &ReplayArgs) -> Verbed {
             at_byte: 0,
             problem: "there is no complete tick in it to play".to_owned(),
         };
-        eprintln!("{}: {error}", args.log.display());
+        errln!("{}: {error}", args.log.display());
         return Ok(rusty_contract::Exit::Failed);
     }
     change_roster(&mut source.header_mut().roster, &args.run)?;

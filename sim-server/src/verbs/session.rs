@@ -1,6 +1,6 @@
 //! One run as a person sees it: first line, progress, table, paths, exit code.
 
-use crate::output::outln;
+use crate::output::{errln, outln};
 use std::fs;
 use std::io::Write as _;
 use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
@@ -125,14 +125,14 @@ impl RunSession<'_> {
             config.scenario, config.dt_s
         );
         if self.args.json {
-            eprintln!("{line}");
+            errln!("{line}");
         } else {
             outln!("{line}");
         }
         if self.starting == Starting::ByHand {
             let expected: Vec<&str> =
                 header.roster.iter().filter(|p| p.is_awaited()).map(|p| p.name.as_str()).collect();
-            eprintln!("waiting for {} (each with --run {name})", expected.join(", "));
+            errln!("waiting for {} (each with --run {name})", expected.join(", "));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `worlds`: what there is, a drawing of it, a scan of it without noise.
 
-use crate::output::outln;
+use crate::output::{errln, outln};
 use std::path::Path;
 
 use plotters::prelude::*;
@@ -28,7 +28,7 @@ pub fn worlds(args: &WorldsArgs) -> Verbed {
     let spec = scenario_file::world(name)?;
     if let Some(path) = &args.svg {
         draw(&spec, path)?;
-        eprintln!("drawn into {}", path.display());
+        errln!("drawn into {}", path.display());
     }
     if let Some(pose) = &args.scan {
         return scan(args, name, spec, pose);
