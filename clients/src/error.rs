@@ -1,6 +1,6 @@
 //! What can go wrong for a participant.
 
-use rusty_contract::{AnswerError, Exit, KeyError, log::LogError};
+use rusty_contract::{AnswerError, Exit, FieldError, KeyError, log::LogError};
 use rusty_link::LinkError;
 use thiserror::Error;
 
@@ -25,6 +25,9 @@ pub enum ClientError {
     /// The key does not fit, or there is none.
     #[error("key: {0}")]
     Key(#[from] KeyError),
+    /// An argument that cannot be used.
+    #[error(transparent)]
+    Argument(#[from] FieldError),
     /// A key is needed.
     #[error("{0} holds the key to the truth, but none was given; use --key-file or --key-stdin")]
     NoKey(String),
@@ -66,7 +69,10 @@ impl ClientError {
     /// The exit code that goes with it.
     #[must_use]
     pub fn exit(&self) -> Exit {
-        Exit::Failed
+        match self {
+            Self::Argument(_) => Exit::Usage,
+            _ => Exit::Failed,
+        }
     }
 }
 

@@ -63,5 +63,5 @@ fn drive<E: Estimator>(args: &ClientArgs) -> Result<Exit, ClientError> {
             return Err(e);
         }
     }
-    Ok(if session.log_was_cut() { Exit::Lost } else { Exit::Done })
+    Ok(if session.log_is_broken() { Exit::Lost } else { Exit::Done })
 }

@@ -40,8 +40,8 @@ impl LogSession {
         let reader = LogReader::open(log)?;
         let header = reader.header();
         let place = header.answering().position(|p| p.name == name);
-        // The key never leaves this process: it seals frames so that an
-        // estimator sees of a log just what it sees of a run.
+        // Whoever can read the file can read its truth. The seal keeps one way
+        // of reading frames for runs and logs, no secret.
         let key = TruthKey::from_bytes([0x5A; 32]);
         let start = start(header, name, &key);
         Ok(Self {
@@ -70,8 +70,9 @@ impl LogSession {
         &self.replies
     }
 
-    pub(crate) fn was_cut(&self) -> bool {
-        self.cut.is_some()
+    /// Whether the log lacks its end, or a record is not what was written.
+    pub(crate) fn is_broken(&self) -> bool {
+        self.cut.is_some() || self.reader.damaged() > 0
     }
 
     pub(crate) fn next(&mut self) -> Result<Option<Rc<Frame>>, ClientError> {

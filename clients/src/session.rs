@@ -7,8 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use rusty_contract::answer::Message;
-use rusty_contract::{Brief, Frame, JoinRequest, Phase, Reply, Start, Tally, TruthKey};
-use rusty_link::{BorrowedFrame, ClientLink, Domain, Incoming};
+use rusty_contract::config::check_seconds;
+use rusty_contract::{Brief, Exit, Frame, JoinRequest, Phase, Reply, Start, Tally, TruthKey};
+use rusty_link::{BorrowedFrame, ClientLink, Domain, Incoming, LinkError};
+use signal_hook::flag::{register, register_conditional_shutdown};
 
 use crate::log_session::LogSession;
 use crate::{ClientArgs, ClientError, Tick};
@@ -67,7 +69,10 @@ impl Session {
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
             // Without a handler the signal ends the process, which the server
             // notices as well; so a failure to register is no reason to stop.
-            let _ = signal_hook::flag::register(signal, Arc::clone(&stop));
+            // A second signal ends it even in the middle of a tick.
+            let code = i32::from(Exit::Failed as u8);
+            let _ = register_conditional_shutdown(signal, code, Arc::clone(&stop));
+            let _ = register(signal, Arc::clone(&stop));
         }
         let name = args.name();
         let (source, start) = match (&args.run, &args.log) {
@@ -75,7 +80,8 @@ impl Session {
                 let version = concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION"));
                 let awake_ns = args.wait.awake_ns();
                 let request = JoinRequest::new(&name, std::process::id(), awake_ns, version);
-                let timeout = Duration::try_from_secs_f64(args.join_timeout).unwrap_or_default();
+                check_seconds("--join-timeout", args.join_timeout)?;
+                let timeout = Duration::from_secs_f64(args.join_timeout);
                 let link = ClientLink::join(run, &request, args.wait, timeout, &stop)?;
                 let start = link.start().clone();
                 (Source::Live(Box::new(link)), start)
@@ -126,6 +132,9 @@ impl Session {
                     Incoming::Frame(_) | Incoming::Nothing => {}
                 }
             },
+            Source::Log(_) if self.stop.load(Ordering::Relaxed) => {
+                return Err(LinkError::Stopped.into());
+            }
             Source::Log(log) => match log.next()? {
                 Some(frame) => FrameHandle::Log(frame),
                 None => {
@@ -196,10 +205,11 @@ impl Session {
         self.ending
     }
 
-    /// Whether the log it works on was cut off before its end.
+    /// Whether the log it works on lacks its end, or holds a record that is not
+    /// what was written.
     #[must_use]
-    pub fn log_was_cut(&self) -> bool {
-        matches!(&self.source, Source::Log(log) if log.was_cut())
+    pub fn log_is_broken(&self) -> bool {
+        matches!(&self.source, Source::Log(log) if log.is_broken())
     }
 
     /// Marks the part as failed: the server is told so at the end.

@@ -114,7 +114,7 @@ fn watch<W: Witness>(session: &mut Session, args: &ClientArgs) -> Result<Exit, C
     }
     let ending = match (broken, session.ending()) {
         (Some(_), _) | (None, None) => Ending::Broken,
-        (None, Some(_)) if session.log_was_cut() => Ending::LogCut,
+        (None, Some(_)) if session.log_is_broken() => Ending::LogCut,
         (None, Some(_)) if session.recorded_replies().is_some() => Ending::LogEnd,
         (None, Some(phase)) => Ending::Told(phase),
     };
@@ -133,6 +133,12 @@ fn complete<W: Witness>(
     state: &mut State,
     frame: &FrameHandle,
 ) -> Result<(), ClientError> {
+    if frame.observable_digest() != frame.digest() {
+        return Err(ClientError::Unusable(format!(
+            "tick {}: the frame's bytes do not have the digest it carries; do not trust this run",
+            frame.tick()
+        )));
+    }
     let truth = frame.open_truth(&state.key)?.map(|t| t.pose_in_world());
     state.digest.absorb_frame(frame, truth);
     let mut expected = None;

@@ -41,6 +41,8 @@ pub struct Rules {
     pub answer_timeout_ns: u64,
     /// How long a participant may take to say goodbye, ns: a scorer draws.
     pub goodbye_timeout_ns: u64,
+    /// The same where the run ends before its last tick, ns.
+    pub early_goodbye_timeout_ns: u64,
     /// From when on a missing answer is worth a notice, ns.
     pub slow_after_ns: u64,
 }
@@ -195,7 +197,14 @@ impl Lockstep {
             Err(e) => return self.lose(place, LossKind::Invalid, e.to_string()),
         };
         let reply = match message {
-            Message::Ready => return seat.ready(),
+            Message::Ready => {
+                seat.ready();
+                if ending {
+                    // It came too late for the last word: once more for it.
+                    self.state = State::Ending { since_ns: None };
+                }
+                return;
+            }
             Message::Goodbye if ending || !seat.awaited => return seat.leave(),
             Message::Goodbye => {
                 return self.lose(place, LossKind::Left, "it said goodbye before the end".into());
@@ -236,7 +245,10 @@ impl Lockstep {
 
     /// The kernel says that this seat's process has ended.
     pub fn died(&mut self, seat: usize, how: &str) {
+        let ending = matches!(self.state, State::Ending { .. } | State::Finished);
         match self.seats[seat].state {
+            // The run ended before it had begun to take part.
+            SeatState::Joined | SeatState::Absent if ending => self.seats[seat].leave(),
             SeatState::Joined | SeatState::Ready | SeatState::Absent => {
                 self.lose(seat, LossKind::Dead, how.to_owned());
             }
@@ -351,13 +363,8 @@ impl Lockstep {
             return Step::Wait { until_ns: since.saturating_add(self.rules.slow_after_ns) };
         }
         if waited_ns < self.rules.answer_timeout_ns {
-            let slow = self.seats.iter_mut().enumerate().find(|(_, s)| open(s) && !s.slow_said);
-            if let Some((seat, place)) = slow {
-                place.slow_said = true;
-                place.slow += 1;
-                return Step::Slow { seat, waited_ns };
-            }
-            return Step::Wait { until_ns: since.saturating_add(self.rules.answer_timeout_ns) };
+            let until_ns = since.saturating_add(self.rules.answer_timeout_ns);
+            return self.slow(open, waited_ns).unwrap_or(Step::Wait { until_ns });
         }
         for seat in 0..self.seats.len() {
             if open(&self.seats[seat]) {
@@ -371,20 +378,37 @@ impl Lockstep {
         self.next(now, describe)
     }
 
+    /// A notice about the first open seat that has had none in this wait.
+    fn slow(&mut self, open: impl Fn(&Seat) -> bool, waited_ns: u64) -> Option<Step> {
+        let slow = self.seats.iter_mut().enumerate().find(|(_, s)| open(s) && !s.slow_said);
+        let (seat, place) = slow?;
+        place.slow_said = true;
+        place.slow += 1;
+        Some(Step::Slow { seat, waited_ns })
+    }
+
     fn next_ending(&mut self, since: u64, now: u64) -> Step {
-        let open = |s: &Seat| s.awaited && matches!(s.state, SeatState::Ready);
+        let open = |s: &Seat| s.awaited && s.is_present();
         if !self.seats.iter().any(open) {
             self.state = State::Finished;
             return Step::Finished;
         }
-        let until_ns = since.saturating_add(self.rules.goodbye_timeout_ns);
-        if now < until_ns {
-            return Step::Wait { until_ns };
+        let timeout_ns = match self.phase {
+            Phase::Done => self.rules.goodbye_timeout_ns,
+            _ => self.rules.goodbye_timeout_ns.min(self.rules.early_goodbye_timeout_ns),
+        };
+        let until_ns = since.saturating_add(timeout_ns);
+        let waited_ns = now.saturating_sub(since);
+        if waited_ns < timeout_ns {
+            if waited_ns < self.rules.slow_after_ns {
+                return Step::Wait { until_ns: since.saturating_add(self.rules.slow_after_ns) };
+            }
+            return self.slow(open, waited_ns).unwrap_or(Step::Wait { until_ns });
         }
         for seat in 0..self.seats.len() {
             if open(&self.seats[seat]) {
-                let seconds = self.rules.goodbye_timeout_ns as f64 * 1e-9;
-                let detail = format!("no goodbye within {seconds} s after the last frame");
+                let seconds = timeout_ns as f64 * 1e-9;
+                let detail = format!("no goodbye within {seconds:.1} s after the last frame");
                 self.lose(seat, LossKind::Stalled, detail);
             }
         }

@@ -87,6 +87,8 @@ impl RunReport {
         if has(rusty_contract::Role::Scorer) && scored.is_none() {
             remarks.push("there are no scores of this run".to_owned());
         }
+        // A file that is not of this run is no result of it.
+        let scores_file = scores_file.filter(|_| scored.is_some());
         let (scores, pictures) = scored.map(|s| (s.scores, s.pictures)).unwrap_or_default();
         let ended = match outcome.phase {
             Phase::Tick | Phase::Done => "done",
@@ -121,22 +123,26 @@ impl RunReport {
     /// The exit code that goes with it.
     #[must_use]
     pub fn exit(&self) -> Exit {
-        let differs = |c: &Comparison| {
-            c.first_difference.is_some()
-                || (self.ticks == self.ticks_planned
-                    && c.compared > 0
-                    && !c.other_roster
-                    && c.recorded_digest.as_ref().is_some_and(|d| *d != self.digest))
-        };
-        let cut = self.comparison.as_ref().is_some_and(|c| c.cut);
+        let broken = self.comparison.as_ref().is_some_and(|c| c.cut || c.damaged > 0);
         match self.ended {
             "aborted" => Exit::Failed,
+            _ if self.comparison.as_ref().is_some_and(|c| self.differs(c)) => Exit::NotBitExact,
             "interrupted" => Exit::Lost,
-            _ if !self.losses.is_empty() || !self.remarks.is_empty() || cut => Exit::Lost,
-            _ if self.comparison.as_ref().is_some_and(differs) => Exit::NotBitExact,
-            _ if self.comparison.as_ref().is_some_and(|c| c.damaged > 0) => Exit::Lost,
+            _ if !self.losses.is_empty() || !self.remarks.is_empty() || broken => Exit::Lost,
             _ => Exit::Done,
         }
+    }
+
+    /// Whether a replay gave other bits than the log has, as far as both have
+    /// any: the frames always, the run where the same participants answered.
+    fn differs(&self, c: &Comparison) -> bool {
+        let whole = self.ticks == self.ticks_planned;
+        let other = |recorded: &Option<String>, now: &str| {
+            recorded.as_ref().is_some_and(|digest| whole && digest != now)
+        };
+        c.first_difference.is_some()
+            || other(&c.recorded_world_digest, &self.world_digest)
+            || (c.compared > 0 && !c.other_roster && other(&c.recorded_digest, &self.digest))
     }
 }
 

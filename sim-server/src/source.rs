@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use rusty_contract::digest::hex;
 use rusty_contract::log::{Ending, LogError, LogReader, Read, TickRecord};
 use rusty_contract::{Frame, LogHeader, Reply};
 use rusty_geometry::{SE2, Twist};
@@ -94,6 +95,8 @@ impl FrameSource for Simulated {
 pub struct Comparison {
     /// Run digest in the log's trailer; null if it was cut.
     pub recorded_digest: Option<String>,
+    /// World digest in the log's trailer; null if it was cut.
+    pub recorded_world_digest: Option<String>,
     /// Replies that a participant of the same name gave in the log.
     pub compared: u64,
     /// Those equal to the recorded one, bit for bit.
@@ -154,7 +157,8 @@ impl Recording {
         let mut comparison = Comparison { cut: true, damaged, ..Comparison::default() };
         if let Ending::Complete(trailer) = &ending {
             comparison.cut = false;
-            comparison.recorded_digest = Some(rusty_contract::digest::hex(&trailer.run_digest));
+            comparison.recorded_digest = Some(hex(&trailer.run_digest));
+            comparison.recorded_world_digest = Some(hex(&trailer.world_digest));
         }
         header.config.ticks = ticks.max(1);
         Ok((Self { reader, header, ticks, made: 0, record: None, names, comparison }, ending))

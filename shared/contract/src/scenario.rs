@@ -127,7 +127,8 @@ pub struct Participant {
     /// Its role.
     #[serde(default = "estimator")]
     pub role: Role,
-    /// Program and arguments. `launch` appends `--run` and `--name`. A bare
+    /// Program and arguments. `launch` appends `--run`, `--name`, `--wait` and,
+    /// for scorers and loggers, `--key-stdin`. A bare
     /// program name is looked up beside the server, then on the path. Empty:
     /// started by hand.
     #[serde(default)]
@@ -251,18 +252,35 @@ impl Scenario {
         self.check_participants()
     }
 
-    fn check_participants(&self) -> Result<(), ScenarioError> {
-        let count = self.participants.len();
+    /// Checks names, number and rights of participants, but for the driver.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] names the first that cannot be used.
+    pub fn check_roster(participants: &[Participant]) -> Result<(), ScenarioError> {
+        let count = participants.len();
         at_least("participant (number of)", count as u64, 0, MAX_PARTICIPANTS as u64)?;
         let mut names = BTreeSet::new();
-        for (i, p) in self.participants.iter().enumerate() {
+        for (i, p) in participants.iter().enumerate() {
             check_participant_name(&p.name)?;
+            if !p.required && !matches!(p.role, Role::Estimator | Role::Observer) {
+                // It could miss frames: the score or log would have gaps, the
+                // robot would stand.
+                let field = format!("participant[{i}].required");
+                let problem = format!("cannot be false for a {}", p.role);
+                let remedy = "leave it out, or choose the role observer";
+                return Err(FieldError::new(field, "false", problem, remedy).into());
+            }
             if !names.insert(&p.name) {
                 let field = format!("participant[{i}].name");
                 let remedy = "give every participant a name of its own";
                 return Err(FieldError::new(field, &p.name, "is there twice", remedy).into());
             }
         }
+        Ok(())
+    }
+
+    fn check_participants(&self) -> Result<(), ScenarioError> {
+        Self::check_roster(&self.participants)?;
         let drivers = self.participants.iter().filter(|p| p.role == Role::Driver).count();
         let wanted = usize::from(matches!(self.script, ScriptConfig::Driver {}));
         if drivers != wanted {
@@ -310,6 +328,10 @@ mod tests {
             ("[[participant]]\nname = \"a/b\"", "another character"),
             ("[[participant]]\nname = \"a\"\nrole = \"king\"", "king"),
             ("on_loss = \"panic\"", "panic"),
+            (
+                "[[participant]]\nname = \"s\"\nrole = \"scorer\"\nrequired = false",
+                "cannot be false",
+            ),
             ("answer_timeout_s = 0", "answer_timeout_s = 0"),
         ] {
             let error = Scenario::from_toml(text).unwrap_err().to_string();

@@ -18,6 +18,10 @@ use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
 use crate::{Domain, LinkError, Peer, WaitPolicy};
 
+/// How often a participant that never sleeps looks whether its server lives,
+/// in looks for a frame.
+const LOOKS_BETWEEN_CHECKS: u32 = 4096;
+
 /// A participant's ports on a run.
 pub struct ClientLink {
     start: Start,
@@ -79,9 +83,16 @@ impl ClientLink {
         stop: &AtomicBool,
     ) -> Result<Self, LinkError> {
         let deadline = Instant::now() + timeout;
-        let lobby = Lobby::find(run, deadline, stop)?;
-        let start = lobby.ask(request, deadline, stop)?;
-        Self::open(lobby, policy, start)
+        let joined = Lobby::find(run, deadline, stop).and_then(|lobby| {
+            let start = lobby.ask(request, deadline, stop)?;
+            Self::open(lobby, policy, start)
+        });
+        if joined.is_err() {
+            // A server that was killed before anyone had joined cannot sweep
+            // its run either; see `drop`.
+            let _ = Domain::sweep_dead();
+        }
+        joined
     }
 
     fn open(lobby: Lobby, policy: WaitPolicy, start: Start) -> Result<Self, LinkError> {
@@ -145,6 +156,7 @@ impl ClientLink {
     pub fn wait_frame(&self, at_most: Duration, stop: &AtomicBool) -> Result<Incoming, LinkError> {
         let mut waiter = Waiter::new(self.policy, self.waiting_since_ns);
         let mut deadline = None;
+        let mut looks = 0u32;
         loop {
             if let Some(sample) =
                 self.frames.receive().map_err(LinkError::transport("receive a frame"))?
@@ -154,11 +166,14 @@ impl ClientLink {
             if stop.load(Ordering::Relaxed) {
                 return Err(LinkError::Stopped);
             }
-            if waiter.yielded() {
+            let awake = waiter.yielded();
+            looks = looks.wrapping_add(1);
+            if awake && !looks.is_multiple_of(LOOKS_BETWEEN_CHECKS) {
                 continue;
             }
-            // The server is asked about only before going to sleep: while it
-            // answers in time there is no need to.
+            // The server is asked about only before going to sleep, or now and
+            // then by those who never sleep: while it answers in time there is
+            // no need to.
             if self.server.is_dead() {
                 // Its last frame may have come between the two looks.
                 return match self.frames.receive() {
@@ -172,6 +187,9 @@ impl ClientLink {
             let until = *deadline.get_or_insert(now + at_most);
             if now >= until {
                 return Ok(Incoming::Nothing);
+            }
+            if awake {
+                continue;
             }
             let mut fds = vec![readable(services::listener_fd(&self.woken))];
             fds.extend(self.server.fd().map(readable));
@@ -234,7 +252,7 @@ impl ClientLink {
 
 impl Drop for ClientLink {
     fn drop(&mut self) {
-        // A server that was killed cannot sweep its run. The last one out
+        // A server that was killed cannot sweep its run, so everyone who leaves
         // does; while the server lives this does nothing.
         if self.server.is_dead() {
             let _ = self.domain.sweep_if_dead();

@@ -19,9 +19,10 @@ use std::time::{Duration, Instant};
 use iceoryx2::prelude::{Config, FileName, SemanticString as _};
 use rustix::fs::{FlockOperation, flock};
 use rusty_contract::RunName;
-use thiserror::Error;
 
 use crate::Peer;
+pub use crate::domain_error::DomainError;
+use crate::domain_error::io;
 use crate::sweep::{memory_files, sweep_folder, sweep_memory};
 
 /// How long somebody may need who looks at a lock or sweeps behind it.
@@ -32,6 +33,9 @@ const SWEEP_TIME: Duration = Duration::from_secs(2);
 pub struct Domain {
     run: RunName,
     folder: PathBuf,
+    /// Drawn at every start and written into the lock, so that nothing that
+    /// outlives a run can touch a later one of the same name.
+    nonce: u32,
     /// Held by the server for its life; `None` in a client.
     lock: Option<File>,
 }
@@ -46,57 +50,6 @@ pub enum RunState {
     },
     /// Its server is gone; what is left can be swept.
     Dead,
-}
-
-/// Why a domain cannot be used.
-#[derive(Debug, Error)]
-pub enum DomainError {
-    /// A living server has this name.
-    #[error(
-        "run {run:?} is in use by process {pid}; choose another name with --run, or end that \
-         run first"
-    )]
-    InUse {
-        /// The run.
-        run: String,
-        /// The server's process.
-        pid: u32,
-    },
-    /// No server has this name.
-    #[error("no run {run:?} is being served (looked in {folder}); {remedy}")]
-    NoSuchRun {
-        /// The run.
-        run: String,
-        /// Where it would be.
-        folder: String,
-        /// What to do.
-        remedy: String,
-    },
-    /// The operating system says no.
-    #[error("{path}: {doing}: {error}")]
-    Io {
-        /// The file or folder.
-        path: String,
-        /// What was tried.
-        doing: &'static str,
-        /// What it said.
-        error: std::io::Error,
-    },
-    /// The base folder belongs to somebody else.
-    #[error("{path} belongs to user {owner}, not to you ({me}); remove it or ask its owner to")]
-    NotYours {
-        /// The folder.
-        path: String,
-        /// Its owner.
-        owner: u32,
-        /// This user.
-        me: u32,
-    },
-}
-
-pub(crate) fn io(path: &Path, doing: &'static str) -> impl FnOnce(std::io::Error) -> DomainError {
-    let path = path.display().to_string();
-    move |error| DomainError::Io { path, doing, error }
 }
 
 impl Domain {
@@ -114,6 +67,7 @@ impl Domain {
     pub fn create(run: &RunName) -> Result<Self, DomainError> {
         let base = Self::base();
         ensure_own_folder(&base)?;
+        let nonce = getrandom::u32().unwrap_or_else(|_| std::process::id());
         let folder = base.join(run.as_str());
         let deadline = Instant::now() + SWEEP_TIME;
         // A sweep beside us may remove folder and lock between two of our
@@ -133,12 +87,14 @@ impl Domain {
             if !is_current(&lock, &folder) {
                 continue;
             }
+            let path = folder.join("lock");
+            // Empty first: whoever looks meanwhile sees that nobody serves yet.
+            lock.set_len(0).map_err(io(&path, "empty the lock"))?;
             sweep_folder(&folder, false)?;
             sweep_memory(&prefix_of(run))?;
-            let path = folder.join("lock");
-            let write = lock.set_len(0).and_then(|()| write!(lock, "{}", std::process::id()));
-            write.map_err(io(&path, "write the lock"))?;
-            return Ok(Self { run: run.clone(), folder, lock: Some(lock) });
+            let text = format!("{} {nonce}", std::process::id());
+            lock.write_all(text.as_bytes()).map_err(io(&path, "write the lock"))?;
+            return Ok(Self { run: run.clone(), folder, nonce, lock: Some(lock) });
         }
     }
 
@@ -148,9 +104,11 @@ impl Domain {
     /// [`DomainError::NoSuchRun`] lists the runs there are.
     pub fn find(run: &RunName) -> Result<Self, DomainError> {
         let folder = Self::base().join(run.as_str());
-        let domain = Self { run: run.clone(), folder, lock: None };
+        let (pid, nonce) = read_lock(&folder);
+        let domain = Self { run: run.clone(), folder, nonce, lock: None };
         match domain.state() {
-            Some(RunState::Alive { .. }) => Ok(domain),
+            // A lock that is still empty: the server is on its way.
+            Some(RunState::Alive { .. }) if pid != 0 => Ok(domain),
             _ => {
                 let alive: Vec<String> = Self::list()?
                     .into_iter()
@@ -174,17 +132,21 @@ impl Domain {
     /// [`DomainError::Io`] if the base folder cannot be read.
     pub fn list() -> Result<Vec<(RunName, RunState)>, DomainError> {
         let base = Self::base();
-        let entries = match fs::read_dir(&base) {
-            Ok(entries) => entries,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-            Err(e) => return Err(io(&base, "list the runs")(e)),
-        };
+        match check_own_folder(&base) {
+            Err(DomainError::Io { error, .. }) if error.kind() == std::io::ErrorKind::NotFound => {
+                return Ok(Vec::new());
+            }
+            checked => checked?,
+        }
+        let entries = fs::read_dir(&base).map_err(io(&base, "list the runs"))?;
         let mut runs: Vec<(RunName, RunState)> = entries
             .flatten()
+            // A link is none of ours: what it points to is not swept.
+            .filter(|entry| entry.file_type().is_ok_and(|t| t.is_dir()))
             .filter_map(|entry| RunName::new(entry.file_name().to_str()?).ok())
             .filter_map(|run| {
                 let folder = base.join(run.as_str());
-                let state = Self { run: run.clone(), folder, lock: None }.state()?;
+                let state = Self { run: run.clone(), folder, nonce: 0, lock: None }.state()?;
                 Some((run, state))
             })
             .collect();
@@ -198,11 +160,10 @@ impl Domain {
     /// [`DomainError::Io`] names what could not be removed.
     pub fn sweep_dead() -> Result<Vec<RunName>, DomainError> {
         let mut swept = Vec::new();
-        for (run, state) in Self::list()? {
+        for (run, _) in Self::list()? {
             let folder = Self::base().join(run.as_str());
-            if state == RunState::Dead
-                && (Self { run: run.clone(), folder, lock: None }).sweep_if_dead()?
-            {
+            let domain = Self { run: run.clone(), folder, nonce: 0, lock: None };
+            if domain.sweep_if_dead()? {
                 swept.push(run);
             }
         }
@@ -269,7 +230,7 @@ impl Domain {
     /// What the names of this run's shared memory begin with.
     #[must_use]
     pub fn memory_prefix(&self) -> String {
-        prefix_of(&self.run)
+        format!("{}{:06x}_", prefix_of(&self.run), self.nonce & 0xFF_FFFF)
     }
 
     /// What a run has on this machine right now: its folder and its shared
@@ -282,6 +243,13 @@ impl Domain {
         traces
     }
 
+    /// Removes all that a run has on this machine, whoever uses it: for a
+    /// server that must end at once. What cannot be removed stays.
+    pub fn remove_traces(run: &RunName) {
+        let _ = sweep_memory(&prefix_of(run));
+        let _ = sweep_folder(&Self::base().join(run.as_str()), true);
+    }
+
     /// The transport's configuration for this domain. Given in code: a
     /// configuration file in the working directory must change nothing.
     pub(crate) fn transport(&self) -> Result<Config, crate::LinkError> {
@@ -289,7 +257,7 @@ impl Domain {
         let root = iceoryx2::prelude::Path::new(self.folder.as_os_str().as_encoded_bytes())
             .map_err(crate::LinkError::transport("use the run's folder"))?;
         config.global.set_root_path(&root);
-        config.global.prefix = FileName::new(prefix_of(&self.run).as_bytes())
+        config.global.prefix = FileName::new(self.memory_prefix().as_bytes())
             .map_err(crate::LinkError::transport("use the run's prefix"))?;
         // Sweeping is done by the domain, never in the middle of a run.
         config.global.node.cleanup_dead_nodes_on_creation = false;
@@ -309,35 +277,47 @@ impl Drop for Domain {
     }
 }
 
-/// FNV-1a over user and run: short, and the same in every process.
+/// What the names of all memory of a run begin with, whenever it was started:
+/// FNV-1a over user and run, short, and the same in every process.
 fn prefix_of(run: &RunName) -> String {
     let uid = rustix::process::getuid().as_raw();
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     for byte in uid.to_le_bytes().iter().chain(run.as_str().as_bytes()) {
         hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
     }
-    format!("rusty{hash:016x}_")
+    format!("rusty{:010x}", hash >> 24)
 }
 
+/// Makes the folder if it is not there, for this user alone.
 fn ensure_own_folder(path: &Path) -> Result<(), DomainError> {
     let deadline = Instant::now() + SWEEP_TIME;
-    let owner = loop {
+    loop {
         match fs::DirBuilder::new().mode(0o700).create(path) {
             Err(e) if e.kind() != std::io::ErrorKind::AlreadyExists => {
                 return Err(io(path, "make the folder")(e));
             }
             _ => {}
         }
-        match fs::metadata(path) {
-            Ok(metadata) => break metadata.uid(),
+        match check_own_folder(path) {
             // Swept beside us between the two steps: once more.
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound && Instant::now() < deadline => {}
-            Err(e) => return Err(io(path, "look at the folder")(e)),
+            Err(DomainError::Io { error, .. })
+                if error.kind() == std::io::ErrorKind::NotFound && Instant::now() < deadline => {}
+            checked => return checked,
         }
-    };
+    }
+}
+
+/// Refuses what is no folder of this user's own: on a shared machine somebody
+/// else may have put a folder or a link where ours would be.
+fn check_own_folder(path: &Path) -> Result<(), DomainError> {
+    let found = fs::symlink_metadata(path).map_err(io(path, "look at the folder"))?;
     let me = rustix::process::getuid().as_raw();
-    if owner != me {
-        return Err(DomainError::NotYours { path: path.display().to_string(), owner, me });
+    if found.uid() != me || !found.is_dir() || found.mode() & 0o022 != 0 {
+        return Err(DomainError::NotYours {
+            path: path.display().to_string(),
+            owner: found.uid(),
+            me,
+        });
     }
     Ok(())
 }
@@ -371,9 +351,18 @@ fn is_current(lock: &File, folder: &Path) -> bool {
 }
 
 fn read_pid(folder: &Path) -> u32 {
+    read_lock(folder).0
+}
+
+/// Process and nonce of the server, as the lock has them; zeros if it has none.
+fn read_lock(folder: &Path) -> (u32, u32) {
     let mut text = String::new();
-    let read = File::open(folder.join("lock")).and_then(|f| f.take(20).read_to_string(&mut text));
-    read.ok().and_then(|_| text.trim().parse().ok()).unwrap_or(0)
+    let read = File::open(folder.join("lock")).and_then(|f| f.take(40).read_to_string(&mut text));
+    let mut words = text.split_whitespace().map(|word| word.parse().unwrap_or(0));
+    match read {
+        Ok(_) => (words.next().unwrap_or(0), words.next().unwrap_or(0)),
+        Err(_) => (0, 0),
+    }
 }
 
 #[cfg(test)]
@@ -398,6 +387,23 @@ mod tests {
     }
 
     #[test]
+    fn a_link_is_none_of_our_runs() {
+        let elsewhere = std::env::temp_dir().join(format!("elsewhere-{}", std::process::id()));
+        fs::create_dir_all(elsewhere.join("dear")).unwrap();
+        let run = name("link");
+        let living = Domain::create(&name("base")).unwrap();
+        let link = Domain::base().join(run.as_str());
+        std::os::unix::fs::symlink(&elsewhere, &link).unwrap();
+        let found = Domain::list().unwrap().into_iter().any(|(r, _)| r == run);
+        Domain::sweep_dead().unwrap();
+        assert!(!found && elsewhere.join("dear").exists());
+        assert!(matches!(Domain::create(&run), Err(DomainError::NotYours { .. })));
+        fs::remove_file(link).unwrap();
+        fs::remove_dir_all(elsewhere).unwrap();
+        drop(living);
+    }
+
+    #[test]
     fn what_a_dead_run_left_is_swept_and_a_living_one_is_not() {
         let (dead, alive) = (name("dead"), name("alive"));
         let living = Domain::create(&alive).unwrap();
@@ -406,7 +412,7 @@ mod tests {
         fs::write(folder.join("services/x"), "x").unwrap();
         let memory = Path::new("/dev/shm").join(format!("{}x", prefix_of(&dead)));
         fs::write(&memory, "x").unwrap();
-        let corpse = Domain { run: dead.clone(), folder: folder.clone(), lock: None };
+        let corpse = Domain { run: dead.clone(), folder: folder.clone(), nonce: 0, lock: None };
         assert!(corpse.sweep_if_dead().unwrap());
         assert!(!folder.exists() && !memory.exists());
         let view = Domain::find(&alive).unwrap();

@@ -15,6 +15,7 @@
 
 pub mod client;
 pub mod domain;
+mod domain_error;
 mod error;
 mod lobby;
 pub mod process;

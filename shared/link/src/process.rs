@@ -25,7 +25,8 @@ pub enum PeerState {
 }
 
 impl Peer {
-    /// Takes hold of a process. One that cannot be held has ended already.
+    /// Takes hold of a process. One that cannot be held counts as dead: it has
+    /// ended already, or lives where the kernel does not let us see it.
     #[must_use]
     pub fn new(pid: u32) -> Self {
         let fd = i32::try_from(pid)

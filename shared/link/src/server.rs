@@ -92,7 +92,7 @@ impl ServerLink {
         // Last, because clients take it as the sign that all others exist.
         let joins = services::join(&node, true)?
             .server_builder()
-            .initial_max_slice_len(1 << 16)
+            .initial_max_slice_len(1 << 12)
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
             .create()
             .map_err(LinkError::transport("open the join port"))?;
@@ -135,20 +135,20 @@ impl ServerLink {
         self.frames.loan_uninit().map(FrameLoan).map_err(LinkError::transport("loan a frame"))
     }
 
-    /// Sends a frame to everyone, and says when and to how many. The wait for
-    /// its answers begins.
+    /// Sends a frame to everyone, and says when. The wait for its answers
+    /// begins; who did not get it shows by not answering.
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn publish(&mut self, mut frame: FrameLoan) -> Result<(u64, usize), LinkError> {
+    pub fn publish(&mut self, mut frame: FrameLoan) -> Result<u64, LinkError> {
         let now = monotonic_ns();
         frame.published_ns = now;
         // SAFETY: the frame is initialised, see `FrameLoan::deref`.
         let sample = unsafe { frame.0.assume_init() };
-        let receivers = sample.send().map_err(LinkError::transport("publish a frame"))?;
+        sample.send().map_err(LinkError::transport("publish a frame"))?;
         self.waiting_since_ns = now;
         self.waiter = Waiter::new(self.policy, now);
-        Ok((now, receivers))
+        Ok(now)
     }
 
     /// Sends the answers of a tick to scorers and loggers.

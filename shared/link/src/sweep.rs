@@ -2,8 +2,9 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use crate::domain::{DomainError, io};
+use crate::domain_error::{DomainError, io};
 
 /// Where the kernel keeps named shared memory.
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -37,8 +38,19 @@ pub(crate) fn sweep_folder(folder: &Path, whole: bool) -> Result<(), DomainError
             continue;
         }
         let is_folder = entry.file_type().is_ok_and(|t| t.is_dir());
-        let removed = if is_folder { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
-        gone(removed).map_err(io(&path, "remove"))?;
+        // Somebody on the way out may still write into a folder being emptied.
+        let mut tries = 0;
+        loop {
+            let removed =
+                if is_folder { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+            match removed {
+                Err(e) if e.kind() == std::io::ErrorKind::DirectoryNotEmpty && tries < 20 => {
+                    tries += 1;
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                other => break gone(other).map_err(io(&path, "remove"))?,
+            }
+        }
     }
     if whole {
         let lock = folder.join("lock");

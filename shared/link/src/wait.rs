@@ -95,8 +95,6 @@ impl Waiter {
     /// Whether it is still in its awake time; if so, the core was given away
     /// once.
     pub(crate) fn yielded(&self) -> bool {
-        // Several yields per look at the clock: both are system calls or
-        // close to it, and the data is what matters.
         if monotonic_ns() < self.awake_until_ns {
             std::thread::yield_now();
             true

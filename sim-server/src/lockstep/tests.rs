@@ -13,6 +13,7 @@ fn rules(ticks: u64, on_loss: OnLoss) -> Rules {
         join_timeout_ns: 1_000,
         answer_timeout_ns: 1_000,
         goodbye_timeout_ns: 5_000,
+        early_goodbye_timeout_ns: 2_000,
         slow_after_ns: 100,
     }
 }
@@ -161,6 +162,28 @@ fn a_nan_is_named() {
     let Step::Lost(loss) = m.next(2, quiet) else { panic!("no loss") };
     assert!(loss.to_string().contains("estimate x_m is NaN"), "{loss}");
     assert_eq!(m.next(2, quiet), Step::End(Phase::Aborted));
+}
+
+#[test]
+fn who_opens_its_ports_after_the_last_word_hears_it_again() {
+    let mut m = Lockstep::new(rules(1, OnLoss::Abort), &roster(), 0);
+    for name in ["a", "log"] {
+        m.join(&JoinRequest::new(name, 1, 0, "test")).unwrap();
+    }
+    m.answer(&say(0, 0, 0, Message::Ready), 1);
+    m.died(1, "exited with code 1");
+    let Step::Lost(loss) = m.next(2, quiet) else { panic!("no loss") };
+    assert_eq!(loss.name, "b");
+    assert_eq!(m.next(2, quiet), Step::End(Phase::Aborted));
+    m.published(0, 2);
+    m.answer(&say(0, 0, 0, Message::Goodbye), 3);
+    // The logger has joined but is not there yet: it is waited for, and told.
+    assert!(matches!(m.next(3, quiet), Step::Wait { .. }));
+    m.answer(&say(2, 0, 0, Message::Ready), 4);
+    assert_eq!(m.next(4, quiet), Step::End(Phase::Aborted));
+    m.published(0, 4);
+    m.answer(&say(2, 0, 0, Message::Goodbye), 5);
+    assert_eq!(m.next(5, quiet), Step::Finished);
 }
 
 /// A tiny generator for schedules (SplitMix64): the test needs no more.

@@ -7,9 +7,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use rustix::process::{Pid, Signal, kill_process_group};
 use rusty_contract::{Participant, RunName, TruthKey};
 use rusty_link::WaitPolicy;
 use thiserror::Error;
+
+/// How long participants may take to end after their goodbye.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// The same for those that nobody misses.
+const SHORT_PATIENCE: Duration = Duration::from_millis(300);
 
 /// Why a participant cannot be started.
 #[derive(Debug, Error)]
@@ -46,7 +52,8 @@ struct Running {
     talk: PathBuf,
 }
 
-/// The participants that the server started. None of them outlives it.
+/// The participants that the server started, each in a process group of its
+/// own. A group that is still there when this is dropped is killed.
 #[derive(Default)]
 pub struct Children(Vec<Running>);
 
@@ -78,13 +85,19 @@ impl Children {
         Ok(children)
     }
 
+    /// The process groups, for whoever must end them all.
+    pub fn groups(&self) -> impl Iterator<Item = u32> {
+        self.0.iter().map(|r| r.child.id())
+    }
+
     /// How the participant on `seat` ended, if the server started it and it
-    /// has ended.
-    pub fn ended(&mut self, seat: usize) -> Option<String> {
+    /// has ended. `pid` is the process that has the seat, 0 if none has.
+    pub fn ended(&mut self, seat: usize, pid: u32) -> Option<String> {
         let running = self.0.iter_mut().find(|r| r.seat == seat)?;
-        if running.status.is_none() {
-            running.status = running.child.try_wait().ok().flatten();
+        if pid != 0 && pid != running.child.id() && running.status.is_some() {
+            return None;
         }
+        running.has_not_ended();
         let status = running.status?;
         let mut how = match (status.code(), status.signal()) {
             (Some(code), _) => format!("its process exited with code {code}"),
@@ -101,16 +114,25 @@ impl Children {
     }
 
     /// Waits for everyone to end by itself, then ends the rest. Says who did
-    /// not end well: seat and how.
-    pub fn finish(mut self, patience: Duration) -> Vec<(usize, String)> {
-        let deadline = Instant::now() + patience;
-        while Instant::now() < deadline && !self.all_ended() {
+    /// not end well: seat and how. Nobody waits long for a seat that
+    /// `is_missed` does not name: it never took part, or is known to be lost.
+    pub fn finish(mut self, is_missed: impl Fn(usize) -> bool) -> Vec<(usize, String)> {
+        let began = Instant::now();
+        loop {
+            let late = |r: &mut Running| r.has_not_ended();
+            let missed = self.0.iter_mut().filter(|r| is_missed(r.seat)).any(late);
+            let others = self.0.iter_mut().filter(|r| !is_missed(r.seat)).any(late);
+            let patience = if missed { PATIENCE } else { SHORT_PATIENCE };
+            if !(missed || others) || began.elapsed() >= patience {
+                break;
+            }
             std::thread::sleep(Duration::from_millis(1));
         }
         let mut bad = Vec::new();
         for i in 0..self.0.len() {
             let seat = self.0[i].seat;
-            match (self.ended(seat), self.0[i].status) {
+            match (self.ended(seat, 0), self.0[i].status) {
+                (None, _) if !is_missed(seat) => {}
                 (None, _) => bad.push((seat, "it did not end by itself".to_owned())),
                 (Some(how), Some(status)) if !status.success() => bad.push((seat, how)),
                 _ => {}
@@ -121,14 +143,21 @@ impl Children {
         }
         bad
     }
+}
 
-    fn all_ended(&mut self) -> bool {
-        self.0.iter_mut().all(|r| {
-            if r.status.is_none() {
-                r.status = r.child.try_wait().ok().flatten();
-            }
-            r.status.is_some()
-        })
+impl Running {
+    fn has_not_ended(&mut self) -> bool {
+        if self.status.is_none() {
+            self.status = self.child.try_wait().ok().flatten();
+        }
+        self.status.is_none()
+    }
+}
+
+/// Kills a process and all that it started in its group.
+pub(super) fn kill_group(leader: u32) {
+    if let Some(pid) = i32::try_from(leader).ok().and_then(Pid::from_raw) {
+        let _ = kill_process_group(pid, Signal::KILL);
     }
 }
 
@@ -136,7 +165,7 @@ impl Drop for Children {
     fn drop(&mut self) {
         for running in &mut self.0 {
             if running.status.is_none() {
-                let _ = running.child.kill();
+                kill_group(running.child.id());
                 let _ = running.child.wait();
             }
         }

@@ -7,11 +7,13 @@ mod children;
 mod pace;
 mod progress;
 mod start;
+mod stop;
 
 pub use children::{Children, ChildrenError, Spawn};
 pub use pace::Pace;
 pub use progress::Progress;
 pub use start::RunSetup;
+pub use stop::Stop;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -66,6 +68,8 @@ pub struct Run<'a> {
     source_error: Option<SourceError>,
     began: Option<Instant>,
     has_key_holders: bool,
+    /// The last word is out.
+    ended: bool,
     looks: u32,
 }
 
@@ -105,6 +109,7 @@ impl<'a> Run<'a> {
             source_error: None,
             began: None,
             has_key_holders,
+            ended: false,
             looks: 0,
         })
     }
@@ -125,10 +130,13 @@ impl<'a> Run<'a> {
                     let name = &self.lockstep.seats()[seat].name;
                     let what = describe(self.peers[seat].as_ref());
                     let seconds = waited_ns as f64 * 1e-9;
-                    let tick = self.lockstep.ticks_done();
-                    self.progress.say(&format!(
-                        "{name} is slow: no answer to tick {tick} for {seconds:.1} s{what}"
-                    ));
+                    let missing = if self.ended {
+                        "goodbye".to_owned()
+                    } else {
+                        format!("answer to tick {}", self.lockstep.ticks_done())
+                    };
+                    self.progress
+                        .say(&format!("{name} is slow: no {missing} for {seconds:.1} s{what}"));
                 }
                 Step::Lost(loss) => {
                     self.progress.say(&format!("lost: {loss}"));
@@ -168,7 +176,7 @@ impl<'a> Run<'a> {
         frame.seal(&self.key, truth);
         self.digest.absorb_frame(&frame, truth);
         let digest = frame.digest();
-        let (now, _) = self.link.publish(frame)?;
+        let now = self.link.publish(frame)?;
         self.lockstep.published(digest, now);
         self.wake();
         Ok(())
@@ -202,9 +210,6 @@ impl<'a> Run<'a> {
             })?;
         }
         self.progress.tick(tick + 1);
-        if self.stop.load(Ordering::Relaxed) {
-            self.lockstep.interrupt();
-        }
         Ok(())
     }
 
@@ -213,9 +218,10 @@ impl<'a> Run<'a> {
         frame.end(phase, self.lockstep.ticks_done());
         frame.run_id = self.setup.run_id;
         let digest = frame.digest();
-        let (now, _) = self.link.publish(frame)?;
+        let now = self.link.publish(frame)?;
         self.lockstep.published(digest, now);
         self.link.wake_all();
+        self.ended = true;
         self.progress.done();
         Ok(())
     }
@@ -283,7 +289,9 @@ impl<'a> Run<'a> {
             if matches!(self.lockstep.seats()[seat].state, SeatState::Left | SeatState::Lost(_)) {
                 continue;
             }
-            let child = self.children.ended(seat);
+            // A seat that was taken again by hand is no longer the child's.
+            let pid = self.lockstep.seats()[seat].pid;
+            let child = self.children.ended(seat, pid);
             let joined_dead = self.peers[seat].as_ref().is_some_and(Peer::is_dead);
             if child.is_none() && !joined_dead {
                 continue;

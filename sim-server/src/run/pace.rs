@@ -18,7 +18,11 @@ impl Pace {
     pub fn due(self, tick: u64, dt_s: f64) -> Option<Duration> {
         match self {
             Self::Max => None,
-            Self::Factor(factor) => Duration::try_from_secs_f64(tick as f64 * dt_s / factor).ok(),
+            Self::Factor(factor) => {
+                let due = Duration::try_from_secs_f64(tick as f64 * dt_s / factor);
+                // Later than the clock can say is never, not at once.
+                Some(due.unwrap_or(Duration::MAX))
+            }
         }
     }
 }

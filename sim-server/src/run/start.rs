@@ -11,6 +11,8 @@ use crate::lockstep::Rules;
 
 /// How long a participant may take after the last frame: a scorer draws.
 const GOODBYE_TIMEOUT_S: f64 = 60.0;
+/// The same where the run ends early.
+const EARLY_GOODBYE_TIMEOUT_S: f64 = 15.0;
 /// From when on a missing answer is worth a line.
 const SLOW_AFTER_S: f64 = 1.0;
 
@@ -60,6 +62,7 @@ impl RunSetup {
             join_timeout_ns: ns(self.join_timeout_s),
             answer_timeout_ns: ns(self.answer_timeout_s),
             goodbye_timeout_ns: ns(self.answer_timeout_s.max(GOODBYE_TIMEOUT_S)),
+            early_goodbye_timeout_ns: ns(EARLY_GOODBYE_TIMEOUT_S),
             slow_after_ns: ns(SLOW_AFTER_S.min(self.answer_timeout_s / 2.0)),
         }
     }
@@ -68,7 +71,9 @@ impl RunSetup {
     pub(super) fn start(&self, header: &LogHeader, seat: usize) -> Start {
         let participant = &header.roster[seat];
         let config = &header.config;
-        let given = |access: Access| access == Access::Given;
+        // A start travels through memory that everyone maps. What scorers and
+        // loggers are told stands in their sealed brief, and only there.
+        let given = |access: Access| access == Access::Given && !participant.role.holds_key();
         let sealed_brief = participant.role.holds_key().then(|| {
             let out_dir = self.out_dir.as_ref().map(|p| p.display().to_string());
             let brief = Brief { header: header.clone(), out_dir };

@@ -21,32 +21,57 @@ pub fn info(args: &InfoArgs) -> Verbed {
     }
 }
 
-fn whole(args: &InfoArgs) -> Verbed {
-    let mut reader = LogReader::open(&args.log)?;
-    let header = reader.header().clone();
-    let key = TruthKey::from_bytes([0; 32]);
-    let (mut digest, mut frame) = (RunDigest::default(), Frame::boxed());
-    let (mut ticks, mut scans, mut truths) = (0u64, 0u64, 0u64);
-    let mut times: Option<(f64, f64)> = None;
-    let ending = loop {
-        match reader.read()? {
-            Read::Tick(entry) => {
-                let record = entry.record;
-                record.write_frame(&mut frame, header.config.dt_s, &key);
-                record.absorb(&frame, &mut digest);
-                ticks += 1;
-                scans += u64::from(record.ranges_m.is_some());
-                truths += u64::from(record.truth.is_some());
-                let time_s = record.time_s(header.config.dt_s);
-                times = Some((times.map_or(time_s, |t| t.0), time_s));
+/// What one pass over a log finds.
+struct Facts {
+    header: LogHeader,
+    ticks: u64,
+    scans: u64,
+    truths: u64,
+    /// First and last.
+    times_s: Option<(f64, f64)>,
+    damaged: u64,
+    digest: RunDigest,
+    ending: Ending,
+}
+
+impl Facts {
+    fn read(args: &InfoArgs) -> Result<Self, VerbError> {
+        let mut reader = LogReader::open(&args.log)?;
+        let header = reader.header().clone();
+        let key = TruthKey::from_bytes([0; 32]);
+        let (mut digest, mut frame) = (RunDigest::default(), Frame::boxed());
+        let (mut ticks, mut scans, mut truths) = (0u64, 0u64, 0u64);
+        let mut times_s: Option<(f64, f64)> = None;
+        let ending = loop {
+            match reader.read()? {
+                Read::Tick(entry) => {
+                    let record = entry.record;
+                    record.write_frame(&mut frame, header.config.dt_s, &key);
+                    record.absorb(&frame, &mut digest);
+                    ticks += 1;
+                    scans += u64::from(record.ranges_m.is_some());
+                    truths += u64::from(record.truth.is_some());
+                    let time_s = record.time_s(header.config.dt_s);
+                    times_s = Some((times_s.map_or(time_s, |t| t.0), time_s));
+                }
+                Read::End(ending) => break ending,
             }
-            Read::End(ending) => break ending,
+        };
+        let damaged = reader.damaged();
+        Ok(Self { header, ticks, scans, truths, times_s, damaged, digest, ending })
+    }
+
+    /// Nothing is missing and nothing is damaged.
+    fn complete(&self) -> bool {
+        match &self.ending {
+            Ending::Complete(t) => self.damaged == 0 && t.run_digest == self.digest.run(),
+            Ending::Cut { .. } => false,
         }
-    };
-    let damaged = reader.damaged();
-    let complete = matches!(ending, Ending::Complete(_)) && damaged == 0;
-    if args.json {
-        print_json(&json!({
+    }
+
+    fn json(&self, args: &InfoArgs) -> Value {
+        let header = &self.header;
+        json!({
             "log": args.log.display().to_string(),
             "writer": header.writer,
             "source": header.source,
@@ -54,31 +79,50 @@ fn whole(args: &InfoArgs) -> Verbed {
             "seed": header.seed(),
             "roster": header.roster,
             "on_loss": header.on_loss,
-            "ticks": ticks,
-            "scans": scans,
-            "ticks_with_truth": truths,
-            "first_time_s": times.map(|t| t.0),
-            "last_time_s": times.map(|t| t.1),
-            "complete": complete,
-            "damaged_records": damaged,
-            "cut": cut(&ending),
-            "digest": digest.run_hex(),
-            "world_digest": digest.world_hex(),
-        }));
-    } else {
-        print_header(&header);
-        outln!("ticks     {ticks}, {scans} with a scan, {truths} with a known truth");
-        if let Some((first, last)) = times {
+            "ticks": self.ticks,
+            "ticks_planned": header.config.ticks,
+            "scans": self.scans,
+            "ticks_with_truth": self.truths,
+            "first_time_s": self.times_s.map(|t| t.0),
+            "last_time_s": self.times_s.map(|t| t.1),
+            "complete": self.complete(),
+            "damaged_records": self.damaged,
+            "cut": cut(&self.ending),
+            "digest": self.digest.run_hex(),
+            "world_digest": self.digest.world_hex(),
+        })
+    }
+
+    fn print(&self) {
+        print_header(&self.header);
+        let (ticks, planned) = (self.ticks, self.header.config.ticks);
+        let (scans, truths) = (self.scans, self.truths);
+        outln!("ticks     {ticks} of {planned}, {scans} with a scan, {truths} with a known truth");
+        if let Some((first, last)) = self.times_s {
             outln!("time      {first} s to {last} s");
         }
-        match cut(&ending) {
-            None if damaged == 0 => outln!("complete  yes"),
-            None => outln!("complete  no: the checksums of {damaged} records fail"),
+        match cut(&self.ending) {
             Some(how) => outln!("complete  no: {how}"),
+            None if self.damaged > 0 => {
+                outln!("complete  no: the checksums of {} records fail", self.damaged);
+            }
+            None if !self.complete() => {
+                outln!("complete  no: its digest is not that of its records");
+            }
+            None => outln!("complete  yes"),
         }
-        outln!("digest    {}", digest.run_hex());
+        outln!("digest    {}", self.digest.run_hex());
     }
-    Ok(if complete { Exit::Done } else { Exit::Lost })
+}
+
+fn whole(args: &InfoArgs) -> Verbed {
+    let facts = Facts::read(args)?;
+    if args.json {
+        print_json(&facts.json(args));
+    } else {
+        facts.print();
+    }
+    Ok(if facts.complete() { Exit::Done } else { Exit::Lost })
 }
 
 fn cut(ending: &Ending) -> Option<String> {
@@ -117,8 +161,13 @@ fn print_header(header: &LogHeader) {
     outln!("time step {} s, a scan every {} ticks", config.dt_s, config.scan_every);
     outln!("LiDAR     {} beams, up to {} m", config.lidar.beams, config.lidar.range_max_m);
     for p in &header.roster {
-        outln!("roster    {} ({})", p.name, p.role);
+        outln!("roster    {} ({}){}", p.name, p.role, command(&p.command));
     }
+}
+
+/// How a replay would start a participant.
+fn command(words: &[String]) -> String {
+    if words.is_empty() { String::new() } else { format!(", started as {}", words.join(" ")) }
 }
 
 fn one_tick(args: &InfoArgs, wanted: u64) -> Verbed {

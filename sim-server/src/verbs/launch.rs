@@ -78,12 +78,10 @@ pub(super) fn change_roster(
         let place = roster.iter().take_while(|p| p.role.answers()).count();
         roster.insert(place.max(i.min(roster.len())), participant);
     }
-    let check = Scenario { participants: roster.clone(), ..Scenario::default() };
-    match check.check() {
-        // The number of drivers is judged together with the real script.
-        Err(rusty_contract::scenario::ScenarioError::Name(e)) => Err(e.into()),
-        _ => Ok(()),
-    }
+    Scenario::check_roster(roster).map_err(|error| {
+        let path = "participants".to_owned();
+        scenario_file::SetupError::Scenario { path, error }.into()
+    })
 }
 
 /// What a log says of its writer.

@@ -5,22 +5,16 @@ use std::fs;
 use std::io::Write as _;
 use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-use std::time::Duration;
 
-use rusty_contract::{Exit, FieldError, LogHeader, Role, RunName, TruthKey};
+use rusty_contract::{FieldError, LogHeader, Role, RunName, TruthKey};
 use rusty_link::Domain;
 
 use super::{Verbed, print_json};
 use crate::cli::RunArgs;
 use crate::error::VerbError;
 use crate::report::RunReport;
-use crate::run::{Children, Progress, Run, RunSetup, Spawn};
+use crate::run::{Children, Progress, Run, RunSetup, Spawn, Stop};
 use crate::source::FrameSource;
-
-/// How long participants may take to end after their goodbye.
-const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Who starts the participants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +48,7 @@ impl RunSession<'_> {
         let join_timeout_s = args.join_timeout.unwrap_or(self.join_timeout_s);
         rusty_contract::config::check_seconds("--answer-timeout", answer_timeout_s)?;
         rusty_contract::config::check_seconds("--join-timeout", join_timeout_s)?;
-        let stop = stop_flag();
+        let stop = Stop::listen(&name).map_err(VerbError::io(Path::new("signals")))?;
         // What killed runs left behind goes first; what cannot go now hurts
         // nobody and is named by `clean`.
         let _ = Domain::sweep_dead();
@@ -63,6 +57,7 @@ impl RunSession<'_> {
         // Participants may run in another folder than the server.
         let out_dir = fs::canonicalize(&out_dir).map_err(VerbError::io(&out_dir))?;
         self.check_not_over_played(&header, &out_dir)?;
+        remove_older_results(&header, &out_dir)?;
         let (run_id, key) = RunSetup::draw().map_err(VerbError::Random)?;
         self.first_line(&header, &name, source.ticks());
         let mut children = match self.starting {
@@ -75,6 +70,7 @@ impl RunSession<'_> {
                 Children::default()
             }
         };
+        stop.covers(&children);
         let setup = RunSetup {
             run_id,
             key,
@@ -87,9 +83,12 @@ impl RunSession<'_> {
             out_dir: Some(out_dir.clone()),
         };
         let progress = Progress::new(source.ticks(), args.quiet || args.json);
-        let run = Run::new(setup, &domain, source, &mut children, &stop, progress)?;
+        let run = Run::new(setup, &domain, source, &mut children, stop.flag(), progress)?;
         let outcome = run.drive()?;
-        let ended_badly = children.finish(PATIENCE);
+        let ended_badly = children.finish(|seat| {
+            let summary = &outcome.seats[seat];
+            summary.pid.is_some() && summary.lost.is_none()
+        });
         drop(domain);
         let report = RunReport::new(&header, &name, &out_dir, &outcome, &ended_badly, source);
         if args.json {
@@ -154,17 +153,27 @@ fn fresh_name(scenario: &str) -> Result<RunName, VerbError> {
     Ok(RunName::new(&format!("{stem}-{random:08x}"))?)
 }
 
-/// Raised by Ctrl-C and SIGTERM. A second signal ends the process at once.
-fn stop_flag() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        // Without a handler the signal ends the process; participants notice
-        // and sweep.
-        let code = i32::from(Exit::Lost as u8);
-        let _ = signal_hook::flag::register_conditional_shutdown(signal, code, Arc::clone(&stop));
-        let _ = signal_hook::flag::register(signal, Arc::clone(&stop));
+/// Removes what this run's scorer and logger will write: should they not come
+/// to it, results of an older run must not pass for theirs.
+fn remove_older_results(header: &LogHeader, out_dir: &Path) -> Result<(), VerbError> {
+    let has = |role| header.roster.iter().any(|p| p.role == role);
+    let log: &[&str] = if has(Role::Logger) { &["run.log"] } else { &[] };
+    let scores: &[&str] =
+        if has(Role::Scorer) { &["score.json", "run.svg", "run.png"] } else { &[] };
+    for file in log.iter().chain(scores) {
+        let path = out_dir.join(file);
+        // A link is somebody's wish to have it written elsewhere.
+        if !fs::symlink_metadata(&path).is_ok_and(|found| found.is_file()) {
+            continue;
+        }
+        match fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(VerbError::io(&path)(e));
+            }
+            _ => {}
+        }
     }
-    stop
+    Ok(())
 }
 
 /// Leaves the key where scorers and loggers started by hand look for it.

@@ -80,7 +80,7 @@ impl<'a> TickRef<'a> {
     /// one it implies does not store it.
     #[must_use]
     pub fn new(frame: &'a Frame, truth: Option<SE2>, replies: &'a [Reply], dt_s: f64) -> Self {
-        let implied = (frame.tick() + 1) as f64 * dt_s;
+        let implied = frame.tick().saturating_add(1) as f64 * dt_s;
         let stamped = frame.time_s().to_bits() != implied.to_bits();
         Self {
             tick: frame.tick(),
@@ -98,7 +98,7 @@ impl TickRecord {
     /// Time of the frame in a run with this `dt_s`.
     #[must_use]
     pub fn time_s(&self, dt_s: f64) -> f64 {
-        self.stamp_s.unwrap_or((self.tick + 1) as f64 * dt_s)
+        self.stamp_s.unwrap_or_else(|| self.tick.saturating_add(1) as f64 * dt_s)
     }
 
     /// True pose in the world frame, where known.
