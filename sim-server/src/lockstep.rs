@@ -16,8 +16,10 @@
 //! attached, slow, stalled and dead are four different things: a seat that is
 //! merely slow gets a notice; the other three are losses, each with its name.
 
+mod rules;
 mod seat;
 
+pub use rules::{Rules, Step};
 pub use seat::{Loss, LossKind, Seat, SeatState, SeatSummary};
 
 use rusty_contract::answer::Message;
@@ -25,55 +27,6 @@ use rusty_contract::layout::layout_hash;
 use rusty_contract::{
     Answer, JoinRequest, OnLoss, PROTOCOL_VERSION, Participant, Phase, Refusal, Reply,
 };
-
-/// What the machine must know of a run.
-#[derive(Clone, Debug)]
-pub struct Rules {
-    /// This run; answers that carry another id belong to another.
-    pub run_id: u64,
-    /// How many ticks.
-    pub ticks: u64,
-    /// What happens when an awaited participant is lost.
-    pub on_loss: OnLoss,
-    /// How long all may take to join, ns.
-    pub join_timeout_ns: u64,
-    /// How long an answer may take, ns.
-    pub answer_timeout_ns: u64,
-    /// How long a participant may take to say goodbye, ns: a scorer draws.
-    pub goodbye_timeout_ns: u64,
-    /// The same where the run ends before its last tick, ns.
-    pub early_goodbye_timeout_ns: u64,
-    /// From when on a missing answer is worth a notice, ns.
-    pub slow_after_ns: u64,
-}
-
-/// What to do next.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Step {
-    /// Nothing before the next event or this time.
-    Wait {
-        /// Ask again at the latest then, ns.
-        until_ns: u64,
-    },
-    /// Make the frame of this tick and publish it; then call
-    /// [`Lockstep::published`].
-    Publish(u64),
-    /// All answers to this tick are in: absorb them.
-    Close(u64),
-    /// Somebody is slow. Say so, and go on waiting.
-    Slow {
-        /// The seat.
-        seat: usize,
-        /// How long it has taken so far, ns.
-        waited_ns: u64,
-    },
-    /// Somebody is lost. Say so.
-    Lost(Loss),
-    /// Publish the last word.
-    End(Phase),
-    /// The run is over.
-    Finished,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {

@@ -118,6 +118,26 @@ fn when_the_server_is_killed_everyone_else_ends_and_sweeps() {
 }
 
 #[test]
+fn a_server_that_ends_while_its_participants_come_leaves_nothing() {
+    for (signal, code) in [(Signal::INT, Some(3)), (Signal::KILL, None)] {
+        // From the first file in shared memory to where somebody has a seat.
+        let all = [1, 4, 8, 16].map(|traces| {
+            let live = Live::start("launch", "start", &[&LONG]);
+            until("a participant starts", || {
+                !participants(&live.run).is_empty() && Domain::traces(&live.run).len() >= traces
+            });
+            live.server.signal(signal);
+            live
+        });
+        for live in all {
+            assert_eq!(live.server.wait().code, code);
+            until("everyone has ended", || participants(&live.run).is_empty());
+            nothing_left(&live.run);
+        }
+    }
+}
+
+#[test]
 fn a_stopped_participant_is_stalled_and_not_dead() {
     let live = Live::under_way("stop", &[&LONG, &["--answer-timeout", "1"]]);
     send_signal(live.pid_of("dead-reckoning"), Signal::STOP);

@@ -18,6 +18,7 @@ pub mod domain;
 mod domain_error;
 mod error;
 mod lobby;
+mod lock;
 pub mod process;
 pub mod server;
 mod services;
