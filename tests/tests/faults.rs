@@ -267,7 +267,7 @@ fn a_server_that_still_waits_for_others_can_be_stopped() {
 fn a_participant_that_is_stopped_by_hand_says_so_and_is_named() {
     let live = Live::start("serve", "hand", &[&LONG]);
     let clients = ALL.map(|name| live.join(name, &[]));
-    until("the log grows", || fs::metadata(live.log()).is_ok_and(|m| m.len() > 0));
+    live.until_the_log_has_ticks();
     clients[0].signal(Signal::INT);
     let [estimator, scorer, logger] = clients.map(Process::wait);
     let after = live.ends_with(1);
@@ -331,7 +331,7 @@ fn clean_takes_what_a_dead_run_left_and_leaves_the_living_alone() {
     let entry = alive.iter().find(|a| a["run"] == living.run.as_str()).unwrap();
     assert_eq!(entry["pid"], living.server.pid());
     let clients = ALL.map(|name| living.join(name, &[]));
-    until("the log grows", || fs::metadata(living.log()).is_ok());
+    living.until_the_log_has_ticks();
     assert!(clients.map(|c| c.wait().code) == [Some(0); 3]);
     living.ends_with(0).verifies(0);
 }

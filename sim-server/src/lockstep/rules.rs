@@ -34,7 +34,7 @@ pub enum Step {
         until_ns: u64,
     },
     /// Make the frame of this tick and publish it; then call
-    /// [`Lockstep::published`].
+    /// [`Lockstep::published`](super::Lockstep::published).
     Publish(u64),
     /// All answers to this tick are in: absorb them.
     Close(u64),

@@ -37,8 +37,17 @@ impl Live {
     /// A launch that has come to where its log grows: in the middle.
     pub fn under_way(tag: &str, args: &[&[&str]]) -> Self {
         let live = Self::start("launch", tag, args);
-        until("the log grows", || fs::metadata(live.log()).is_ok_and(|m| m.len() > 0));
+        live.until_the_log_has_ticks();
         live
+    }
+
+    /// Waits until some ticks have reached the disk.
+    #[track_caller]
+    pub fn until_the_log_has_ticks(&self) {
+        until("the log has ticks", || {
+            let Ok(mut reader) = LogReader::open(&self.log()) else { return false };
+            matches!(reader.read(), Ok(Read::Tick(_)))
+        });
     }
 
     pub fn log(&self) -> PathBuf {
