@@ -90,7 +90,7 @@ impl ClientLink {
         if joined.is_err() {
             // A server that was killed before anyone had joined cannot sweep
             // its run either; see `drop`.
-            let _ = Domain::sweep_dead();
+            let _ = Domain::named(run).sweep_if_dead();
         }
         joined
     }

@@ -161,13 +161,17 @@ impl Domain {
     pub fn sweep_dead() -> Result<Vec<RunName>, DomainError> {
         let mut swept = Vec::new();
         for (run, _) in Self::list()? {
-            let folder = Self::base().join(run.as_str());
-            let domain = Self { run: run.clone(), folder, nonce: 0, lock: None };
-            if domain.sweep_if_dead()? {
+            if Self::named(&run).sweep_if_dead()? {
                 swept.push(run);
             }
         }
         Ok(swept)
+    }
+
+    /// The domain of this name, whatever its state.
+    pub(crate) fn named(run: &RunName) -> Self {
+        let folder = Self::base().join(run.as_str());
+        Self { run: run.clone(), folder, nonce: 0, lock: None }
     }
 
     /// Sweeps this run if its server is gone, and says whether it did.
@@ -175,7 +179,9 @@ impl Domain {
     /// # Errors
     /// [`DomainError::Io`] names what could not be removed.
     pub fn sweep_if_dead(&self) -> Result<bool, DomainError> {
-        if !self.folder.exists() {
+        // A process that was opening its ports while another swept leaves
+        // memory without a folder; the lock makes the folder again.
+        if Self::traces(&self.run).is_empty() {
             return Ok(false);
         }
         match take_lock(&self.folder) {
