@@ -8,9 +8,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use rusty_contract::log::{Ending, LogReader, Read};
-use rusty_contract::scenario::Access;
 use rusty_contract::{Brief, Frame, LogHeader, Participant, Reply, Role, Start, TruthKey};
-use rusty_link::WaitPolicy;
 
 use crate::ClientError;
 
@@ -165,31 +163,16 @@ impl LogSession {
 /// What the participant `name` would be told: its own rights if the log's
 /// roster has it, the usual ones otherwise.
 fn start(header: &LogHeader, name: &str, key: &TruthKey) -> Start {
-    let config = &header.config;
     let seat = header.roster.iter().position(|p| p.name == name);
     let participant = seat
         .map(|i| header.roster[i].clone())
         .unwrap_or_else(|| Participant::new(name, Role::Estimator));
-    let given = |access: Access| access == Access::Given;
     // Whoever can read the file can read its header, so the brief is for all.
     let brief = Brief { header: header.clone(), out_dir: None };
     let json = serde_json::to_vec(&brief).unwrap_or_default();
     Start {
-        run_id: 0,
-        scenario: config.scenario.clone(),
-        participant: seat.unwrap_or(header.roster.len()) as u32,
-        name: name.to_owned(),
-        role: participant.role,
-        awaited: true,
         server_pid: std::process::id(),
-        ticks: config.ticks,
-        dt_s: config.dt_s,
-        scan_every: config.scan_every,
-        robot: config.robot.nominal(),
-        lidar: config.lidar,
-        map: given(participant.map).then(|| config.world.clone()),
-        initial_pose: given(participant.initial_pose).then_some(config.start),
-        server_awake_ns: WaitPolicy::Spin.awake_ns(),
         sealed_brief: Some(key.seal_brief(0, &json)),
+        ..Start::new(header, seat.unwrap_or(header.roster.len()), &participant)
     }
 }

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use crate::config::{LidarConfig, NominalRobot};
 use crate::log::LogHeader;
-use crate::scenario::Role;
+use crate::scenario::{Access, Participant, Role};
 
 /// Longest request the server reads, bytes.
 pub const MAX_REQUEST_BYTES: usize = 4096;
@@ -92,6 +92,36 @@ pub struct Start {
     pub server_awake_ns: u64,
     /// For scorers and loggers: a [`Brief`] in JSON, sealed with the key.
     pub sealed_brief: Option<Vec<u8>>,
+}
+
+impl Start {
+    /// What `participant` of a run with this header may know, on place `seat`:
+    /// no brief yet, and of no server. A start travels through memory that
+    /// everyone maps; so what only scorers and loggers may know, walls and
+    /// initial pose of their own included, is left to their sealed brief.
+    #[must_use]
+    pub fn new(header: &LogHeader, seat: usize, participant: &Participant) -> Self {
+        let config = &header.config;
+        let told = |access: Access| access == Access::Given && !participant.role.holds_key();
+        Self {
+            run_id: 0,
+            scenario: config.scenario.clone(),
+            participant: seat as u32,
+            name: participant.name.clone(),
+            role: participant.role,
+            awaited: participant.is_awaited(),
+            server_pid: 0,
+            ticks: config.ticks,
+            dt_s: config.dt_s,
+            scan_every: config.scan_every,
+            robot: config.robot.nominal(),
+            lidar: config.lidar,
+            map: told(participant.map).then(|| config.world.clone()),
+            initial_pose: told(participant.initial_pose).then_some(config.start),
+            server_awake_ns: u64::MAX,
+            sealed_brief: None,
+        }
+    }
 }
 
 /// What only scorers and loggers are told.

@@ -184,15 +184,25 @@ impl Domain {
         if Self::traces(&self.run).is_empty() {
             return Ok(false);
         }
-        match take_lock(&self.folder) {
-            Ok(Some(lock)) if is_current(&lock, &self.folder) => {
-                self.sweep()?;
-                Ok(true)
+        let deadline = Instant::now() + SWEEP_TIME;
+        loop {
+            match take_lock(&self.folder) {
+                Ok(Some(lock)) if is_current(&lock, &self.folder) => {
+                    self.sweep()?;
+                    return Ok(true);
+                }
+                // Somebody else sweeps, perhaps past what came after it looked.
+                Ok(_) if Peer::new(self.server_pid()).is_dead() && Instant::now() < deadline => {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                Ok(_) => return Ok(false),
+                // Somebody else swept it meanwhile.
+                Err(_) if !self.folder.exists() => {}
+                Err(e) => return Err(e),
             }
-            Ok(_) => Ok(false),
-            // Somebody else swept it meanwhile.
-            Err(_) if !self.folder.exists() => Ok(false),
-            Err(e) => Err(e),
+            if Self::traces(&self.run).is_empty() {
+                return Ok(false);
+            }
         }
     }
 

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use rusty_contract::scenario::Access;
 use rusty_contract::{Brief, LogHeader, OnLoss, Start, TruthKey};
 use rusty_link::WaitPolicy;
 
@@ -70,10 +69,6 @@ impl RunSetup {
     /// What the participant on `seat` is told: what its role may know.
     pub(super) fn start(&self, header: &LogHeader, seat: usize) -> Start {
         let participant = &header.roster[seat];
-        let config = &header.config;
-        // A start travels through memory that everyone maps. What scorers and
-        // loggers are told stands in their sealed brief, and only there.
-        let given = |access: Access| access == Access::Given && !participant.role.holds_key();
         let sealed_brief = participant.role.holds_key().then(|| {
             let out_dir = self.out_dir.as_ref().map(|p| p.display().to_string());
             let brief = Brief { header: header.clone(), out_dir };
@@ -83,21 +78,10 @@ impl RunSetup {
         });
         Start {
             run_id: self.run_id,
-            scenario: config.scenario.clone(),
-            participant: seat as u32,
-            name: participant.name.clone(),
-            role: participant.role,
-            awaited: participant.is_awaited(),
             server_pid: std::process::id(),
-            ticks: config.ticks,
-            dt_s: config.dt_s,
-            scan_every: config.scan_every,
-            robot: config.robot.nominal(),
-            lidar: config.lidar,
-            map: given(participant.map).then(|| config.world.clone()),
-            initial_pose: given(participant.initial_pose).then_some(config.start),
             server_awake_ns: self.wait.awake_ns(),
             sealed_brief,
+            ..Start::new(header, seat, participant)
         }
     }
 }
