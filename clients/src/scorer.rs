@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::PathBuf;
 
+use rusty_contract::score::ScoreTable;
 use rusty_contract::{Brief, Exit, RunDigest, ScoreReport, Start};
 
 use crate::logger::output_folder;
@@ -55,7 +56,7 @@ impl Witness for Scorer {
         let json = serde_json::to_vec_pretty(&report)
             .map_err(|e| ClientError::Unusable(format!("the scores cannot be written: {e}")))?;
         fs::write(&path, json).map_err(ClientError::io(&path))?;
-        let _ = writeln!(std::io::stdout(), "{report}");
+        let _ = writeln!(std::io::stdout(), "{}", ScoreTable(&report.scores));
         drawn?;
         Ok(match ending {
             Ending::Broken | Ending::LogCut => Exit::Lost,

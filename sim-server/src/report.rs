@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use rusty_contract::score::Score;
+use rusty_contract::score::{Score, ScoreTable};
 use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport};
 use serde::Serialize;
 
@@ -82,12 +82,11 @@ impl RunReport {
             .as_ref()
             .and_then(|path| fs::read(path).ok())
             .and_then(|json| serde_json::from_slice::<ScoreReport>(&json).ok())
-            // A file of an earlier run in the same folder is no result of this one.
+            // A file that is not of this run is no result of it.
             .filter(|scored| scored.digest == digest);
         if has(rusty_contract::Role::Scorer) && scored.is_none() {
             remarks.push("there are no scores of this run".to_owned());
         }
-        // A file that is not of this run is no result of it.
         let scores_file = scores_file.filter(|_| scored.is_some());
         let (scores, pictures) = scored.map(|s| (s.scores, s.pictures)).unwrap_or_default();
         let ended = match outcome.phase {
@@ -173,16 +172,7 @@ impl std::fmt::Display for RunReport {
         }
         writeln!(f)?;
         if !self.scores.is_empty() {
-            let table = ScoreReport {
-                scenario: self.scenario.clone(),
-                seed: self.seed,
-                ticks: self.ticks,
-                ticks_with_truth: self.ticks,
-                digest: self.digest.clone(),
-                scores: self.scores.clone(),
-                pictures: Vec::new(),
-            };
-            writeln!(f, "{table}")?;
+            writeln!(f, "{}", ScoreTable(&self.scores))?;
         }
         if self.ended != "done" {
             writeln!(f, "{} after {} of {} ticks", self.ended, self.ticks, self.ticks_planned)?;

@@ -52,15 +52,18 @@ pub struct Score {
     pub drift_percent: Option<f64>,
 }
 
-impl std::fmt::Display for ScoreReport {
+/// Scores as a table for people, a line per estimator.
+pub struct ScoreTable<'a>(pub &'a [Score]);
+
+impl std::fmt::Display for ScoreTable<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let width = self.scores.iter().map(|s| s.name.chars().count()).max().unwrap_or(0).max(9);
+        let width = self.0.iter().map(|s| s.name.chars().count()).max().unwrap_or(0).max(9);
         writeln!(
             f,
             "{:width$}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
             "estimator", "final", "heading", "mean", "p95", "ATE rmse", "driven", "drift"
         )?;
-        for s in &self.scores {
+        for s in self.0 {
             let cell = |value: Option<f64>, digits: usize, unit: &str| match value {
                 Some(value) => format!("{value:.digits$} {unit}"),
                 None => "unscored".to_owned(),

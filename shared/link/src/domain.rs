@@ -131,6 +131,15 @@ impl Domain {
     /// # Errors
     /// [`DomainError::Io`] if the base folder cannot be read.
     pub fn list() -> Result<Vec<(RunName, RunState)>, DomainError> {
+        let with_state = |run: RunName| {
+            let state = Self::named(&run).state()?;
+            Some((run, state))
+        };
+        Ok(Self::names()?.into_iter().filter_map(with_state).collect())
+    }
+
+    /// The names of all folders of runs, in order.
+    fn names() -> Result<Vec<RunName>, DomainError> {
         let base = Self::base();
         match check_own_folder(&base) {
             Err(DomainError::Io { error, .. }) if error.kind() == std::io::ErrorKind::NotFound => {
@@ -139,18 +148,13 @@ impl Domain {
             checked => checked?,
         }
         let entries = fs::read_dir(&base).map_err(io(&base, "list the runs"))?;
-        let mut runs: Vec<(RunName, RunState)> = entries
+        let mut runs: Vec<RunName> = entries
             .flatten()
             // A link is none of ours: what it points to is not swept.
             .filter(|entry| entry.file_type().is_ok_and(|t| t.is_dir()))
             .filter_map(|entry| RunName::new(entry.file_name().to_str()?).ok())
-            .filter_map(|run| {
-                let folder = base.join(run.as_str());
-                let state = Self { run: run.clone(), folder, nonce: 0, lock: None }.state()?;
-                Some((run, state))
-            })
             .collect();
-        runs.sort_by(|a, b| a.0.as_str().cmp(b.0.as_str()));
+        runs.sort_by(|a, b| a.as_str().cmp(b.as_str()));
         Ok(runs)
     }
 
@@ -160,7 +164,7 @@ impl Domain {
     /// [`DomainError::Io`] names what could not be removed.
     pub fn sweep_dead() -> Result<Vec<RunName>, DomainError> {
         let mut swept = Vec::new();
-        for (run, _) in Self::list()? {
+        for run in Self::names()? {
             if Self::named(&run).sweep_if_dead()? {
                 swept.push(run);
             }

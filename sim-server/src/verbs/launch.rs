@@ -65,7 +65,7 @@ pub(super) fn change_roster(
             return Err(error.into());
         }
     }
-    for (i, text) in run.add.iter().enumerate() {
+    for text in &run.add {
         let (name, command) = match text.split_once('=') {
             Some((name, command)) => {
                 (name, command.split_whitespace().map(str::to_owned).collect())
@@ -76,7 +76,7 @@ pub(super) fn change_roster(
         participant.command = command;
         // Estimators first: they come before scorer and logger in the table.
         let place = roster.iter().take_while(|p| p.role.answers()).count();
-        roster.insert(place.max(i.min(roster.len())), participant);
+        roster.insert(place, participant);
     }
     Scenario::check_roster(roster).map_err(|error| {
         let path = "participants".to_owned();
