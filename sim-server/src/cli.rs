@@ -52,6 +52,8 @@ enum Verb {
     /// Make a run log from the recording of a real robot
     #[command(subcommand)]
     Import(ImportVerb),
+    /// Pause a running server, let it go on step by step, resume or stop it
+    Control(ControlArgs),
     /// Remove what dead runs left in shared memory; living ones stay
     Clean(JsonArgs),
 }
@@ -68,6 +70,9 @@ pub struct RunArgs {
     /// Simulated time: max, real, or a factor such as 2.5
     #[arg(long, default_value = "max", value_name = "P")]
     pub pace: Pace,
+    /// Begin paused: `sim-server control RUN step` or `resume` lets it go on
+    #[arg(long)]
+    pub paused: bool,
     /// How everyone waits: balanced, spin (a core each) or block
     #[arg(long, default_value_t, value_name = "HOW")]
     pub wait: WaitPolicy,
@@ -208,6 +213,42 @@ pub struct JsonArgs {
     pub json: bool,
 }
 
+/// `control`.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "None of this changes a bit of the run.")]
+pub struct ControlArgs {
+    /// Name of the run, as on the server's first line
+    pub run: RunName,
+    /// What to do
+    #[command(subcommand)]
+    pub wish: ControlVerb,
+    /// How long to wait for the reply, s: `step` replies when its ticks are done
+    #[arg(long, default_value_t = 60.0, value_name = "SECONDS", global = true)]
+    pub timeout: f64,
+    /// Print one JSON document on stdout
+    #[arg(long, global = true)]
+    pub json: bool,
+}
+
+/// What to say to a run.
+#[derive(Subcommand, Clone, Copy, Debug)]
+pub enum ControlVerb {
+    /// Say where it stands
+    Status,
+    /// No tick after the one that is being worked on
+    Pause,
+    /// So many ticks more, then pause; returns when they are complete
+    Step {
+        /// How many
+        #[arg(default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        ticks: u64,
+    },
+    /// On, at the pace it had
+    Resume,
+    /// End it after this tick, as by Ctrl-C
+    Stop,
+}
+
 #[derive(Subcommand)]
 enum ImportVerb {
     /// A CARMEN log (ODOM and FLASER lines), plain or gzip
@@ -240,6 +281,7 @@ pub fn main() -> Exit {
         Verb::Worlds(args) => verbs::worlds(&args),
         Verb::Layout(args) => verbs::layout(&args),
         Verb::Import(ImportVerb::Carmen(args)) => verbs::import_carmen(&args),
+        Verb::Control(args) => verbs::control(&args),
         Verb::Clean(args) => verbs::clean(&args),
     };
     done.unwrap_or_else(|e| {

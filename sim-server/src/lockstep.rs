@@ -15,18 +15,23 @@
 //! *that* tick of *that* run with the digest of the frame it saw. Never
 //! attached, slow, stalled and dead are four different things: a seat that is
 //! merely slow gets a notice; the other three are losses, each with its name.
+//!
+//! Where losses are made good (`on_loss = "restart"`), time stands still while
+//! a seat is away: its program is started again, joins, is fed every tick from
+//! the first one on by a way of its own, and answers each ([`comeback`]).
 
+mod comeback;
+mod hear;
 mod rules;
 mod seat;
 
 pub use rules::{Rules, Step};
-pub use seat::{Loss, LossKind, Seat, SeatState, SeatSummary};
+pub use seat::{CatchingUp, Loss, LossKind, Seat, SeatState, SeatSummary};
 
-use rusty_contract::answer::Message;
+use std::collections::VecDeque;
+
 use rusty_contract::layout::layout_hash;
-use rusty_contract::{
-    Answer, JoinRequest, OnLoss, PROTOCOL_VERSION, Participant, Phase, Refusal, Reply,
-};
+use rusty_contract::{JoinRequest, PROTOCOL_VERSION, Participant, Phase, Refusal, Reply};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
@@ -51,7 +56,8 @@ pub struct Lockstep {
     /// Digest of the frame of that tick.
     digest: u64,
     phase: Phase,
-    unsaid: Vec<Loss>,
+    /// What happened and nobody was told yet.
+    unsaid: VecDeque<Step>,
 }
 
 impl Lockstep {
@@ -67,7 +73,7 @@ impl Lockstep {
             tick: 0,
             digest: 0,
             phase: Phase::Done,
-            unsaid: Vec::new(),
+            unsaid: VecDeque::new(),
         }
     }
 
@@ -95,11 +101,12 @@ impl Lockstep {
         matches!(self.state, State::Gathering { .. })
     }
 
-    /// Somebody asks to join. Gives it its seat.
+    /// Somebody asks to join. Gives it its seat, and a ticket that its answers
+    /// must carry.
     ///
     /// # Errors
     /// [`Refusal`], to be sent back.
-    pub fn join(&mut self, request: &JoinRequest) -> Result<usize, Refusal> {
+    pub fn join(&mut self, request: &JoinRequest, ticket: u32) -> Result<usize, Refusal> {
         if request.protocol != PROTOCOL_VERSION {
             return Err(Refusal::Protocol { client: request.protocol, server: PROTOCOL_VERSION });
         }
@@ -114,9 +121,16 @@ impl Lockstep {
             let roster = self.seats.iter().map(|s| s.name.clone()).collect();
             return Err(Refusal::Unknown { name, roster });
         };
+        let published = self.published_ticks();
         let place = &mut self.seats[seat];
         match &place.state {
             SeatState::Absent => {}
+            SeatState::Away { since_ns, .. } => {
+                let since_ns = *since_ns;
+                place.catch_up =
+                    Some(CatchingUp { ticks: published, next: 0, sent: None, since_ns });
+                place.restarts += 1;
+            }
             SeatState::Lost(loss) => {
                 return Err(Refusal::Dropped { name, why: loss.kind.word().to_owned() });
             }
@@ -124,89 +138,11 @@ impl Lockstep {
             SeatState::Left if !place.awaited => {}
             _ => return Err(Refusal::Taken { name, pid: place.pid }),
         }
+        place.ticket = ticket;
         place.pid = request.pid;
         place.awake_ns = request.awake_ns;
         place.state = SeatState::Joined;
         Ok(seat)
-    }
-
-    /// An answer arrived. Whatever is in it, nothing breaks: what does not
-    /// belong to this run or this tick is counted and left.
-    pub fn answer(&mut self, answer: &Answer, now_ns: u64) {
-        let place = answer.participant as usize;
-        if answer.run_id != self.rules.run_id || place >= self.seats.len() {
-            return;
-        }
-        let (tick, digest) = (self.tick, self.digest);
-        let awaiting = match self.state {
-            State::Awaiting { since_ns } => Some(since_ns),
-            _ => None,
-        };
-        let ending = matches!(self.state, State::Ending { since_ns: Some(_) });
-        let seat = &mut self.seats[place];
-        seat.waiting_since_ns = answer.sent_ns;
-        let message = match answer.message() {
-            Ok(message) => message,
-            Err(e) => return self.lose(place, LossKind::Invalid, e.to_string()),
-        };
-        let reply = match message {
-            Message::Ready => {
-                seat.ready();
-                if ending {
-                    // It came too late for the last word: once more for it.
-                    self.state = State::Ending { since_ns: None };
-                }
-                return;
-            }
-            Message::Goodbye if ending || !seat.awaited => return seat.leave(),
-            Message::Goodbye => {
-                return self.lose(place, LossKind::Left, "it said goodbye before the end".into());
-            }
-            Message::Failed => {
-                return self.lose(
-                    place,
-                    LossKind::Failed,
-                    "it reported a failure of its own".into(),
-                );
-            }
-            Message::Reply(reply) => reply,
-        };
-        let Some(since_ns) = awaiting.filter(|_| seat.state == SeatState::Ready && seat.awaited)
-        else {
-            seat.strays += 1;
-            return;
-        };
-        if answer.tick > tick {
-            let detail = format!("it answered tick {}, asked was tick {tick}", answer.tick);
-            return self.lose(place, LossKind::Invalid, detail);
-        }
-        if answer.tick < tick || seat.reply.is_some() {
-            // A second answer to a tick that has one. When it arrives is a
-            // matter of chance, so it must not matter.
-            seat.strays += 1;
-            return;
-        }
-        if answer.digest_seen != digest {
-            let detail = format!(
-                "it saw another frame at tick {tick}: digest {:016x}, published was {digest:016x}",
-                answer.digest_seen
-            );
-            return self.lose(place, LossKind::Invalid, detail);
-        }
-        seat.accept(*answer, reply, now_ns.saturating_sub(since_ns));
-    }
-
-    /// The kernel says that this seat's process has ended.
-    pub fn died(&mut self, seat: usize, how: &str) {
-        let ending = matches!(self.state, State::Ending { .. } | State::Finished);
-        match self.seats[seat].state {
-            // The run ended before it had begun to take part.
-            SeatState::Joined | SeatState::Absent if ending => self.seats[seat].leave(),
-            SeatState::Joined | SeatState::Ready | SeatState::Absent => {
-                self.lose(seat, LossKind::Dead, how.to_owned());
-            }
-            SeatState::Lost(_) | SeatState::Left => {}
-        }
     }
 
     /// Somebody asks the run to stop.
@@ -226,25 +162,6 @@ impl Lockstep {
         }
     }
 
-    fn lose(&mut self, seat: usize, kind: LossKind, detail: String) {
-        let place = &mut self.seats[seat];
-        if matches!(place.state, SeatState::Lost(_) | SeatState::Left) {
-            return;
-        }
-        if !place.awaited {
-            // Nobody waits for it, so nothing is lost.
-            place.state = SeatState::Left;
-            return;
-        }
-        let tick = (!matches!(self.state, State::Gathering { .. })).then_some(self.tick);
-        let loss = Loss { seat, name: place.name.clone(), kind, tick, detail };
-        place.state = SeatState::Lost(loss.clone());
-        self.unsaid.push(loss);
-        if self.rules.on_loss == OnLoss::Abort {
-            self.end(Phase::Aborted);
-        }
-    }
-
     /// The frame of the current tick is out, with this digest.
     pub fn published(&mut self, digest: u64, now_ns: u64) {
         self.digest = digest;
@@ -261,12 +178,18 @@ impl Lockstep {
     /// What to do next at `now_ns`. `describe` says what the kernel knows of a
     /// seat's process ("it is stopped by a signal"), for messages.
     pub fn next(&mut self, now_ns: u64, describe: impl Fn(usize) -> String) -> Step {
-        if !self.unsaid.is_empty() {
-            return Step::Lost(self.unsaid.remove(0));
+        if let Some(step) = self.unsaid.pop_front() {
+            return self.said(step, now_ns);
+        }
+        if let Some(step) = self.next_comeback(now_ns, &describe) {
+            return step;
         }
         match self.state {
             State::Gathering { since_ns } => self.next_gathering(since_ns, now_ns, describe),
-            State::Publishing => Step::Publish(self.tick),
+            State::Publishing => match self.back_by_ns() {
+                Some(until_ns) => Step::Wait { until_ns },
+                None => Step::Publish(self.tick),
+            },
             State::Awaiting { since_ns } => self.next_awaiting(since_ns, now_ns, describe),
             State::Closing => {
                 self.tick += 1;
@@ -283,15 +206,19 @@ impl Lockstep {
     }
 
     fn next_gathering(&mut self, since: u64, now: u64, describe: impl Fn(usize) -> String) -> Step {
-        let missing =
-            |s: &Seat| s.awaited && matches!(s.state, SeatState::Absent | SeatState::Joined);
-        if !self.seats.iter().any(missing) {
+        let missing = |s: &Seat| {
+            s.awaited
+                && s.catch_up.is_none()
+                && matches!(s.state, SeatState::Absent | SeatState::Joined)
+        };
+        if !self.seats.iter().any(|s| missing(s) || s.is_coming_back()) {
             self.state = State::Publishing;
             return Step::Publish(self.tick);
         }
         let until_ns = since.saturating_add(self.rules.join_timeout_ns);
-        if now < until_ns {
-            return Step::Wait { until_ns };
+        if now < until_ns || !self.seats.iter().any(missing) {
+            let until_ns = if now < until_ns { until_ns } else { u64::MAX };
+            return Step::Wait { until_ns: until_ns.min(self.back_by_ns().unwrap_or(u64::MAX)) };
         }
         for seat in 0..self.seats.len() {
             if missing(&self.seats[seat]) {
@@ -306,18 +233,26 @@ impl Lockstep {
     }
 
     fn next_awaiting(&mut self, since: u64, now: u64, describe: impl Fn(usize) -> String) -> Step {
-        let open = |s: &Seat| s.awaited && s.state == SeatState::Ready && s.reply.is_none();
+        let open = |s: &Seat| s.awaited && s.is_up_to_date() && s.reply.is_none();
+        let back_by_ns = self.back_by_ns();
         if !self.seats.iter().any(open) {
+            if let Some(until_ns) = back_by_ns {
+                return Step::Wait { until_ns };
+            }
             self.state = State::Closing;
             return Step::Close(self.tick);
         }
+        let wait = |for_ns: u64| {
+            let until_ns = since.saturating_add(for_ns);
+            Step::Wait { until_ns: until_ns.min(back_by_ns.unwrap_or(u64::MAX)) }
+        };
         let waited_ns = now.saturating_sub(since);
         if waited_ns < self.rules.slow_after_ns {
-            return Step::Wait { until_ns: since.saturating_add(self.rules.slow_after_ns) };
+            return wait(self.rules.slow_after_ns);
         }
         if waited_ns < self.rules.answer_timeout_ns {
-            let until_ns = since.saturating_add(self.rules.answer_timeout_ns);
-            return self.slow(open, waited_ns).unwrap_or(Step::Wait { until_ns });
+            let wait = wait(self.rules.answer_timeout_ns);
+            return self.slow(open, waited_ns).unwrap_or(wait);
         }
         for seat in 0..self.seats.len() {
             if open(&self.seats[seat]) {
@@ -365,7 +300,13 @@ impl Lockstep {
                 self.lose(seat, LossKind::Stalled, detail);
             }
         }
-        Step::Lost(self.unsaid.remove(0))
+        self.next(now, |_| String::new())
+    }
+
+    /// Places of the answering seats, in roster order.
+    #[must_use]
+    pub fn answering(&self) -> &[usize] {
+        &self.answering
     }
 
     /// The replies to the current tick: answering seats only, roster order.
@@ -380,5 +321,7 @@ impl Lockstep {
     }
 }
 
+#[cfg(test)]
+mod schedules;
 #[cfg(test)]
 mod tests;

@@ -46,6 +46,8 @@ pub struct RunReport {
     pub participants: Vec<SeatSummary>,
     /// Who was lost.
     pub losses: Vec<Loss>,
+    /// Who was lost and came back.
+    pub restarts: Vec<Loss>,
     /// Participants that ended badly after the run, and why the run ended
     /// early, in words.
     pub remarks: Vec<String>,
@@ -70,6 +72,7 @@ impl RunReport {
             .iter()
             .map(|(seat, how)| format!("{}: {how}", header.roster[*seat].name))
             .collect();
+        remarks.extend(outcome.remarks.iter().cloned());
         remarks.extend(outcome.source_error.iter().map(ToString::to_string));
         let there = |file: &str| {
             let path = out_dir.join(file);
@@ -113,6 +116,7 @@ impl RunReport {
             pictures,
             participants: outcome.seats.clone(),
             losses: outcome.losses.clone(),
+            restarts: outcome.restarts.clone(),
             remarks,
             scores,
             comparison: source.comparison().cloned(),
@@ -179,6 +183,9 @@ impl std::fmt::Display for RunReport {
         }
         for loss in &self.losses {
             writeln!(f, "lost     {loss}")?;
+        }
+        for loss in &self.restarts {
+            writeln!(f, "brought back  {loss}")?;
         }
         for remark in &self.remarks {
             writeln!(f, "remark   {remark}")?;

@@ -1,12 +1,12 @@
 //! Where frames come from: the world, or a log.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rusty_contract::digest::hex;
 use rusty_contract::log::{Ending, LogError, LogReader, Read, TickRecord};
 use rusty_contract::{Frame, LogHeader, Reply};
 use rusty_geometry::{SE2, Twist};
-use rusty_sim::Sim;
+use rusty_sim::{Sim, SimError};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -29,6 +29,12 @@ pub trait FrameSource {
         frame: &mut Frame,
     ) -> Result<Option<SE2>, SourceError>;
 
+    /// The same frames again, from the first one on.
+    ///
+    /// # Errors
+    /// [`SourceError`] if they are not to be had any more.
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError>;
+
     /// The tick last made has these replies, by name.
     fn closed(&mut self, _replies: &mut dyn Iterator<Item = (&str, Reply)>) {}
 
@@ -44,6 +50,9 @@ pub enum SourceError {
     /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// The world cannot be made again.
+    #[error(transparent)]
+    World(#[from] SimError),
     /// The log ends before its run does.
     #[error("the log ends after {ticks} ticks (byte {at_byte}): {problem}")]
     Cut {
@@ -88,6 +97,11 @@ impl FrameSource for Simulated {
         let _ = self.sim.step(driver, frame);
         Ok(Some(self.sim.truth()))
     }
+
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
+        let sim = Sim::new(self.header.config.clone())?;
+        Ok(Box::new(Self::new(self.header.clone(), sim)))
+    }
 }
 
 /// How the replies of a replay compare with the recorded ones.
@@ -126,6 +140,7 @@ pub struct Difference {
 
 /// A log, frame by frame.
 pub struct Recording {
+    path: PathBuf,
     reader: LogReader,
     header: LogHeader,
     ticks: u64,
@@ -161,7 +176,10 @@ impl Recording {
             comparison.recorded_world_digest = Some(hex(&trailer.world_digest));
         }
         header.config.ticks = ticks.max(1);
-        Ok((Self { reader, header, ticks, made: 0, record: None, names, comparison }, ending))
+        let path = path.to_owned();
+        let recording =
+            Self { path, reader, header, ticks, made: 0, record: None, names, comparison };
+        Ok((recording, ending))
     }
 
     /// Changes who takes part in the replay.
@@ -200,6 +218,10 @@ impl FrameSource for Recording {
                 Err(SourceError::Cut { ticks: self.ticks, at_byte, problem })
             }
         }
+    }
+
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
+        Ok(Box::new(Self::open(&self.path)?.0))
     }
 
     fn closed(&mut self, replies: &mut dyn Iterator<Item = (&str, Reply)>) {

@@ -205,16 +205,16 @@ fn nobody_waits_for_the_clock_of_a_slow_run() {
     let request = JoinRequest::new("me", std::process::id(), 0, "test");
     let mut link =
         ClientLink::join(&live.run, &request, WaitPolicy::Block, patience, &stop).unwrap();
-    let next = |link: &ClientLink| match link.wait_frame(patience, &stop).unwrap() {
+    let next = |link: &mut ClientLink| match link.wait_frame(patience, &stop).unwrap() {
         Incoming::Frame(frame) => frame,
         Incoming::Nothing => panic!("no frame came"),
     };
-    let frame = next(&link);
+    let frame = next(&mut link);
     link.answer(&frame, &Message::Reply(Reply::Abstain)).unwrap();
     let stranger = live.join("probe-client", &["--name", "stranger"]).wait().expect(1);
     assert!(stranger.stderr.contains("no participant \"stranger\""), "{}", stranger.stderr);
     other.signal(Signal::KILL);
-    assert_eq!(next(&link).phase(), Phase::Aborted);
+    assert_eq!(next(&mut link).phase(), Phase::Aborted);
     link.send_raw(Answer::carrying(&Message::Goodbye)).unwrap();
     drop((frame, link));
     live.ends_with(1).lost("dead-reckoning", "dead", "its process has ended");

@@ -10,7 +10,7 @@
 //! |     40 |    4 | `participant` | u32      | place in the roster                                |
 //! |     44 |    4 | `kind`        | u32      | 0 abstain, 1 taken, 2 estimate, 3 command, 4 both, 5 goodbye, 6 failed, 7 ready |
 //! |     48 |    4 | `flags`       | u32      | bit 0: a covariance is present                     |
-//! |     52 |    4 | `reserved`    | u32      | zero                                               |
+//! |     52 |    4 | `ticket`      | u32      | the ticket of the sender's `Start`                 |
 //! |     56 |   24 | `pose`        | `[f64; 3]` | estimate: x m, y m, theta rad in the world frame   |
 //! |     80 |   72 | `covariance`  | `[f64; 9]` | row-major, of the error τ (m, m, rad) with truth = estimate ⊞ τ |
 //! |    152 |    8 | `v_m_s`       | f64      | command for the next tick, body frame              |
@@ -45,7 +45,9 @@ pub struct Answer {
     pub participant: u32,
     kind: u32,
     flags: u32,
-    reserved: u32,
+    /// The ticket that the sender was given when it joined. An answer with
+    /// another one comes from somebody who does not have the seat (any more).
+    pub ticket: u32,
     pose: [f64; 3],
     covariance: [f64; 9],
     v_m_s: f64,
@@ -63,7 +65,7 @@ field_table! {
         participant: "u32" at 40, 4;
         kind: "u32" at 44, 4;
         flags: "u32" at 48, 4;
-        reserved: "u32" at 52, 4;
+        ticket: "u32" at 52, 4;
         pose: "[f64; 3]" at 56, 24;
         covariance: "[f64; 9]" at 80, 72;
         v_m_s: "f64" at 152, 8;

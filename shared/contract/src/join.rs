@@ -67,6 +67,11 @@ pub struct Start {
     pub participant: u32,
     /// Name in the roster.
     pub name: String,
+    /// Drawn afresh for every joining: answers carry it, so that one who lost
+    /// its seat, or never had it, is not taken for the one who has it.
+    pub ticket: u32,
+    /// For one who comes back into a run: the ticks it is given again first.
+    pub catch_up: Option<CatchUp>,
     /// Role in the roster.
     pub role: Role,
     /// Whether the run waits for its answers.
@@ -108,6 +113,8 @@ impl Start {
             scenario: config.scenario.clone(),
             participant: seat as u32,
             name: participant.name.clone(),
+            ticket: 0,
+            catch_up: None,
             role: participant.role,
             awaited: participant.is_awaited(),
             server_pid: 0,
@@ -122,6 +129,16 @@ impl Start {
             sealed_brief: None,
         }
     }
+}
+
+/// How a participant that comes back is given what it missed: the ticks from
+/// the first one on, by a service of its own, then those of everyone.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CatchUp {
+    /// How many ticks come that way, from tick 0.
+    pub ticks: u64,
+    /// The service's name: frames in `<name>`, tallies in `<name>-tallies`.
+    pub service: String,
 }
 
 /// What only scorers and loggers are told.

@@ -21,6 +21,7 @@
 
 pub mod answer;
 pub mod config;
+pub mod control;
 pub mod digest;
 pub mod exit;
 pub mod frame;
@@ -38,7 +39,7 @@ pub use config::{FieldError, LidarConfig, NominalRobot, RobotConfig, RunConfig, 
 pub use digest::RunDigest;
 pub use exit::Exit;
 pub use frame::{Frame, MAX_BEAMS, Phase};
-pub use join::{Brief, JoinReply, JoinRequest, Refusal, Start};
+pub use join::{Brief, CatchUp, JoinReply, JoinRequest, Refusal, Start};
 pub use log::LogHeader;
 pub use names::{NameError, RunName};
 pub use scenario::{OnLoss, Participant, Role, Scenario};
@@ -49,7 +50,7 @@ pub use truth::{KeyError, SealedTruth, Truth, TruthKey};
 /// The version of the protocol between server and participants. It changes
 /// when the meaning of a message changes; a change of layout shows in
 /// [`layout::layout_hash`] by itself.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;
 
 const _: () = assert!(
     cfg!(target_endian = "little"),

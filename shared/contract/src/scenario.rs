@@ -57,6 +57,10 @@ pub enum OnLoss {
     Abort,
     /// The run goes on without it; its answers count as missing.
     Continue,
+    /// The run waits until it is back: its program is started again, is given
+    /// all ticks from the first on, and answers them again. One that is
+    /// deterministic cannot tell that it was away, and neither can the digest.
+    Restart,
 }
 
 /// What a participant may know and do.

@@ -13,6 +13,7 @@ use iceoryx2::sample::Sample;
 use rusty_contract::answer::Message;
 use rusty_contract::{Answer, Frame, JoinRequest, RunName, Start, Tally};
 
+use crate::feed::{Refeed, is_last_word};
 use crate::lobby::Lobby;
 use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
@@ -28,6 +29,8 @@ pub struct ClientLink {
     server: Peer,
     policy: WaitPolicy,
     frames: Subscriber<Ipc, WireFrame, ()>,
+    /// What comes first, where this one comes back into a run.
+    refeed: Option<Refeed>,
     tallies: Option<Subscriber<Ipc, WireTally, ()>>,
     answers: Publisher<Ipc, WireAnswer, ()>,
     wake_server: Notifier<Ipc>,
@@ -114,6 +117,9 @@ impl ClientLink {
         } else {
             None
         };
+        let holds_key = start.role.holds_key();
+        let refeed = |catch_up| Refeed::open(&node, catch_up, holds_key);
+        let refeed = start.catch_up.as_ref().map(refeed).transpose()?;
         let answers = services::pub_sub::<WireAnswer>(&node, "answers", false)?
             .publisher_builder()
             .max_loaned_samples(2)
@@ -125,6 +131,7 @@ impl ClientLink {
             server,
             policy,
             frames,
+            refeed,
             tallies,
             answers,
             wake_server,
@@ -153,15 +160,17 @@ impl ClientLink {
     ///
     /// # Errors
     /// [`LinkError::ServerGone`], [`LinkError::Stopped`].
-    pub fn wait_frame(&self, at_most: Duration, stop: &AtomicBool) -> Result<Incoming, LinkError> {
+    pub fn wait_frame(
+        &mut self,
+        at_most: Duration,
+        stop: &AtomicBool,
+    ) -> Result<Incoming, LinkError> {
         let mut waiter = Waiter::new(self.policy, self.waiting_since_ns);
         let mut deadline = None;
         let mut looks = 0u32;
         loop {
-            if let Some(sample) =
-                self.frames.receive().map_err(LinkError::transport("receive a frame"))?
-            {
-                return Ok(Incoming::Frame(BorrowedFrame { sample, taken_ns: monotonic_ns() }));
+            if let Some(frame) = self.next_frame()? {
+                return Ok(Incoming::Frame(frame));
             }
             if stop.load(Ordering::Relaxed) {
                 return Err(LinkError::Stopped);
@@ -176,10 +185,8 @@ impl ClientLink {
             // no need to.
             if self.server.is_dead() {
                 // Its last frame may have come between the two looks.
-                return match self.frames.receive() {
-                    Ok(Some(sample)) => {
-                        Ok(Incoming::Frame(BorrowedFrame { sample, taken_ns: monotonic_ns() }))
-                    }
+                return match self.next_frame() {
+                    Ok(Some(frame)) => Ok(Incoming::Frame(frame)),
                     _ => Err(LinkError::ServerGone { pid: self.server.pid() }),
                 };
             }
@@ -196,6 +203,21 @@ impl ClientLink {
             waiter.block(&mut fds, until - now);
             services::drain(&self.woken);
         }
+    }
+
+    fn next_frame(&mut self) -> Result<Option<BorrowedFrame>, LinkError> {
+        let borrowed = |sample| BorrowedFrame { sample, taken_ns: monotonic_ns() };
+        let again = match self.refeed.as_mut().filter(|refeed| !refeed.is_over()) {
+            Some(refeed) => match refeed.next()? {
+                Some(sample) => return Ok(Some(borrowed(sample))),
+                None => true,
+            },
+            None => false,
+        };
+        let sample = self.frames.receive().map_err(LinkError::transport("receive a frame"))?;
+        // No tick of the run is out while this one catches up, but its last
+        // word may be.
+        Ok(sample.filter(|s| !again || is_last_word(&s.payload().0)).map(borrowed))
     }
 
     /// Answers a frame. The answer is the acknowledgement.
@@ -229,6 +251,7 @@ impl ClientLink {
     fn send(&mut self, mut answer: Answer) -> Result<(), LinkError> {
         answer.run_id = self.start.run_id;
         answer.participant = self.start.participant;
+        answer.ticket = self.start.ticket;
         answer.sent_ns = monotonic_ns();
         self.waiting_since_ns = answer.sent_ns;
         self.answers
@@ -242,6 +265,9 @@ impl ClientLink {
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn next_tally(&self) -> Result<Option<Box<Tally>>, LinkError> {
+        if let Some(tally) = self.refeed.as_ref().map(Refeed::next_tally).transpose()?.flatten() {
+            return Ok(Some(tally));
+        }
         let Some(port) = &self.tallies else {
             return Ok(None);
         };

@@ -22,9 +22,9 @@ pub enum LinkError {
     /// The server said no.
     #[error("refused: {0}")]
     Refused(#[from] Refusal),
-    /// Nobody answered a request to join.
+    /// Nobody answered a request.
     #[error(
-        "run {run:?}: no answer to the request to join within {seconds:.0} s; is its server \
+        "run {run:?}: no answer to the request within {seconds:.0} s; is its server \
          stopped or overloaded? (process {pid})"
     )]
     NoAnswer {

@@ -7,6 +7,8 @@
 //! * [`process`]: what the kernel says of a process: running, stopped, dead;
 //! * [`wait`]: look at the data, yield, then block for a bounded while;
 //! * [`server`]: the side that loans frames and collects answers;
+//! * [`feed`]: how one who comes back is given the ticks it missed;
+//! * [`control`]: how somebody else says when ticks may happen;
 //! * [`client`]: the side that borrows frames and answers.
 //!
 //! Wake-ups are hints. Nothing here waits without a bound, and after every
@@ -14,9 +16,11 @@
 //! asleep; it never reaches a digest.
 
 pub mod client;
+pub mod control;
 pub mod domain;
 mod domain_error;
 mod error;
+pub mod feed;
 mod lobby;
 mod lock;
 pub mod process;
@@ -26,8 +30,10 @@ mod sweep;
 pub mod wait;
 
 pub use client::{BorrowedFrame, ClientLink, Incoming};
+pub use control::{ControlCall, control};
 pub use domain::{Domain, DomainError, RunState};
 pub use error::LinkError;
+pub use feed::Feed;
 pub use process::{Peer, PeerState};
 pub use server::{FrameLoan, JoinCall, ServerLink};
 pub use wait::{WaitPolicy, monotonic_ns};

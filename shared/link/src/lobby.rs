@@ -52,7 +52,7 @@ impl Lobby {
         let domain = Domain::find(run)?;
         let node = services::node(&domain)?;
         // The server creates this one last: where it is, all are.
-        services::join(&node, false)?;
+        services::exchange(&node, "join", false)?;
         let woken = services::wakes(&node, "wake-clients", false)?
             .listener_builder()
             .create()
@@ -72,17 +72,32 @@ impl Lobby {
         deadline: Instant,
         stop: &AtomicBool,
     ) -> Result<Start, LinkError> {
-        let caller = services::join(&self.node, false)?
+        let json = serde_json::to_vec(request).map_err(LinkError::transport("write a request"))?;
+        let reply = self.exchange("join", &json, deadline, stop)?;
+        match serde_json::from_slice(&reply).map_err(LinkError::transport("read the reply"))? {
+            JoinReply::Start(start) => Ok(*start),
+            JoinReply::Refused(refusal) => Err(refusal.into()),
+        }
+    }
+
+    /// Sends a request and waits for the reply to it.
+    pub(crate) fn exchange(
+        &self,
+        service: &str,
+        request: &[u8],
+        deadline: Instant,
+        stop: &AtomicBool,
+    ) -> Result<Vec<u8>, LinkError> {
+        let caller = services::exchange(&self.node, service, false)?
             .client_builder()
             .initial_max_slice_len(rusty_contract::join::MAX_REQUEST_BYTES)
             .create()
-            .map_err(LinkError::transport("open the join port"))?;
-        let json = serde_json::to_vec(request).map_err(LinkError::transport("write a request"))?;
+            .map_err(LinkError::transport("open a port for requests"))?;
         let send = || {
             let pending = caller
-                .loan_slice_uninit(json.len())
+                .loan_slice_uninit(request.len())
                 .map_err(LinkError::transport("loan a request"))?
-                .write_from_slice(&json)
+                .write_from_slice(request)
                 .send()
                 .map_err(LinkError::transport("send a request"))?;
             let _ = self.wake_server.notify();
@@ -94,12 +109,7 @@ impl Lobby {
         loop {
             let response = pending.receive().map_err(LinkError::transport("receive the reply"))?;
             if let Some(response) = response {
-                let reply = serde_json::from_slice(response.payload())
-                    .map_err(LinkError::transport("read the reply"))?;
-                return match reply {
-                    JoinReply::Start(start) => Ok(*start),
-                    JoinReply::Refused(refusal) => Err(refusal.into()),
-                };
+                return Ok(response.payload().to_vec());
             }
             if stop.load(Ordering::Relaxed) {
                 return Err(LinkError::Stopped);

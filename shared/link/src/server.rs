@@ -14,9 +14,10 @@ use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use rusty_contract::join::MAX_REQUEST_BYTES;
 use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally};
 
+use crate::control::ControlCall;
 use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
-use crate::{Domain, LinkError, Peer, WaitPolicy};
+use crate::{Domain, Feed, LinkError, Peer, WaitPolicy};
 
 /// The server's ports. They go before the domain goes.
 pub struct ServerLink {
@@ -24,13 +25,14 @@ pub struct ServerLink {
     tallies: Publisher<Ipc, WireTally, ()>,
     answers: Subscriber<Ipc, WireAnswer, ()>,
     joins: Server<Ipc, [u8], (), [u8], ()>,
+    controls: Server<Ipc, [u8], (), [u8], ()>,
     wake_clients: Notifier<Ipc>,
     woken: Listener<Ipc>,
     policy: WaitPolicy,
     /// When the current wait began: at the last publication.
     waiting_since_ns: u64,
     waiter: Waiter,
-    _node: Node<Ipc>,
+    node: Node<Ipc>,
 }
 
 /// A frame in shared memory that nobody else sees yet: write into it, then
@@ -58,6 +60,32 @@ impl DerefMut for FrameLoan {
         // SAFETY: as in `deref`; the loan is the only access to these bytes.
         unsafe { &mut self.0.payload_mut().assume_init_mut().0 }
     }
+}
+
+impl FrameLoan {
+    pub(crate) fn from(port: &Publisher<Ipc, WireFrame, ()>) -> Result<Self, LinkError> {
+        port.loan_uninit().map(Self).map_err(LinkError::transport("loan a frame"))
+    }
+
+    pub(crate) fn send(mut self, now_ns: u64) -> Result<(), LinkError> {
+        self.published_ns = now_ns;
+        // SAFETY: the frame is initialised, see `deref`.
+        let sample = unsafe { self.0.assume_init() };
+        sample.send().map(|_| ()).map_err(LinkError::transport("publish a frame"))
+    }
+}
+
+/// Writes a tally in place and sends it.
+pub(crate) fn write_tally(
+    port: &Publisher<Ipc, WireTally, ()>,
+    write: impl FnOnce(&mut Tally),
+) -> Result<(), LinkError> {
+    let mut sample = port.loan_uninit().map_err(LinkError::transport("loan a tally"))?;
+    // SAFETY: as for `FrameLoan::deref`: mapped memory, `Pod` type.
+    write(unsafe { &mut sample.payload_mut().assume_init_mut().0 });
+    // SAFETY: initialised, as above.
+    let sample = unsafe { sample.assume_init() };
+    sample.send().map(|_| ()).map_err(LinkError::transport("publish a tally"))
 }
 
 impl ServerLink {
@@ -90,7 +118,12 @@ impl ServerLink {
             .create()
             .map_err(LinkError::transport("open a wake-up port"))?;
         // Last, because clients take it as the sign that all others exist.
-        let joins = services::join(&node, true)?
+        let controls = services::exchange(&node, "control", true)?
+            .server_builder()
+            .initial_max_slice_len(1 << 10)
+            .create()
+            .map_err(LinkError::transport("open the control port"))?;
+        let joins = services::exchange(&node, "join", true)?
             .server_builder()
             .initial_max_slice_len(1 << 12)
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
@@ -103,12 +136,13 @@ impl ServerLink {
             tallies,
             answers,
             joins,
+            controls,
             wake_clients,
             woken,
             policy,
             waiting_since_ns,
             waiter,
-            _node: node,
+            node,
         })
     }
 
@@ -127,12 +161,21 @@ impl ServerLink {
         Ok(active.map(|active| JoinCall { active }))
     }
 
+    /// The next wish about the time of the run, if there is one.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn next_control(&self) -> Result<Option<ControlCall>, LinkError> {
+        let active = self.controls.receive().map_err(LinkError::transport("receive a request"))?;
+        Ok(active.map(ControlCall))
+    }
+
     /// A frame in shared memory to write the next tick into.
     ///
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn loan(&self) -> Result<FrameLoan, LinkError> {
-        self.frames.loan_uninit().map(FrameLoan).map_err(LinkError::transport("loan a frame"))
+        FrameLoan::from(&self.frames)
     }
 
     /// Sends a frame to everyone, and says when. The wait for its answers
@@ -140,15 +183,25 @@ impl ServerLink {
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn publish(&mut self, mut frame: FrameLoan) -> Result<u64, LinkError> {
+    pub fn publish(&mut self, frame: FrameLoan) -> Result<u64, LinkError> {
         let now = monotonic_ns();
-        frame.published_ns = now;
-        // SAFETY: the frame is initialised, see `FrameLoan::deref`.
-        let sample = unsafe { frame.0.assume_init() };
-        sample.send().map_err(LinkError::transport("publish a frame"))?;
-        self.waiting_since_ns = now;
-        self.waiter = Waiter::new(self.policy, now);
+        frame.send(now)?;
+        self.stay_awake(now);
         Ok(now)
+    }
+
+    /// The wait begins anew, as after a publication.
+    pub fn stay_awake(&mut self, now_ns: u64) {
+        self.waiting_since_ns = now_ns;
+        self.waiter = Waiter::new(self.policy, now_ns);
+    }
+
+    /// A way of its own for one who comes back into the run.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`] says what could not be created.
+    pub fn feed(&self, service: &str) -> Result<Feed, LinkError> {
+        Feed::create(&self.node, service)
     }
 
     /// Sends the answers of a tick to scorers and loggers.
@@ -156,13 +209,7 @@ impl ServerLink {
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn publish_tally(&self, write: impl FnOnce(&mut Tally)) -> Result<(), LinkError> {
-        let mut sample =
-            self.tallies.loan_uninit().map_err(LinkError::transport("loan a tally"))?;
-        // SAFETY: as for `FrameLoan::deref`: mapped memory, `Pod` type.
-        write(unsafe { &mut sample.payload_mut().assume_init_mut().0 });
-        // SAFETY: initialised, as above.
-        let sample = unsafe { sample.assume_init() };
-        sample.send().map(|_| ()).map_err(LinkError::transport("publish a tally"))
+        write_tally(&self.tallies, write)
     }
 
     /// Wakes the clients if one of them may be asleep: each is given by when
@@ -228,11 +275,17 @@ impl JoinCall {
     /// [`LinkError::Transport`], for instance because the caller is gone.
     pub fn reply(self, reply: &JoinReply) -> Result<(), LinkError> {
         let json = serde_json::to_vec(reply).map_err(LinkError::transport("write a reply"))?;
-        let loan = self
-            .active
-            .loan_slice_uninit(json.len())
-            .map_err(LinkError::transport("loan a reply"))?;
-        let response = loan.write_from_slice(&json);
-        response.send().map(|_| ()).map_err(LinkError::transport("send a reply"))
+        respond(&self.active, &json)
     }
+}
+
+/// Sends a reply; fails for instance because the caller is gone.
+pub(crate) fn respond(
+    active: &ActiveRequest<Ipc, [u8], (), [u8], ()>,
+    json: &[u8],
+) -> Result<(), LinkError> {
+    let loan =
+        active.loan_slice_uninit(json.len()).map_err(LinkError::transport("loan a reply"))?;
+    let response = loan.write_from_slice(json);
+    response.send().map(|_| ()).map_err(LinkError::transport("send a reply"))
 }

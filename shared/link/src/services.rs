@@ -1,4 +1,4 @@
-//! The six services of a run, with the numbers both sides must agree on.
+//! The services of a run, with the numbers both sides must agree on.
 //!
 //! The server creates them all and so fixes their limits; clients only open.
 
@@ -14,7 +14,7 @@ use crate::{Domain, LinkError};
 
 pub(crate) type Ipc = ipc::Service;
 pub(crate) type PubSub<T> = publish_subscribe::PortFactory<Ipc, T, ()>;
-pub(crate) type JoinService = request_response::PortFactory<Ipc, [u8], (), [u8], ()>;
+pub(crate) type Exchange = request_response::PortFactory<Ipc, [u8], (), [u8], ()>;
 pub(crate) type Wakes = event::PortFactory<Ipc>;
 
 /// More ports than participants: observers come and go, and the port of a
@@ -77,14 +77,14 @@ pub(crate) fn node(domain: &Domain) -> Result<Node<Ipc>, LinkError> {
         .map_err(LinkError::transport("join the run's domain"))
 }
 
-fn name(text: &'static str) -> Result<ServiceName, LinkError> {
+fn name(text: &str) -> Result<ServiceName, LinkError> {
     ServiceName::new(text).map_err(LinkError::transport("name a service"))
 }
 
 /// Creates a publish-subscribe service, or opens it.
 pub(crate) fn pub_sub<T: ZeroCopySend + std::fmt::Debug>(
     node: &Node<Ipc>,
-    text: &'static str,
+    text: &str,
     create: bool,
 ) -> Result<PubSub<T>, LinkError> {
     let builder = node.service_builder(&name(text)?).publish_subscribe::<T>();
@@ -106,9 +106,9 @@ pub(crate) fn pub_sub<T: ZeroCopySend + std::fmt::Debug>(
     }
 }
 
-/// Creates the join service, or opens it.
-pub(crate) fn join(node: &Node<Ipc>, create: bool) -> Result<JoinService, LinkError> {
-    let builder = node.service_builder(&name("join")?).request_response::<[u8], [u8]>();
+/// Creates a service of requests and replies, or opens it.
+pub(crate) fn exchange(node: &Node<Ipc>, text: &str, create: bool) -> Result<Exchange, LinkError> {
+    let builder = node.service_builder(&name(text)?).request_response::<[u8], [u8]>();
     if create {
         builder
             .max_servers(1)
@@ -116,9 +116,9 @@ pub(crate) fn join(node: &Node<Ipc>, create: bool) -> Result<JoinService, LinkEr
             .max_nodes(2 * MAX_PORTS)
             .max_active_requests_per_client(2)
             .create()
-            .map_err(LinkError::transport("create the join service"))
+            .map_err(LinkError::transport("create a service of requests"))
     } else {
-        builder.open().map_err(LinkError::transport("open the join service"))
+        builder.open().map_err(LinkError::transport("open a service of requests"))
     }
 }
 

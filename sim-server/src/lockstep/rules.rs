@@ -1,6 +1,6 @@
 //! What the machine is told of a run, and what it says to do.
 
-use rusty_contract::{OnLoss, Phase};
+use rusty_contract::{OnLoss, Phase, Reply};
 
 use super::Loss;
 
@@ -26,7 +26,7 @@ pub struct Rules {
 }
 
 /// What to do next.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     /// Nothing before the next event or this time.
     Wait {
@@ -47,6 +47,26 @@ pub enum Step {
     },
     /// Somebody is lost. Say so.
     Lost(Loss),
+    /// Somebody is lost and shall come back. Start its program again.
+    Restart(Loss),
+    /// Send this tick again, to one who came back and to nobody else; then
+    /// call [`Lockstep::fed`](super::Lockstep::fed).
+    Feed {
+        /// The seat.
+        seat: usize,
+        /// The tick.
+        tick: u64,
+    },
+    /// One who came back has answered a tick that had its answer already. If
+    /// it is another one, say so.
+    Echo {
+        /// The seat.
+        seat: usize,
+        /// The tick.
+        tick: u64,
+        /// What it says now.
+        reply: Reply,
+    },
     /// Publish the last word.
     End(Phase),
     /// The run is over.

@@ -34,6 +34,14 @@ pub struct Seat {
     pub strays: u64,
     /// How often it was slow.
     pub slow: u64,
+    /// What it was given when it joined; answers must carry it.
+    pub ticket: u32,
+    /// What it is being given again, after it came back.
+    pub catch_up: Option<CatchingUp>,
+    /// How often it came back.
+    pub restarts: u64,
+    /// How often in a row it was lost again before it had answered anything new.
+    pub(super) fruitless: u32,
     pub(super) slow_said: bool,
     answers: u64,
     abstained: u64,
@@ -51,10 +59,31 @@ pub enum SeatState {
     Joined,
     /// Its ports are open.
     Ready,
+    /// It was lost, and is expected back. `called`: its program has been
+    /// started again, since when is known.
+    Away {
+        /// Since when it is expected back, ns.
+        since_ns: u64,
+        /// Whether somebody was told to bring it back.
+        called: bool,
+    },
     /// It said goodbye when it should.
     Left,
     /// It is lost.
     Lost(Loss),
+}
+
+/// Where a participant that came back stands among the ticks it missed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CatchingUp {
+    /// How many ticks it is given again.
+    pub ticks: u64,
+    /// The one it is at.
+    pub next: u64,
+    /// Digest of that frame and when it was sent, ns; none before.
+    pub sent: Option<(u64, u64)>,
+    /// Since when it is expected back, ns.
+    pub since_ns: u64,
 }
 
 /// A participant that is lost.
@@ -92,6 +121,13 @@ pub enum LossKind {
 }
 
 impl LossKind {
+    /// Whether starting the program again may help. One that sends what is no
+    /// answer would send it again; one that never came has not begun.
+    #[must_use]
+    pub fn may_come_back(self) -> bool {
+        matches!(self, Self::Stalled | Self::Dead | Self::Failed | Self::Left)
+    }
+
     /// The word for it.
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -133,6 +169,8 @@ pub struct SeatSummary {
     pub strays: u64,
     /// How often the server had to say that it is slow.
     pub slow: u64,
+    /// How often it was lost and came back.
+    pub restarts: u64,
     /// Mean time from frame to answer as it reported, µs.
     pub compute_mean_us: f64,
     /// Mean time from publication to answer as the server saw it, µs.
@@ -158,6 +196,10 @@ impl Seat {
             reply: None,
             last: Answer::default(),
             latency_ns: 0,
+            ticket: 0,
+            catch_up: None,
+            restarts: 0,
+            fruitless: 0,
             strays: 0,
             slow: 0,
             slow_said: false,
@@ -166,12 +208,6 @@ impl Seat {
             latency_sum_ns: 0,
             latency_max_ns: 0,
             compute_sum_ns: 0,
-        }
-    }
-
-    pub(super) fn ready(&mut self) {
-        if self.state == SeatState::Joined {
-            self.state = SeatState::Ready;
         }
     }
 
@@ -190,6 +226,21 @@ impl Seat {
         self.compute_sum_ns = self.compute_sum_ns.saturating_add(answer.compute_ns);
         self.last = answer;
         self.reply = Some(reply);
+        self.fruitless = 0;
+    }
+
+    /// Whether it takes part and has nothing to catch up on.
+    pub(super) fn is_up_to_date(&self) -> bool {
+        self.state == SeatState::Ready && self.catch_up.is_none()
+    }
+
+    /// Whether it was lost and is not yet where the others are.
+    pub(super) fn is_coming_back(&self) -> bool {
+        match self.state {
+            SeatState::Away { .. } => true,
+            SeatState::Joined | SeatState::Ready => self.catch_up.is_some(),
+            _ => false,
+        }
     }
 
     /// Whether a process is expected to be there.
@@ -221,6 +272,7 @@ impl Seat {
             abstained: self.abstained,
             strays: self.strays,
             slow: self.slow,
+            restarts: self.restarts,
             compute_mean_us: mean_us(self.compute_sum_ns),
             latency_mean_us: mean_us(self.latency_sum_ns),
             latency_max_us: self.latency_max_ns as f64 * 1e-3,

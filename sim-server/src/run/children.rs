@@ -50,6 +50,12 @@ struct Running {
     child: Child,
     status: Option<ExitStatus>,
     talk: PathBuf,
+    /// How it was started.
+    again: Command,
+    name: String,
+    program: PathBuf,
+    /// The line it reads from its standard input.
+    key: Option<String>,
 }
 
 /// The participants that the server started, each in a process group of its
@@ -111,6 +117,25 @@ impl Children {
             how = format!("{how}; its last words are lost: {talk}: No space left on device");
         }
         Some(how)
+    }
+
+    /// Ends what is left of the participant on `seat` and starts it once more.
+    /// Says whether there was one to start: others were started by hand.
+    ///
+    /// # Errors
+    /// [`ChildrenError::Spawn`].
+    pub fn restart(&mut self, seat: usize) -> Result<bool, ChildrenError> {
+        let Some(running) = self.0.iter_mut().find(|r| r.seat == seat) else { return Ok(false) };
+        kill_group(running.child.id());
+        let _ = running.child.wait();
+        let child = spawn_with_key(&mut running.again, running.key.as_deref());
+        running.child = child.map_err(|error| ChildrenError::Spawn {
+            name: running.name.clone(),
+            program: running.program.display().to_string(),
+            error,
+        })?;
+        running.status = None;
+        Ok(true)
     }
 
     /// Waits for everyone to end by itself, then ends the rest. Says who did
@@ -201,12 +226,19 @@ fn start_one(
     if holds_key {
         command.arg("--key-stdin");
     }
-    let mut child = command.spawn().map_err(error)?;
-    if let Some(mut pipe) = child.stdin.take() {
+    let key = holds_key.then(|| spawn.key.to_hex());
+    let child = spawn_with_key(&mut command, key.as_deref()).map_err(error)?;
+    let name = name.clone();
+    Ok(Running { seat, child, status: None, talk, again: command, name, program, key })
+}
+
+fn spawn_with_key(command: &mut Command, key: Option<&str>) -> std::io::Result<Child> {
+    let mut child = command.spawn()?;
+    if let (Some(mut pipe), Some(key)) = (child.stdin.take(), key) {
         // A child that does not read its key cannot join, and that shows.
-        let _ = writeln!(pipe, "{}", spawn.key.to_hex());
+        let _ = writeln!(pipe, "{key}");
     }
-    Ok(Running { seat, child, status: None, talk })
+    Ok(child)
 }
 
 /// A path is taken as it is; a bare name is looked up beside the server, in

@@ -4,10 +4,14 @@
 //! the link, listens, asks the kernel about processes, keeps the pace.
 
 mod children;
+mod clock;
+mod comeback;
+mod history;
 mod pace;
 mod progress;
 mod start;
 mod stop;
+mod wishes;
 
 pub use children::{Children, ChildrenError, Spawn};
 pub use pace::Pace;
@@ -15,20 +19,26 @@ pub use progress::Progress;
 pub use start::RunSetup;
 pub use stop::Stop;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use rusty_contract::tally::TallyEntry;
-use rusty_contract::{JoinReply, Phase, RunDigest, TruthKey};
+use rusty_contract::{JoinReply, OnLoss, Phase, RunDigest, Start, TruthKey};
 use rusty_geometry::Twist;
 use rusty_link::{Domain, JoinCall, LinkError, Peer, PeerState, ServerLink, monotonic_ns};
 
+use self::clock::{Clock, May};
+use self::comeback::Feeding;
+use self::history::History;
+use self::wishes::PendingStep;
 use crate::lockstep::{Lockstep, Loss, SeatState, SeatSummary, Step};
 use crate::source::{FrameSource, SourceError};
 
 /// How often a server that never sleeps looks for deaths and new faces, in
 /// looks at the data.
 const LOOKS_BETWEEN_CHECKS: u32 = 4096;
+/// How often it hears at full speed what somebody has to say, in ticks.
+const TICKS_BETWEEN_WISHES: u64 = 64;
 
 /// What came of a run.
 #[derive(Debug)]
@@ -43,6 +53,10 @@ pub struct Outcome {
     pub seats: Vec<SeatSummary>,
     /// Who was lost.
     pub losses: Vec<Loss>,
+    /// Who was lost and came back.
+    pub restarts: Vec<Loss>,
+    /// What else there is to say of it.
+    pub remarks: Vec<String>,
     /// From the first frame to the last answer, s.
     pub elapsed_s: f64,
     /// Why the source ended early, if it did.
@@ -55,7 +69,7 @@ pub struct Run<'a> {
     source: &'a mut dyn FrameSource,
     link: ServerLink,
     children: &'a mut Children,
-    stop: &'a AtomicBool,
+    stop: &'a Stop,
     progress: Progress,
     lockstep: Lockstep,
     peers: Vec<Option<Peer>>,
@@ -65,8 +79,18 @@ pub struct Run<'a> {
     closed: RunDigest,
     driver: Option<Twist>,
     losses: Vec<Loss>,
+    restarts: Vec<Loss>,
+    remarks: Vec<String>,
+    /// Replies so far, where somebody may come back.
+    history: History,
+    /// The run again, for those who came back.
+    feedings: Vec<Option<Feeding>>,
     source_error: Option<SourceError>,
     began: Option<Instant>,
+    clock: Clock,
+    /// Ticks whose frame is out.
+    begun: u64,
+    steps: Vec<PendingStep>,
     has_key_holders: bool,
     /// The last word is out.
     ended: bool,
@@ -83,7 +107,7 @@ impl<'a> Run<'a> {
         domain: &Domain,
         source: &'a mut dyn FrameSource,
         children: &'a mut Children,
-        stop: &'a AtomicBool,
+        stop: &'a Stop,
         progress: Progress,
     ) -> Result<Self, LinkError> {
         let link = ServerLink::create(domain, setup.wait)?;
@@ -92,6 +116,7 @@ impl<'a> Run<'a> {
         let lockstep = Lockstep::new(rules, &header.roster, monotonic_ns());
         let seats = header.roster.len();
         let has_key_holders = header.roster.iter().any(|p| p.role.holds_key());
+        let clock = Clock::new(setup.pace, setup.dt_s, setup.paused);
         Ok(Self {
             key: setup.key.clone(),
             setup,
@@ -106,8 +131,15 @@ impl<'a> Run<'a> {
             closed: RunDigest::default(),
             driver: None,
             losses: Vec::new(),
+            restarts: Vec::new(),
+            remarks: Vec::new(),
+            history: History::default(),
+            feedings: (0..seats).map(|_| None).collect(),
             source_error: None,
             began: None,
+            clock,
+            begun: 0,
+            steps: Vec::new(),
             has_key_holders,
             ended: false,
             looks: 0,
@@ -142,6 +174,9 @@ impl<'a> Run<'a> {
                     self.progress.say(&format!("lost: {loss}"));
                     self.losses.push(loss);
                 }
+                Step::Restart(loss) => self.bring_back(loss),
+                Step::Feed { seat, tick } => self.feed(seat, tick)?,
+                Step::Echo { seat, tick, reply } => self.echo(seat, tick, reply),
                 Step::End(phase) => self.end(phase)?,
                 Step::Finished => break,
             }
@@ -150,15 +185,23 @@ impl<'a> Run<'a> {
     }
 
     fn publish(&mut self, tick: u64) -> Result<(), LinkError> {
-        let began = *self.began.get_or_insert_with(Instant::now);
-        let due = self.setup.pace.due(tick, self.setup.dt_s);
-        let early = due.and_then(|due| due.checked_sub(began.elapsed())).unwrap_or_default();
-        if !early.is_zero() && !self.stop.load(Ordering::Relaxed) {
+        if tick.is_multiple_of(TICKS_BETWEEN_WISHES) {
+            // At full speed the server never sleeps, so it looks now and then.
+            self.take_wishes()?;
+            self.take_joins()?;
+        }
+        let now = Instant::now();
+        let may = self.clock.may(tick, now);
+        if may != May::Now && !self.stop.flag().load(Ordering::Relaxed) {
             // The machine asks for this tick again. Whoever comes, fails or
             // dies meanwhile does not wait for the clock.
-            return self.listen(early.as_nanos() as u64);
+            return self.listen(match may {
+                May::In(early) => early.as_nanos() as u64,
+                _ => u64::MAX,
+            });
         }
-        if self.stop.load(Ordering::Relaxed) {
+        self.began.get_or_insert(now);
+        if self.stop.flag().load(Ordering::Relaxed) {
             self.lockstep.interrupt();
             return Ok(());
         }
@@ -178,6 +221,8 @@ impl<'a> Run<'a> {
         let digest = frame.digest();
         let now = self.link.publish(frame)?;
         self.lockstep.published(digest, now);
+        self.clock.tick();
+        self.begun = tick + 1;
         self.wake();
         Ok(())
     }
@@ -191,6 +236,9 @@ impl<'a> Run<'a> {
         let lockstep = &self.lockstep;
         self.digest.absorb_replies(lockstep.replies().map(|(_, reply)| reply));
         self.closed = self.digest;
+        if self.setup.on_loss == OnLoss::Restart {
+            self.history.push(lockstep.replies().map(|(_, reply)| reply));
+        }
         self.driver = lockstep.driver_command();
         let seats = lockstep.seats();
         self.source.closed(&mut lockstep.replies().map(|(i, r)| (seats[i].name.as_str(), r)));
@@ -210,6 +258,7 @@ impl<'a> Run<'a> {
             })?;
         }
         self.progress.tick(tick + 1);
+        self.reply_to_steps(tick + 1);
         Ok(())
     }
 
@@ -222,6 +271,7 @@ impl<'a> Run<'a> {
         self.lockstep.published(digest, now);
         self.link.wake_all();
         self.ended = true;
+        self.reply_to_steps(self.lockstep.ticks_done());
         self.progress.done();
         Ok(())
     }
@@ -240,9 +290,10 @@ impl<'a> Run<'a> {
             || self.looks.is_multiple_of(LOOKS_BETWEEN_CHECKS)
             || self.lockstep.is_gathering()
         {
+            self.take_wishes()?;
             self.take_joins()?;
             self.look_for_deaths()?;
-            if self.stop.load(Ordering::Relaxed) {
+            if self.stop.flag().load(Ordering::Relaxed) {
                 self.lockstep.interrupt();
             }
         }
@@ -260,18 +311,23 @@ impl<'a> Run<'a> {
 
     fn take_joins(&mut self) -> Result<(), LinkError> {
         while let Some(call) = self.link.next_join()? {
-            self.admit(call);
+            self.admit(call)?;
             self.link.wake_all();
         }
         Ok(())
     }
 
-    fn admit(&mut self, call: JoinCall) {
-        let seated = call.request().and_then(|r| self.lockstep.join(&r).map(|seat| (seat, r)));
+    fn admit(&mut self, call: JoinCall) -> Result<(), LinkError> {
+        // Without randomness one ticket is as good as another.
+        let ticket = getrandom::u32().unwrap_or(self.looks);
+        let seated =
+            call.request().and_then(|r| self.lockstep.join(&r, ticket).map(|seat| (seat, r)));
         let reply = match seated {
             Ok((seat, request)) => {
                 self.peers[seat] = Some(Peer::new(request.pid));
-                JoinReply::Start(Box::new(self.setup.start(self.source.header(), seat)))
+                let catch_up = self.catch_up(seat)?;
+                let start = self.setup.start(self.source.header(), seat);
+                JoinReply::Start(Box::new(Start { ticket, catch_up, ..start }))
             }
             Err(refusal) => {
                 self.progress.say(&format!("refused a client: {refusal}"));
@@ -282,6 +338,7 @@ impl<'a> Run<'a> {
             // The caller is gone; if it had a seat, its death shows next.
             self.progress.say(&format!("a client left while it was being answered ({e})"));
         }
+        Ok(())
     }
 
     fn look_for_deaths(&mut self) -> Result<(), LinkError> {
@@ -311,6 +368,8 @@ impl<'a> Run<'a> {
             digest: self.closed,
             seats: self.lockstep.seats().iter().map(|s| s.summary()).collect(),
             losses: self.losses,
+            restarts: self.restarts,
+            remarks: self.remarks,
             elapsed_s: self.progress.elapsed_s(self.began),
             source_error: self.source_error,
         }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use rusty_contract::{Brief, LogHeader, OnLoss, Start, TruthKey};
+use rusty_contract::{Brief, LogHeader, OnLoss, RunName, Start, TruthKey};
 use rusty_link::WaitPolicy;
 
 use super::Pace;
@@ -18,6 +18,8 @@ const SLOW_AFTER_S: f64 = 1.0;
 /// All that a run needs beside its source.
 #[derive(Clone, Debug)]
 pub struct RunSetup {
+    /// Its name.
+    pub run: RunName,
     /// Drawn afresh.
     pub run_id: u64,
     /// Drawn afresh.
@@ -26,6 +28,8 @@ pub struct RunSetup {
     pub wait: WaitPolicy,
     /// How fast time goes.
     pub pace: Pace,
+    /// Whether it begins paused.
+    pub paused: bool,
     /// Length of a tick, s.
     pub dt_s: f64,
     /// How long all may take to join, s.

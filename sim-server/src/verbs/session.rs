@@ -72,10 +72,12 @@ impl RunSession<'_> {
         };
         stop.covers(&children);
         let setup = RunSetup {
+            run: name.clone(),
             run_id,
             key,
             wait: args.wait,
             pace: args.pace,
+            paused: args.paused,
             dt_s: header.config.dt_s,
             join_timeout_s,
             answer_timeout_s,
@@ -83,7 +85,7 @@ impl RunSession<'_> {
             out_dir: Some(out_dir.clone()),
         };
         let progress = Progress::new(source.ticks(), args.quiet || args.json);
-        let run = Run::new(setup, &domain, source, &mut children, stop.flag(), progress)?;
+        let run = Run::new(setup, &domain, source, &mut children, &stop, progress)?;
         let outcome = run.drive()?;
         let ended_badly = children.finish(|seat| {
             let summary = &outcome.seats[seat];
@@ -127,6 +129,9 @@ impl RunSession<'_> {
             errln!("{line}");
         } else {
             outln!("{line}");
+        }
+        if self.args.paused {
+            errln!("paused; `sim-server control {name} step` or `resume` lets it go on");
         }
         if self.starting == Starting::ByHand {
             let expected: Vec<&str> =

@@ -22,7 +22,8 @@ struct Cli {
     /// What to do instead of dead reckoning: slow, abstain, nan-estimate,
     /// nan-command, future-tick, old-tick, double, wrong-digest,
     /// pause (sleeps once, for sleep-us), exit, abort, panic, hang, goodbye, wrong-layout,
-    /// wrong-protocol, covariance, linger
+    /// wrong-protocol, covariance, linger, fickle-and-mortal (says something
+    /// else in every life, and exits in its first)
     #[arg(long, default_value = "")]
     mode: String,
     /// From which tick on
@@ -81,6 +82,9 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
             dice ^= dice << 17;
             std::thread::sleep(Duration::from_micros(dice % cli.sleep_us));
         }
+        if cli.mode == "fickle-and-mortal" {
+            reply = SE2::new(f64::from(std::process::id()), 0.0, 0.0).into();
+        }
         if cli.mode == "covariance" {
             let covariance = Some([0.01, 0.0, 0.0, 0.0, 0.02, 0.0, 0.0, 0.0, 0.03]);
             reply = Estimate { pose_in_world: pose, covariance }.into();
@@ -117,6 +121,7 @@ fn misbehave(
             std::thread::sleep(Duration::from_micros(cli.sleep_us));
         }
         "exit" => std::process::exit(7),
+        "fickle-and-mortal" if link.start().catch_up.is_none() => std::process::exit(7),
         "abort" => std::process::abort(),
         "panic" => panic!("on request"),
         "hang" => std::thread::sleep(Duration::from_secs(600)),

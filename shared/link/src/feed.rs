@@ -1,0 +1,122 @@
+//! The way of its own by which one who comes back into a run is given the
+//! ticks it missed, while all others go on seeing the ticks of the run alone.
+
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::Node;
+use iceoryx2::sample::Sample;
+use rusty_contract::{CatchUp, Frame, Tally};
+
+use crate::LinkError;
+use crate::server::{FrameLoan, write_tally};
+use crate::services::{self, Ipc, WireFrame, WireTally};
+use crate::wait::monotonic_ns;
+
+/// The server's end: frames, and tallies for scorers and loggers.
+pub struct Feed {
+    frames: Publisher<Ipc, WireFrame, ()>,
+    tallies: Publisher<Ipc, WireTally, ()>,
+}
+
+impl Feed {
+    pub(crate) fn create(node: &Node<Ipc>, service: &str) -> Result<Self, LinkError> {
+        let frames = services::pub_sub::<WireFrame>(node, service, true)?
+            .publisher_builder()
+            .max_loaned_samples(2)
+            .create()
+            .map_err(LinkError::transport("open a port for ticks given again"))?;
+        let tallies = services::pub_sub::<WireTally>(node, &tallies_of(service), true)?
+            .publisher_builder()
+            .max_loaned_samples(2)
+            .create()
+            .map_err(LinkError::transport("open a port for tallies given again"))?;
+        Ok(Self { frames, tallies })
+    }
+
+    /// A frame in shared memory to write the next tick into.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn loan(&self) -> Result<FrameLoan, LinkError> {
+        FrameLoan::from(&self.frames)
+    }
+
+    /// Sends a frame, and says when.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn publish(&self, frame: FrameLoan) -> Result<u64, LinkError> {
+        let now = monotonic_ns();
+        frame.send(now)?;
+        Ok(now)
+    }
+
+    /// Sends the answers of a tick.
+    ///
+    /// # Errors
+    /// [`LinkError::Transport`].
+    pub fn publish_tally(&self, write: impl FnOnce(&mut Tally)) -> Result<(), LinkError> {
+        write_tally(&self.tallies, write)
+    }
+}
+
+fn tallies_of(service: &str) -> String {
+    format!("{service}-tallies")
+}
+
+/// A participant's end. It is read to its last tick before the run's own
+/// frames are looked at.
+pub(crate) struct Refeed {
+    frames: Subscriber<Ipc, WireFrame, ()>,
+    tallies: Option<Subscriber<Ipc, WireTally, ()>>,
+    /// Frames that are still to come this way.
+    left: u64,
+}
+
+impl Refeed {
+    pub(crate) fn open(
+        node: &Node<Ipc>,
+        catch_up: &CatchUp,
+        with_tallies: bool,
+    ) -> Result<Self, LinkError> {
+        let frames = services::pub_sub::<WireFrame>(node, &catch_up.service, false)?
+            .subscriber_builder()
+            .create()
+            .map_err(LinkError::transport("open the port for ticks given again"))?;
+        let _ = frames.has_samples();
+        let tallies = if with_tallies {
+            let service = tallies_of(&catch_up.service);
+            let port = services::pub_sub::<WireTally>(node, &service, false)?
+                .subscriber_builder()
+                .create()
+                .map_err(LinkError::transport("open the port for tallies given again"))?;
+            let _ = port.has_samples();
+            Some(port)
+        } else {
+            None
+        };
+        Ok(Self { frames, tallies, left: catch_up.ticks })
+    }
+
+    /// Whether all frames have come.
+    pub(crate) fn is_over(&self) -> bool {
+        self.left == 0
+    }
+
+    pub(crate) fn next(&mut self) -> Result<Option<Sample<Ipc, WireFrame, ()>>, LinkError> {
+        let sample = self.frames.receive().map_err(LinkError::transport("receive a frame"))?;
+        self.left -= u64::from(sample.is_some());
+        Ok(sample)
+    }
+
+    pub(crate) fn next_tally(&self) -> Result<Option<Box<Tally>>, LinkError> {
+        let Some(port) = &self.tallies else { return Ok(None) };
+        let sample = port.receive().map_err(LinkError::transport("receive a tally"))?;
+        Ok(sample.map(|sample| Box::new(sample.payload().0)))
+    }
+}
+
+/// Whether a frame is the last word of a run, which comes to everyone at once.
+pub(crate) fn is_last_word(frame: &Frame) -> bool {
+    frame.phase() != rusty_contract::Phase::Tick
+}

@@ -1,0 +1,152 @@
+//! How a participant that was lost comes back (`on_loss = "restart"`).
+//!
+//! ```text
+//! lost ──▶ away ── joins ──▶ joined ── ready ──▶ fed 0, 1, … up to the tick of the others ──▶ as before
+//!            │ join timeout        │ lost again: away, unless it never gets anywhere
+//!            ▼                     ▼
+//!          lost for good, the run is aborted
+//! ```
+//!
+//! No tick is released meanwhile. What it answers to a tick that had its answer
+//! before it was lost is an echo: it changes nothing, and is handed out so that
+//! somebody can compare. A participant that is deterministic gives the same
+//! again, so the run has the digest it would have had.
+
+use rusty_contract::{Answer, OnLoss, Reply};
+
+use super::{CatchingUp, Lockstep, LossKind, SeatState, State, Step};
+
+/// So often in a row a participant may be lost without having answered
+/// anything new in between: once is chance, three times is its own fault.
+const FRUITLESS: u32 = 3;
+
+impl Lockstep {
+    /// How many ticks have been published so far.
+    pub(super) fn published_ticks(&self) -> u64 {
+        match self.state {
+            State::Awaiting { .. } | State::Closing => self.tick + 1,
+            _ => self.tick,
+        }
+    }
+
+    pub(super) fn may_restart(&self, seat: usize, kind: LossKind) -> bool {
+        self.rules.on_loss == OnLoss::Restart
+            && kind.may_come_back()
+            && self.seats[seat].fruitless < FRUITLESS
+            && !matches!(self.state, State::Ending { .. } | State::Finished)
+    }
+
+    /// Somebody is being told this.
+    pub(super) fn said(&mut self, step: Step, now_ns: u64) -> Step {
+        if let Step::Restart(loss) = &step {
+            let state = &mut self.seats[loss.seat].state;
+            if let SeatState::Away { since_ns, called } = state {
+                (*since_ns, *called) = (now_ns, true);
+            }
+        }
+        step
+    }
+
+    /// By when those who are coming back must have done their next step, if
+    /// somebody is.
+    pub(super) fn back_by_ns(&self) -> Option<u64> {
+        (0..self.seats.len()).filter_map(|seat| self.deadline_ns(seat)).min()
+    }
+
+    fn deadline_ns(&self, seat: usize) -> Option<u64> {
+        let (since_ns, timeout_ns) = match (&self.seats[seat].state, self.seats[seat].catch_up) {
+            (SeatState::Away { since_ns, .. }, _) => (*since_ns, self.rules.join_timeout_ns),
+            (SeatState::Joined, Some(c)) => (c.since_ns, self.rules.join_timeout_ns),
+            (SeatState::Ready, Some(CatchingUp { sent: Some((_, sent_ns)), .. })) => {
+                (sent_ns, self.rules.answer_timeout_ns)
+            }
+            // It is fed at once.
+            (SeatState::Ready, Some(_)) => return Some(0),
+            _ => return None,
+        };
+        Some(since_ns.saturating_add(timeout_ns))
+    }
+
+    /// What is to be done for those who are coming back.
+    pub(super) fn next_comeback(
+        &mut self,
+        now_ns: u64,
+        describe: impl Fn(usize) -> String,
+    ) -> Option<Step> {
+        if matches!(self.state, State::Ending { .. } | State::Finished) {
+            return None;
+        }
+        for seat in 0..self.seats.len() {
+            let Some(deadline_ns) = self.deadline_ns(seat) else { continue };
+            match (&self.seats[seat].state, self.seats[seat].catch_up) {
+                (SeatState::Ready, Some(CatchingUp { next, sent: None, .. })) => {
+                    return Some(Step::Feed { seat, tick: next });
+                }
+                _ if now_ns < deadline_ns => {}
+                (SeatState::Ready, Some(CatchingUp { next, .. })) => {
+                    let seconds = self.rules.answer_timeout_ns as f64 * 1e-9;
+                    let detail = format!(
+                        "no answer to tick {next}, given to it again, within {seconds} s{}",
+                        describe(seat)
+                    );
+                    self.lose(seat, LossKind::Stalled, detail);
+                }
+                _ => {
+                    let seconds = self.rules.join_timeout_ns as f64 * 1e-9;
+                    let detail =
+                        format!("it did not come back within {seconds} s{}", describe(seat));
+                    self.lose(seat, LossKind::NeverAttached, detail);
+                }
+            }
+        }
+        let step = self.unsaid.pop_front()?;
+        Some(self.said(step, now_ns))
+    }
+
+    /// The tick that [`Step::Feed`] asked for is out, with this digest.
+    pub fn fed(&mut self, seat: usize, digest: u64, now_ns: u64) {
+        if let Some(catch_up) = &mut self.seats[seat].catch_up {
+            catch_up.sent = Some((digest, now_ns));
+        }
+    }
+
+    /// Its ports are open: it takes part, once it has caught up.
+    pub(super) fn ready(&mut self, seat: usize) {
+        let place = &mut self.seats[seat];
+        if place.state == SeatState::Joined {
+            place.state = SeatState::Ready;
+            if place.catch_up.is_some_and(|c| c.ticks == 0) {
+                place.catch_up = None;
+            }
+        }
+    }
+
+    /// One who is catching up answers.
+    pub(super) fn answer_again(&mut self, seat: usize, answer: &Answer, reply: Reply, now_ns: u64) {
+        let place = &mut self.seats[seat];
+        let Some(catch_up) = &mut place.catch_up else { return };
+        let at = catch_up.next;
+        let Some((digest, sent_ns)) = catch_up.sent.filter(|_| answer.tick >= at) else {
+            place.strays += 1;
+            return;
+        };
+        if answer.tick > at || answer.digest_seen != digest {
+            let detail = format!(
+                "given tick {at} again, digest {digest:016x}, it answered tick {}, digest {:016x}",
+                answer.tick, answer.digest_seen
+            );
+            return self.lose(seat, LossKind::Invalid, detail);
+        }
+        catch_up.next += 1;
+        catch_up.sent = None;
+        if catch_up.next == catch_up.ticks {
+            place.catch_up = None;
+        }
+        let is_current = matches!(self.state, State::Awaiting { .. }) && at == self.tick;
+        if is_current && place.reply.is_none() {
+            place.accept(*answer, reply, now_ns.saturating_sub(sent_ns));
+        } else {
+            self.unsaid.push_back(Step::Echo { seat, tick: at, reply });
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! The replies of a run so far, kept where somebody may have to be given the
+//! run again.
+
+use rusty_contract::Reply;
+
+/// Replies of the answering seats, tick by tick. They are kept in the log's
+/// encoding: an estimate takes some 25 bytes, not 120.
+#[derive(Debug, Default)]
+pub(super) struct History {
+    bytes: Vec<u8>,
+    /// Where each tick's replies end.
+    ends: Vec<usize>,
+}
+
+impl History {
+    /// Adds a tick that is closed.
+    pub(super) fn push(&mut self, replies: impl Iterator<Item = Reply>) {
+        for reply in replies {
+            // Writing to memory cannot fail.
+            if let Ok(bytes) = postcard::to_extend(&reply, std::mem::take(&mut self.bytes)) {
+                self.bytes = bytes;
+            }
+        }
+        self.ends.push(self.bytes.len());
+    }
+
+    /// Ticks that are kept.
+    pub(super) fn ticks(&self) -> u64 {
+        self.ends.len() as u64
+    }
+
+    /// The replies to `tick`, in roster order; none if it is not closed.
+    pub(super) fn replies(&self, tick: u64) -> Vec<Reply> {
+        let Some(&end) = usize::try_from(tick).ok().and_then(|t| self.ends.get(t)) else {
+            return Vec::new();
+        };
+        let begin = (tick as usize).checked_sub(1).map_or(0, |t| self.ends[t]);
+        let mut rest = &self.bytes[begin..end];
+        let mut replies = Vec::new();
+        while let Ok((reply, after)) = postcard::take_from_bytes(rest) {
+            replies.push(reply);
+            rest = after;
+        }
+        replies
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rusty_geometry::{SE2, Twist};
+
+    #[test]
+    fn what_was_said_comes_back_tick_by_tick() {
+        let estimate = Reply::from(SE2::new(1.0, -0.0, 0.5));
+        let command = Reply::from(Twist { v_m_s: 0.25, omega_rad_s: -1.0 });
+        let said = [vec![estimate, Reply::Missing], vec![Reply::Abstain, command], vec![]];
+        let mut history = History::default();
+        for replies in &said {
+            history.push(replies.iter().copied());
+        }
+        assert_eq!(history.ticks(), 3);
+        for (tick, replies) in said.iter().enumerate() {
+            let again = history.replies(tick as u64);
+            assert_eq!(again.len(), replies.len());
+            assert!(again.iter().zip(replies).all(|(a, b)| a.same_bits(b)));
+        }
+        assert!(history.replies(3).is_empty());
+        assert!(history.replies(u64::MAX).is_empty());
+    }
+}

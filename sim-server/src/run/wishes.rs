@@ -1,0 +1,82 @@
+//! What is said to a run while it goes on: pause, step, resume, stop.
+
+use std::sync::atomic::Ordering;
+
+use rusty_contract::control::{ControlReply, ControlRequest, ControlStatus};
+use rusty_link::{ControlCall, LinkError};
+
+use super::Run;
+
+/// A step whose ticks are not complete yet.
+pub(super) struct PendingStep {
+    call: ControlCall,
+    /// The reply goes out when so many ticks are complete.
+    when: u64,
+}
+
+impl Run<'_> {
+    /// Hears what is said.
+    pub(super) fn take_wishes(&mut self) -> Result<(), LinkError> {
+        while let Some(call) = self.link.next_control()? {
+            let done = self.lockstep.ticks_done();
+            match call.request() {
+                Err(problem) => {
+                    let problem = format!("the request cannot be read: {problem}");
+                    self.reply(call, &ControlReply::Refused(problem));
+                    continue;
+                }
+                Ok(_) if self.ended => {
+                    let problem = "it has ended".to_owned();
+                    self.reply(call, &ControlReply::Refused(problem));
+                    continue;
+                }
+                Ok(ControlRequest::Step(ticks)) => {
+                    // The tick that is being worked on is none of them.
+                    let when = self.begun.saturating_add(self.clock.step(ticks));
+                    self.steps.push(PendingStep { call, when });
+                    continue;
+                }
+                Ok(ControlRequest::Status) => {}
+                Ok(ControlRequest::Pause) => self.clock.pause(),
+                Ok(ControlRequest::Resume) => self.clock.resume(),
+                Ok(ControlRequest::Stop) => self.stop.flag().store(true, Ordering::Relaxed),
+            }
+            let status = self.status(done);
+            self.reply(call, &status);
+        }
+        Ok(())
+    }
+
+    fn status(&self, ticks_done: u64) -> ControlReply {
+        ControlReply::Status(ControlStatus {
+            run: self.setup.run.to_string(),
+            paused: self.clock.is_paused() && !self.ended,
+            ticks_done,
+            ticks: self.source.ticks(),
+        })
+    }
+
+    /// Replies to steps whose ticks are complete, or never will be.
+    pub(super) fn reply_to_steps(&mut self, ticks_done: u64) {
+        if self.steps.is_empty() {
+            return;
+        }
+        let ended = self.ended || ticks_done == self.source.ticks();
+        for step in std::mem::take(&mut self.steps) {
+            if ended || step.when <= ticks_done {
+                let status = self.status(ticks_done);
+                self.reply(step.call, &status);
+            } else {
+                self.steps.push(step);
+            }
+        }
+    }
+
+    fn reply(&self, call: ControlCall, reply: &ControlReply) {
+        if let Err(e) = call.reply(reply) {
+            self.progress.say(&format!("whoever controls the run left before the reply ({e})"));
+        }
+        // They may be asleep.
+        self.link.wake_all();
+    }
+}

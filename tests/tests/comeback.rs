@@ -1,0 +1,109 @@
+//! `on_loss = "restart"`: whoever is killed comes back, is given the run again,
+//! and nobody can tell afterwards.
+
+mod common;
+
+use std::fs;
+
+use common::{Live, participants};
+use rustix::process::Signal;
+use rusty_tests::*;
+use serde_json::Value;
+
+const COME_BACK: [&str; 2] = ["--set", "on_loss=restart"];
+const DRIVER: [&str; 3] = ["driver", "--add", "dead-reckoning=dead-reckoning"];
+/// 400 ticks in about a second.
+const TICKS: [&str; 4] = ["--ticks", "400", "--pace", "8"];
+
+/// The same run without a disturbance: its digest and its log.
+fn undisturbed(scenario: &[&str]) -> (String, Vec<u8>) {
+    let out = folder();
+    let args = [scenario, &COME_BACK, &["--ticks", "400"]].concat();
+    let report = launch("undisturbed", out.path(), &args);
+    assert_eq!(report["restarts"], Value::Array(vec![]));
+    (text(&report, "digest").to_owned(), fs::read(out.path().join("run.log")).unwrap())
+}
+
+/// Kills `name` when it has taken part for a while; the number of times.
+fn kill(live: &Live, name: &str, times: usize) {
+    for _ in 0..times {
+        let pid = live.pid_of(name);
+        // Long enough to have joined and to be somewhere in the run again.
+        std::thread::sleep(std::time::Duration::from_millis(150));
+        send_signal(pid, Signal::KILL);
+        until("the killed one is gone", || participants(&live.run).iter().all(|(p, _)| *p != pid));
+    }
+}
+
+#[test]
+fn whoever_is_killed_comes_back_and_the_run_is_the_same() {
+    let (digest, log) = undisturbed(&DRIVER);
+    for (name, times) in [("bouncer", 1), ("dead-reckoning", 2), ("score", 1), ("logger", 1)] {
+        let live = Live::under_way("back", &[&DRIVER, &COME_BACK, &TICKS]);
+        kill(&live, name, times);
+        let after = live.ends_with(0);
+        assert_eq!(text(&after.report, "digest"), digest, "{name}");
+        assert_eq!(fs::read(after.out.path().join("run.log")).unwrap(), log, "{name}");
+        assert_eq!(after.report["losses"], Value::Array(vec![]), "{name}");
+        let restarts = after.report["restarts"].as_array().unwrap();
+        assert_eq!(restarts.len(), times, "{restarts:?}");
+        assert_eq!((text(&restarts[0], "name"), text(&restarts[0], "kind")), (name, "dead"));
+        assert!(after.stderr.contains(&format!("lost: {name} dead")), "{}", after.stderr);
+        let scores = after.report["scores"].as_array().unwrap();
+        assert!(!scores.is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn one_that_is_stopped_for_too_long_is_replaced() {
+    let (digest, _) = undisturbed(&[]);
+    let timeout = ["--answer-timeout", "0.5"];
+    let live = Live::under_way("stopped", &[&COME_BACK, &TICKS, &timeout]);
+    send_signal(live.pid_of("dead-reckoning"), Signal::STOP);
+    let after = live.ends_with(0);
+    assert_eq!(text(&after.report, "digest"), digest);
+    assert_eq!(text(&after.report["restarts"][0], "kind"), "stalled");
+}
+
+/// A run with a probe that does something at tick 10.
+fn with_probe(tag: &str, mode: &str, code: i32) -> (Value, tempfile::TempDir) {
+    let out = folder();
+    let probe = format!("probe={} --mode {mode}", binary("probe-client").display());
+    let args = ["--add", &probe, "--ticks", "40", COME_BACK[0], COME_BACK[1]];
+    (launch_to(tag, out.path(), &args, code), out)
+}
+
+#[test]
+fn one_that_always_dies_at_the_same_place_is_given_up() {
+    let (report, _out) = with_probe("hopeless", "exit", 1);
+    assert_eq!(report["ended"], "aborted");
+    assert_eq!(report["ticks"], 10);
+    assert_eq!(report["restarts"].as_array().unwrap().len(), 3);
+    assert_eq!(text(&report["losses"][0], "name"), "probe");
+}
+
+#[test]
+fn one_that_does_not_repeat_itself_is_named() {
+    let (report, _out) = with_probe("fickle", "fickle-and-mortal", 3);
+    assert_eq!((&report["ended"], &report["ticks"]), (&Value::from("done"), &Value::from(40)));
+    let remarks = report["remarks"].to_string();
+    assert!(remarks.contains("probe came back and answers tick 0 otherwise"), "{remarks}");
+}
+
+#[test]
+fn one_started_by_hand_is_waited_for() {
+    let (digest, _) = undisturbed(&[]);
+    let live = Live::start("serve", "by-hand", &[&COME_BACK, &TICKS]);
+    let others = ["score", "logger"].map(|name| live.join(name, &[]));
+    let first = live.join("dead-reckoning", &[]);
+    live.until_the_log_has_ticks();
+    first.signal(Signal::KILL);
+    assert_eq!(first.wait().code, None);
+    let second = live.join("dead-reckoning", &[]);
+    for client in others.into_iter().chain([second]) {
+        client.wait().expect(0);
+    }
+    let after = live.ends_with(0);
+    assert_eq!(text(&after.report, "digest"), digest);
+    assert!(after.stderr.contains("start it again"), "{}", after.stderr);
+}

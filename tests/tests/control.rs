@@ -1,0 +1,87 @@
+//! `control`: the time of a run is moved from outside, and no bit of it moves.
+
+mod common;
+
+use common::Live;
+use rusty_tests::*;
+use serde_json::Value;
+
+const RUN: [&str; 4] = ["--ticks", "300", "--seed", "5"];
+
+#[track_caller]
+fn control(live: &Live, wish: &[&str]) -> Value {
+    let args = [&["control", "--json", live.run.as_str()], wish].concat();
+    sim_server(&args).expect(0).json()
+}
+
+fn under_control(tag: &str, args: &[&[&str]]) -> Live {
+    let live = Live::start("launch", tag, args);
+    until("the run can be controlled", || {
+        sim_server(&["control", live.run.as_str(), "status"]).code == Some(0)
+    });
+    live
+}
+
+#[test]
+fn pauses_and_steps_change_no_bit() {
+    let out = folder();
+    let calm = launch("calm", out.path(), &RUN);
+    let live = under_control("steps", &[&RUN, &["--paused"]]);
+    assert_eq!(control(&live, &["status"])["ticks_done"], 0);
+    let status = control(&live, &["step", "3"]);
+    assert_eq!((&status["ticks_done"], &status["paused"]), (&Value::from(3), &Value::from(true)));
+    assert_eq!(control(&live, &["step"])["ticks_done"], 4);
+    // Paused is paused: it stands where it stood.
+    assert_eq!(control(&live, &["status"])["ticks_done"], 4);
+    let status = control(&live, &["step", "100"]);
+    assert_eq!(status["ticks_done"], 104);
+    assert_eq!(status["ticks"], 300);
+    control(&live, &["resume"]);
+    let after = live.ends_with(0);
+    assert_eq!(after.report["digest"], calm["digest"]);
+    after.verifies(0);
+}
+
+#[test]
+fn a_run_at_its_own_pace_can_be_paused_and_goes_on() {
+    let out = folder();
+    let calm = launch("calm", out.path(), &RUN);
+    let live = under_control("pause", &[&RUN, &["--pace", "4"]]);
+    let status = control(&live, &["pause"]);
+    assert_eq!(status["paused"], true);
+    let then = control(&live, &["status"])["ticks_done"].as_u64().unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    let now = control(&live, &["status"])["ticks_done"].as_u64().unwrap();
+    assert_eq!(now, then);
+    assert_eq!(control(&live, &["resume"])["paused"], false);
+    let after = live.ends_with(0);
+    assert_eq!(after.report["digest"], calm["digest"]);
+}
+
+#[test]
+fn a_run_can_be_stopped_even_while_it_stands_still() {
+    let live = under_control("stop", &[&RUN, &["--paused"]]);
+    control(&live, &["step", "7"]);
+    control(&live, &["stop"]);
+    let after = live.ends_with(3);
+    assert_eq!(
+        (&after.report["ended"], &after.report["ticks"]),
+        (&"interrupted".into(), &7.into())
+    );
+}
+
+#[test]
+fn a_step_beyond_the_end_returns_at_the_end() {
+    let live = under_control("beyond", &[&RUN, &["--paused"]]);
+    assert_eq!(control(&live, &["step", "1000"])["ticks_done"], 300);
+    live.ends_with(0);
+}
+
+#[test]
+fn a_run_that_is_not_there_is_named() {
+    let ended = sim_server(&["control", "nobody-runs-this", "pause"]);
+    assert_ne!(ended.code, Some(0));
+    assert!(ended.stderr.contains("nobody-runs-this"), "{ended:#?}");
+    let ended = sim_server(&["control", "x", "step", "0"]).expect(2);
+    assert!(ended.stderr.contains("0 is not in 1.."), "{ended:#?}");
+}
