@@ -52,6 +52,8 @@ enum Verb {
     /// Make a run log from the recording of a real robot
     #[command(subcommand)]
     Import(ImportVerb),
+    /// Check this machine: the same bits as everywhere? shared memory?
+    Doctor(JsonArgs),
     /// Remove what dead runs left in shared memory; living ones stay
     Clean(JsonArgs),
 }
@@ -240,6 +242,7 @@ pub fn main() -> Exit {
         Verb::Worlds(args) => verbs::worlds(&args),
         Verb::Layout(args) => verbs::layout(&args),
         Verb::Import(ImportVerb::Carmen(args)) => verbs::import_carmen(&args),
+        Verb::Doctor(args) => verbs::doctor(&args),
         Verb::Clean(args) => verbs::clean(&args),
     };
     done.unwrap_or_else(|e| {

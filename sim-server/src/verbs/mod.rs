@@ -2,6 +2,7 @@
 
 mod clean;
 mod diff;
+mod doctor;
 mod import;
 mod info;
 mod launch;
@@ -14,6 +15,7 @@ mod worlds;
 
 pub use clean::clean;
 pub use diff::diff;
+pub use doctor::doctor;
 pub use import::import_carmen;
 pub use info::info;
 pub use launch::launch;
