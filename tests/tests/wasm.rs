@@ -22,6 +22,7 @@ fn target_is_installed() -> bool {
     let mut ask = Command::new("rustc");
     ask.current_dir(repository()).args(["--print", "target-libdir", "--target", TARGET]);
     let said = ask.output().unwrap();
+    assert!(said.status.success(), "{ask:?}: {}", String::from_utf8_lossy(&said.stderr));
     let folder = String::from_utf8(said.stdout).unwrap();
     std::fs::read_dir(folder.trim()).is_ok_and(|mut entries| entries.next().is_some())
 }
@@ -40,6 +41,8 @@ fn module() -> Option<&'static PathBuf> {
         let mut build = Command::new(env!("CARGO"));
         build.current_dir(repository()).args(["build", "--quiet", "-p", "rusty-wasm-goldens"]);
         build.args(["--target", TARGET]).arg("--target-dir").arg(folder);
+        // Flags for the CPU of these tests are none for WebAssembly.
+        build.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
         assert!(build.status().unwrap().success(), "{TARGET}: the world does not build");
         Some(folder.join(TARGET).join("debug/rusty_wasm_goldens.wasm"))
     });
