@@ -54,6 +54,8 @@ enum Verb {
     Import(ImportVerb),
     /// Pause a running server, let it go on step by step, resume or stop it
     Control(ControlArgs),
+    /// Check this machine: the same bits as everywhere? shared memory?
+    Doctor(JsonArgs),
     /// Remove what dead runs left in shared memory; living ones stay
     Clean(JsonArgs),
 }
@@ -282,6 +284,7 @@ pub fn main() -> Exit {
         Verb::Layout(args) => verbs::layout(&args),
         Verb::Import(ImportVerb::Carmen(args)) => verbs::import_carmen(&args),
         Verb::Control(args) => verbs::control(&args),
+        Verb::Doctor(args) => verbs::doctor(&args),
         Verb::Clean(args) => verbs::clean(&args),
     };
     done.unwrap_or_else(|e| {

@@ -4,6 +4,7 @@
 //!
 //! * [`domain`]: the folder, the lock and the shared memory that belong to one
 //!   run, and how they are swept;
+//! * [`memory`]: whether shared memory can be used at all;
 //! * [`process`]: what the kernel says of a process: running, stopped, dead;
 //! * [`wait`]: look at the data, yield, then block for a bounded while;
 //! * [`server`]: the side that loans frames and collects answers;
@@ -23,6 +24,7 @@ mod error;
 pub mod feed;
 mod lobby;
 mod lock;
+pub mod memory;
 pub mod process;
 pub mod server;
 mod services;
@@ -34,6 +36,7 @@ pub use control::{ControlCall, control};
 pub use domain::{Domain, DomainError, RunState};
 pub use error::LinkError;
 pub use feed::Feed;
+pub use memory::{MemoryState, memory_state};
 pub use process::{Peer, PeerState};
 pub use server::{FrameLoan, JoinCall, ServerLink};
 pub use wait::{WaitPolicy, monotonic_ns};

@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::domain_error::{DomainError, io};
 
 /// Where the kernel keeps named shared memory.
-const SHARED_MEMORY: &str = "/dev/shm";
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 
 /// The files of named shared memory that begin with `prefix`.
 pub(crate) fn memory_files(prefix: &str) -> Vec<PathBuf> {

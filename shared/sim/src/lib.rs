@@ -13,7 +13,8 @@
 //! * [`outcome`], [`robot`]: one tick of a differential drive that slips;
 //! * [`lidar`]: one scan;
 //! * [`patrol`], [`steering`], [`script`]: where commands come from;
-//! * [`sim_error`], [`sim`]: all of it together.
+//! * [`sim_error`], [`sim`]: all of it together;
+//! * [`golden`]: runs whose digests are constants.
 //!
 //! Units are metres, radians and seconds; poses are in the world frame and
 //! twists in the body frame unless a name says otherwise. The algorithms are
@@ -67,6 +68,9 @@ pub mod sim_error;
 
 pub mod sim;
 
+pub mod golden;
+
+pub use golden::{GOLDENS, Golden};
 pub use lidar::Lidar;
 pub use outcome::StepOutcome;
 pub use robot::Robot;

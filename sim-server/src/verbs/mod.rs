@@ -3,6 +3,7 @@
 mod clean;
 mod control;
 mod diff;
+mod doctor;
 mod import;
 mod info;
 mod launch;
@@ -16,6 +17,7 @@ mod worlds;
 pub use clean::clean;
 pub use control::control;
 pub use diff::diff;
+pub use doctor::doctor;
 pub use import::import_carmen;
 pub use info::info;
 pub use launch::launch;

@@ -1,0 +1,166 @@
+//! The configurations of the golden runs.
+//!
+//! Every number is written out, none is left to a default: a default may change
+//! with the taste of its time, a golden run may not.
+
+use std::f64::consts::{PI, TAU};
+
+use rusty_contract::config::PatrolConfig;
+use rusty_contract::{LidarConfig, RobotConfig, RunConfig, ScriptConfig};
+use rusty_geometry::{Material, SE2, Twist, WallSpec, World, WorldSpec, apartment, hallway, open};
+
+/// Rusty in a place; for each run to change.
+fn rusty(name: &str, world: &World, start: SE2, script: ScriptConfig) -> RunConfig {
+    RunConfig {
+        scenario: format!("golden-{name}"),
+        seed: 42,
+        ticks: 300,
+        dt_s: 0.02,
+        scan_every: 5,
+        start,
+        robot: RobotConfig {
+            wheel_radius_m: 0.033,
+            track_m: 0.16,
+            body_radius_m: 0.11,
+            ticks_per_rev: 4096,
+            wheel_limit_rad_s: 20.0,
+            slip_std: 0.02,
+            radius_bias_right: 0.0,
+        },
+        lidar: LidarConfig {
+            beams: 180,
+            first_bearing_rad: -PI,
+            fov_rad: TAU,
+            range_max_m: 8.0,
+            range_std_m: 0.02,
+            dropout: 0.0,
+            sensor_in_body: SE2::identity(),
+        },
+        script,
+        world: world.spec().clone(),
+    }
+}
+
+/// Up and down on a timetable short enough to turn within a golden run.
+fn patrol() -> PatrolConfig {
+    PatrolConfig {
+        v_m_s: 0.57,
+        omega_rad_s: -3.1363,
+        ramp_s: 0.6,
+        first_s: 2.3,
+        leg_s: 4.1,
+        pause_s: 0.3,
+        turn_s: 1.0,
+    }
+}
+
+pub(super) fn apartment_steered() -> RunConfig {
+    let script = ScriptConfig::SteeredPatrol(patrol());
+    let start = SE2::new(6.0, 4.5, 0.0);
+    RunConfig { ticks: 400, ..rusty("apartment-steered", &apartment(), start, script) }
+}
+
+pub(super) fn hallway_patrol() -> RunConfig {
+    let script = ScriptConfig::Patrol(patrol());
+    let start = SE2::new(3.3, 0.81, 0.07);
+    let mut run = rusty("hallway-patrol", &hallway(), start, script);
+    (run.seed, run.ticks, run.dt_s, run.scan_every) = (7, 150, 0.1, 3);
+    run.lidar.dropout = 0.2;
+    run
+}
+
+pub(super) fn open_eight() -> RunConfig {
+    let script = ScriptConfig::FigureEight { v_m_s: 0.5, omega_rad_s: 0.6, half_s: 1.7 };
+    let start = SE2::new(-711.3, 402.9, -3.1);
+    let mut run = rusty("open-eight", &open(), start, script);
+    (run.seed, run.scan_every) = (u64::MAX, 0);
+    run.robot.slip_std = 0.05;
+    run.robot.radius_bias_right = 0.01;
+    run
+}
+
+pub(super) fn apartment_blocked() -> RunConfig {
+    let script = ScriptConfig::Straight { v_m_s: 2.0 };
+    // The wall x = 12 of the living room is 0.7 m ahead, a little aslant.
+    let start = SE2::new(11.3, 3.0, 0.21);
+    let mut run = rusty("apartment-blocked", &apartment(), start, script);
+    (run.seed, run.ticks, run.scan_every) = (3, 60, 1);
+    run
+}
+
+pub(super) fn hallway_commands() -> RunConfig {
+    let turn = |i: u32| Twist { v_m_s: 0.03 * f64::from(i % 11), omega_rad_s: 0.9 };
+    let back = |i: u32| Twist { v_m_s: -0.2, omega_rad_s: -0.07 * f64::from(i) };
+    let list = (0..40).map(turn).chain((0..30).map(back)).collect();
+    let script = ScriptConfig::Commands { file: None, list };
+    let start = SE2::new(7.9, 0.7, 2.0);
+    let mut run = rusty("hallway-commands", &hallway(), start, script);
+    (run.seed, run.ticks, run.dt_s, run.scan_every) = (1 << 63, 90, 0.05, 6);
+    // Two metres: many ranges are cut off at zero and at the limit.
+    run.lidar.range_std_m = 2.0;
+    run.lidar.range_max_m = 3.0;
+    run
+}
+
+pub(super) fn apartment_driven() -> RunConfig {
+    let start = SE2::new(9.6, 3.0, 1.0);
+    let mut run = rusty("apartment-driven", &apartment(), start, ScriptConfig::Driver {});
+    (run.seed, run.ticks, run.scan_every) = (0, 200, 40);
+    run.lidar.beams = 1080;
+    run
+}
+
+/// A room without a right angle: four outer walls and a door, and a pane of
+/// glass that stands free in it.
+fn crooked_room() -> WorldSpec {
+    let wall = |a: [f64; 2], b: [f64; 2], material| WallSpec { a, b, material };
+    let corners =
+        [[0.13, 0.07], [5.71, 0.42], [6.11, 2.03], [6.37, 3.89], [2.93, 5.23], [-0.61, 3.31]];
+    let mut walls: Vec<WallSpec> = (0..corners.len())
+        .map(|i| wall(corners[i], corners[(i + 1) % corners.len()], Material::Wall))
+        .collect();
+    walls[1].material = Material::Door(7);
+    walls.push(wall([2.2, 1.9], [2.9, 2.77], Material::Glass));
+    WorldSpec { name: "crooked-room".to_owned(), bounds: [-1.3, -0.4, 7.7, 6.1], walls }
+}
+
+pub(super) fn lopsided() -> RunConfig {
+    RunConfig {
+        scenario: "golden-lopsided".to_owned(),
+        seed: 0x5eed_0dd5,
+        ticks: 240,
+        dt_s: 0.033,
+        scan_every: 7,
+        start: SE2::new(0.31, 2.41, 2.3),
+        robot: RobotConfig {
+            wheel_radius_m: 0.0371,
+            track_m: 0.193,
+            body_radius_m: 0.127,
+            ticks_per_rev: 1000,
+            wheel_limit_rad_s: 11.3,
+            slip_std: 0.031,
+            radius_bias_right: -0.0137,
+        },
+        lidar: LidarConfig {
+            beams: 97,
+            first_bearing_rad: -1.9,
+            fov_rad: 4.1,
+            range_max_m: 3.7,
+            range_std_m: 0.053,
+            dropout: 0.07,
+            sensor_in_body: SE2::new(0.083, -0.029, 0.37),
+        },
+        script: ScriptConfig::Driver {},
+        world: crooked_room(),
+    }
+}
+
+pub(super) fn apartment_silent() -> RunConfig {
+    let script = ScriptConfig::FigureEight { v_m_s: 0.45, omega_rad_s: 0.8, half_s: 2.6 };
+    let start = SE2::new(4.9, 2.84, 1.1);
+    let mut run = rusty("apartment-silent", &apartment(), start, script);
+    (run.dt_s, run.scan_every) = (0.05, 30);
+    run.robot.slip_std = 0.0;
+    run.lidar.range_std_m = 0.0;
+    run
+}
