@@ -80,11 +80,17 @@ pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
         }
     };
     let error = |error| SetupError::Scenario { path: which.to_owned(), error };
-    let mut scenario = Scenario::from_toml(&text).map_err(error)?;
-    if !changes.is_empty() {
-        scenario = change(&text, changes).map_err(error)?;
-    }
+    let scenario = read(&text, changes).map_err(error)?;
     Ok(Loaded { scenario, folder })
+}
+
+/// Reads the text of a scenario and applies changes to it.
+///
+/// # Errors
+/// [`ScenarioError`] names field, value and remedy.
+pub fn read(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
+    let scenario = Scenario::from_toml(text)?;
+    if changes.is_empty() { Ok(scenario) } else { change(text, changes) }
 }
 
 /// Applies `key=value` changes to the text of a scenario.

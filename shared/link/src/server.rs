@@ -11,7 +11,6 @@ use iceoryx2::port::server::Server;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{AllocationStrategy, Node};
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
-use rusty_contract::join::MAX_REQUEST_BYTES;
 use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally};
 
 use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
@@ -214,12 +213,7 @@ impl JoinCall {
     /// # Errors
     /// [`Refusal::Unreadable`] to send back.
     pub fn request(&self) -> Result<JoinRequest, Refusal> {
-        let bytes = self.active.payload();
-        if bytes.len() > MAX_REQUEST_BYTES {
-            let problem = format!("{} bytes, at most {MAX_REQUEST_BYTES}", bytes.len());
-            return Err(Refusal::Unreadable(problem));
-        }
-        serde_json::from_slice(bytes).map_err(|e| Refusal::Unreadable(e.to_string()))
+        JoinRequest::from_bytes(self.active.payload())
     }
 
     /// Answers the request.
