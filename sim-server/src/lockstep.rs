@@ -151,9 +151,10 @@ impl Lockstep {
         };
         let reply = match message {
             Message::Ready => {
-                seat.ready();
-                if ending {
+                if seat.ready() && ending {
                     // It came too late for the last word: once more for it.
+                    // Only once, or saying so again and again would keep the
+                    // run from ending.
                     self.state = State::Ending { since_ns: None };
                 }
                 return;

@@ -169,10 +169,13 @@ impl Seat {
         }
     }
 
-    pub(super) fn ready(&mut self) {
-        if self.state == SeatState::Joined {
+    /// Its ports are open. Says whether that is news.
+    pub(super) fn ready(&mut self) -> bool {
+        let joined = self.state == SeatState::Joined;
+        if joined {
             self.state = SeatState::Ready;
         }
+        joined
     }
 
     pub(super) fn leave(&mut self) {

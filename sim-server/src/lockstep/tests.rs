@@ -199,6 +199,20 @@ impl Dice {
     }
 }
 
+#[test]
+fn who_says_ready_again_and_again_does_not_keep_the_run_from_ending() {
+    let mut m = gathered(1, OnLoss::Continue);
+    m.interrupt();
+    assert_eq!(m.next(10, quiet), Step::End(Phase::Interrupted));
+    m.published(0, 10);
+    let mut now = 10;
+    while m.next(now, quiet) != Step::Finished {
+        assert!(now < 10_000, "it never ends");
+        now += 50;
+        m.answer(&say(1, 0, 0, Message::Ready), now);
+    }
+}
+
 /// Ten thousand random schedules of late, doubled, wrong and missing answers
 /// and deaths: a tick is never closed before every living awaited seat has
 /// answered it, nobody dead is waited for, and every run ends.
