@@ -130,6 +130,13 @@ impl Lockstep {
         Ok(seat)
     }
 
+    /// Whether `pid` is the process on the seat that the answer names: nobody
+    /// answers for another.
+    #[must_use]
+    pub fn is_own(&self, answer: &Answer, pid: u32) -> bool {
+        self.seats.get(answer.participant as usize).is_some_and(|s| s.pid == pid && pid != 0)
+    }
+
     /// An answer arrived. Whatever is in it, nothing breaks: what does not
     /// belong to this run or this tick is counted and left.
     pub fn answer(&mut self, answer: &Answer, now_ns: u64) {

@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use rusty_contract::tally::TallyEntry;
-use rusty_contract::{JoinReply, Phase, RunDigest, TruthKey};
+use rusty_contract::{JoinReply, MAX_PARTICIPANTS, Phase, RunDigest, TruthKey};
 use rusty_geometry::Twist;
 use rusty_link::{Domain, JoinCall, LinkError, Peer, PeerState, ServerLink, monotonic_ns};
 
@@ -29,6 +29,9 @@ use crate::source::{FrameSource, SourceError};
 /// How often a server that never sleeps looks for deaths and new faces, in
 /// looks at the data.
 const LOOKS_BETWEEN_CHECKS: u32 = 4096;
+
+/// How many refusals are told: a client that asks without end fills no disk.
+const REFUSALS_SAID: u32 = 50;
 
 /// What came of a run.
 #[derive(Debug)]
@@ -71,6 +74,9 @@ pub struct Run<'a> {
     /// The last word is out.
     ended: bool,
     looks: u32,
+    /// It was said that somebody answers for another.
+    forged: bool,
+    refused: u32,
 }
 
 impl<'a> Run<'a> {
@@ -111,6 +117,8 @@ impl<'a> Run<'a> {
             has_key_holders,
             ended: false,
             looks: 0,
+            forged: false,
+            refused: 0,
         })
     }
 
@@ -227,14 +235,16 @@ impl<'a> Run<'a> {
     }
 
     fn listen(&mut self, at_most_ns: u64) -> Result<(), LinkError> {
-        if self.take_answers()? > 0 {
-            return Ok(());
-        }
-        let (peers, seats) = (&self.peers, self.lockstep.seats());
-        // One whose end is known would end every wait at once.
-        let present = || peers.iter().zip(seats).filter(|(_, s)| s.is_present());
-        let at_most = Duration::from_nanos(at_most_ns);
-        let blocked = self.link.pause(|| present().filter_map(|(p, _)| p.as_ref()), at_most);
+        let blocked = if self.take_answers()? > 0 {
+            // Answers without end keep nobody from being looked after.
+            false
+        } else {
+            let (peers, seats) = (&self.peers, self.lockstep.seats());
+            // One whose end is known would end every wait at once.
+            let present = || peers.iter().zip(seats).filter(|(_, s)| s.is_present());
+            let at_most = Duration::from_nanos(at_most_ns);
+            self.link.pause(|| present().filter_map(|(p, _)| p.as_ref()), at_most)
+        };
         self.looks = self.looks.wrapping_add(1);
         if blocked
             || self.looks.is_multiple_of(LOOKS_BETWEEN_CHECKS)
@@ -250,16 +260,29 @@ impl<'a> Run<'a> {
     }
 
     fn take_answers(&mut self) -> Result<usize, LinkError> {
-        let mut taken = 0;
-        while let Some(answer) = self.link.next_answer()? {
-            self.lockstep.answer(&answer, monotonic_ns());
-            taken += 1;
+        let (lockstep, mut forged) = (&mut self.lockstep, None);
+        let taken = self.link.take_answers(|answer, pid| {
+            if lockstep.is_own(&answer, pid) {
+                lockstep.answer(&answer, monotonic_ns());
+            } else {
+                forged = Some((answer.participant, pid));
+            }
+        })?;
+        if let Some((seat, pid)) = forged
+            && !std::mem::replace(&mut self.forged, true)
+        {
+            self.progress.say(&format!(
+                "process {pid} answers for place {seat} of the roster, which is not its own; \
+                 such answers are left aside"
+            ));
         }
         Ok(taken)
     }
 
     fn take_joins(&mut self) -> Result<(), LinkError> {
-        while let Some(call) = self.link.next_join()? {
+        // As many as can be seated; who asks without end is heard in turns.
+        for _ in 0..MAX_PARTICIPANTS {
+            let Some(call) = self.link.next_join()? else { break };
             self.admit(call);
             self.link.wake_all();
         }
@@ -274,7 +297,10 @@ impl<'a> Run<'a> {
                 JoinReply::Start(Box::new(self.setup.start(self.source.header(), seat)))
             }
             Err(refusal) => {
-                self.progress.say(&format!("refused a client: {refusal}"));
+                self.refused += 1;
+                if self.refused <= REFUSALS_SAID {
+                    self.progress.say(&format!("refused a client: {refusal}"));
+                }
                 JoinReply::Refused(refusal)
             }
         };
