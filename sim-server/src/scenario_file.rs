@@ -1,6 +1,7 @@
 //! Scenarios: built in or in a file, changed on the command line, set up.
 
 use std::fs;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::scenario::ScenarioError;
@@ -16,6 +17,10 @@ pub const BUILT_IN: [(&str, &str); 5] = [
     ("hallway", include_str!("../scenarios/hallway.toml")),
     ("driver", include_str!("../scenarios/driver.toml")),
 ];
+
+/// Longest scenario, world or list of commands that is read, bytes: 100 000
+/// walls or a million commands need less.
+const MAX_FILE_BYTES: u64 = 32 << 20;
 
 /// Why a scenario cannot be set up.
 #[derive(Debug, Error)]
@@ -71,7 +76,7 @@ pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
         Some((_, text)) => ((*text).to_owned(), PathBuf::new()),
         None => {
             let path = Path::new(which);
-            let text = fs::read_to_string(path).map_err(|error| {
+            let text = read_text(path).map_err(|error| {
                 let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
                 let hint = format!("; built-in scenarios: {}", names.join(", "));
                 SetupError::Read { path: which.to_owned(), error, hint }
@@ -82,6 +87,17 @@ pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
     let error = |error| SetupError::Scenario { path: which.to_owned(), error };
     let scenario = read(&text, changes).map_err(error)?;
     Ok(Loaded { scenario, folder })
+}
+
+/// The text of a file, if it is no longer than any that can be meant.
+fn read_text(path: &Path) -> std::io::Result<String> {
+    let mut text = String::new();
+    fs::File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MAX_FILE_BYTES {
+        let problem = format!("longer than {MAX_FILE_BYTES} bytes; is this the right file?");
+        return Err(std::io::Error::other(problem));
+    }
+    Ok(text)
 }
 
 /// Reads the text of a scenario and applies changes to it.
@@ -137,7 +153,7 @@ pub fn world(which: &str) -> Result<WorldSpec, SetupError> {
 
 fn world_file(path: &Path) -> Result<WorldSpec, SetupError> {
     let name = path.display().to_string();
-    let text = fs::read_to_string(path).map_err(|error| {
+    let text = read_text(path).map_err(|error| {
         let places: Vec<&str> = rusty_geometry::places::PLACES.iter().map(|(n, _)| *n).collect();
         let hint = format!("; built-in worlds: {}", places.join(", "));
         SetupError::Read { path: name.clone(), error, hint }
@@ -173,7 +189,7 @@ impl Loaded {
         let mut script = s.script.clone();
         if let ScriptConfig::Commands { file: Some(file), list } = &mut script {
             let path = self.folder.join(&*file);
-            let text = fs::read_to_string(&path).map_err(|error| SetupError::Read {
+            let text = read_text(&path).map_err(|error| SetupError::Read {
                 path: path.display().to_string(),
                 error,
                 hint: String::new(),
@@ -208,6 +224,12 @@ mod tests {
             assert_eq!(loaded.scenario.name, name);
             loaded.config().unwrap();
         }
+    }
+
+    #[test]
+    fn a_file_without_end_is_refused() {
+        let error = load("/dev/zero", &[]).unwrap_err().to_string();
+        assert!(error.contains("/dev/zero: longer than"), "{error}");
     }
 
     #[test]

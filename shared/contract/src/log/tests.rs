@@ -168,7 +168,8 @@ fn forged(header: &LogHeader, records: &[TickRecord], ticks: u64) -> Vec<u8> {
 
 #[test]
 fn a_header_that_no_run_can_have_is_refused() {
-    let broken: [(fn(&mut LogHeader), &str); 4] = [
+    let broken: [(fn(&mut LogHeader), &str); 5] = [
+        (|h| h.config.scenario = "a\u{1b}[2J".to_owned(), "name = \"a\\u{1b}[2J\""),
         (|h| h.config.lidar.beams = 0, "lidar.beams = 0"),
         (|h| h.config.robot.track_m = 0.0, "robot.track_m = 0"),
         (|h| h.roster = vec![h.roster[0].clone(); 2], "is there twice"),
