@@ -22,6 +22,9 @@ pub const BUILT_IN: [(&str, &str); 5] = [
 /// walls or a million commands need less.
 const MAX_FILE_BYTES: u64 = 32 << 20;
 
+/// The most parts of a `--set` key; no field lies deeper.
+const MAX_KEY_PARTS: usize = 16;
+
 /// Why a scenario cannot be set up.
 #[derive(Debug, Error)]
 pub enum SetupError {
@@ -119,6 +122,10 @@ fn change(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
             FieldError::new("--set", change, problem, remedy)
         };
         let (key, value) = change.split_once('=').ok_or_else(|| error("has no `=`"))?;
+        // Whoever walks through tables in tables needs stack for each.
+        if key.split('.').count() > MAX_KEY_PARTS {
+            return Err(error("names a field that no scenario has").into());
+        }
         // A word that is no TOML value is meant as text.
         let value = toml::from_str::<toml::Table>(&format!("v = {value}"))
             .ok()
@@ -242,6 +249,8 @@ mod tests {
         );
         assert!(set("lidar.beems=181").unwrap_err().to_string().contains("beems"));
         assert!(set("lidar.beams").unwrap_err().to_string().contains("has no `=`"));
+        let deep = format!("{}a=1", "a.".repeat(100_000));
+        assert!(set(&deep).unwrap_err().to_string().contains("no scenario has"));
         assert!(set("robot.slip_std=nan").unwrap_err().to_string().contains("NaN"));
     }
 }
