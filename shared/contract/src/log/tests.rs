@@ -168,7 +168,8 @@ fn forged(header: &LogHeader, records: &[TickRecord], ticks: u64) -> Vec<u8> {
 
 #[test]
 fn a_header_that_no_run_can_have_is_refused() {
-    let broken: [(fn(&mut LogHeader), &str); 5] = [
+    type Break = fn(&mut LogHeader);
+    let broken: [(Break, &str); 5] = [
         (|h| h.config.scenario = "a\u{1b}[2J".to_owned(), "name = \"a\\u{1b}[2J\""),
         (|h| h.config.lidar.beams = 0, "lidar.beams = 0"),
         (|h| h.config.robot.track_m = 0.0, "robot.track_m = 0"),
@@ -185,8 +186,9 @@ fn a_header_that_no_run_can_have_is_refused() {
 
 #[test]
 fn a_record_that_no_run_can_have_ends_the_log_whatever_its_checksum_says() {
+    type Break = fn(&mut TickRecord, Reply);
     let nan: Reply = SE2::new(f64::NAN, 0.0, 0.0).into();
-    let broken: [(fn(&mut TickRecord, Reply), &str); 6] = [
+    let broken: [(Break, &str); 6] = [
         (|r, _| r.stamp_s = Some(f64::INFINITY), "holds inf where"),
         (|r, _| r.truth = Some([0.0, f64::NAN, 0.0]), "holds NaN where"),
         (|r, _| r.ranges_m = Some(vec![1.0; 1081]), "1081 beams"),
