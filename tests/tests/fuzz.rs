@@ -6,8 +6,10 @@
 //! `RUSTY_FUZZ_SEED=N` others, `RUSTY_FUZZ_INPUT=PATH` only that one.
 //! `RUSTY_FUZZ_CORPUS=write` makes the files `real-*` of the corpus again.
 
+use std::fs::File;
+use std::os::unix::fs::FileExt as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rusty_tests::fuzz::memory::Counting;
 use rusty_tests::fuzz::mutate::{Dice, mutant};
@@ -23,13 +25,32 @@ fn variable<T: std::str::FromStr>(name: &str) -> Option<T> {
     })
 }
 
+/// The input that is being tried, in a file: what ends the whole process leaves
+/// it there. Kept open, because closing a file that was cut goes to the disk.
+struct Last {
+    path: PathBuf,
+    file: File,
+}
+
+impl Last {
+    fn of(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("rusty-fuzz-{name}-{}", std::process::id()));
+        let file = File::create(&path).unwrap();
+        Self { path, file }
+    }
+
+    fn is(&self, bytes: &[u8]) {
+        self.file.write_all_at(bytes, 0).unwrap();
+        self.file.set_len(bytes.len() as u64).unwrap();
+    }
+}
+
 /// Runs one input; a failure leaves it in a file and says how to repeat it.
-fn check(target: &Target, bytes: &[u8], last: &Path) -> bool {
-    // Written before, for what ends the whole process.
-    std::fs::write(last, bytes).unwrap();
+fn check(target: &Target, bytes: &[u8], last: &Last) -> bool {
+    last.is(bytes);
     catch_unwind(AssertUnwindSafe(|| target.check(bytes))).unwrap_or_else(|_| {
-        let (name, path) = (target.name, last.with_extension("failed"));
-        std::fs::copy(last, &path).unwrap();
+        let (name, path) = (target.name, last.path.with_extension("failed"));
+        std::fs::copy(&last.path, &path).unwrap();
         let path = path.display();
         panic!(
             "{name} fails on {path}; again with\n  \
@@ -42,11 +63,11 @@ fn check(target: &Target, bytes: &[u8], last: &Path) -> bool {
 
 fn fuzz(name: &str) {
     let target = target(name);
-    let last = std::env::temp_dir().join(format!("rusty-fuzz-{name}-{}", std::process::id()));
+    let last = Last::of(name);
     if let Some(path) = variable::<PathBuf>("RUSTY_FUZZ_INPUT") {
         let accepted = check(target, &std::fs::read(path).unwrap(), &last);
         println!("accepted: {accepted}");
-        std::fs::remove_file(last).unwrap();
+        std::fs::remove_file(last.path).unwrap();
         return;
     }
     let mut inputs = Vec::new();
@@ -70,7 +91,7 @@ fn fuzz(name: &str) {
     println!("{name}: {accepted} of {tried} mutants accepted");
     // Mutants that are all refused, or all accepted, test nothing.
     assert!(tried < 200 || (accepted > 0 && accepted < tried), "{accepted} of {tried}");
-    std::fs::remove_file(last).unwrap();
+    std::fs::remove_file(last.path).unwrap();
 }
 
 macro_rules! targets {
