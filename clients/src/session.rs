@@ -242,8 +242,9 @@ fn read_key(args: &ClientArgs, name: &str) -> Result<TruthKey, ClientError> {
             (None, Some(run)) => Domain::base().join(run.as_str()).join("key"),
             (None, None) => return Err(ClientError::NoKey(name.to_owned())),
         };
-        match fs::read_to_string(&file) {
-            Ok(read) => text = read,
+        let read = fs::File::open(&file).and_then(|f| f.take(4096).read_to_string(&mut text));
+        match read {
+            Ok(_) => {}
             Err(_) if args.key_file.is_none() => return Err(ClientError::NoKey(name.to_owned())),
             Err(e) => return Err(ClientError::io(&file)(e)),
         }

@@ -1,6 +1,7 @@
 //! Scenarios: built in or in a file, changed on the command line, set up.
 
 use std::fs;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::scenario::ScenarioError;
@@ -16,6 +17,13 @@ pub const BUILT_IN: [(&str, &str); 5] = [
     ("hallway", include_str!("../scenarios/hallway.toml")),
     ("driver", include_str!("../scenarios/driver.toml")),
 ];
+
+/// Longest scenario, world or list of commands that is read, bytes: 100 000
+/// walls or a million commands need less.
+const MAX_FILE_BYTES: u64 = 32 << 20;
+
+/// The most parts of a `--set` key; no field lies deeper.
+const MAX_KEY_PARTS: usize = 16;
 
 /// Why a scenario cannot be set up.
 #[derive(Debug, Error)]
@@ -71,7 +79,7 @@ pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
         Some((_, text)) => ((*text).to_owned(), PathBuf::new()),
         None => {
             let path = Path::new(which);
-            let text = fs::read_to_string(path).map_err(|error| {
+            let text = read_text(path).map_err(|error| {
                 let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
                 let hint = format!("; built-in scenarios: {}", names.join(", "));
                 SetupError::Read { path: which.to_owned(), error, hint }
@@ -80,11 +88,28 @@ pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
         }
     };
     let error = |error| SetupError::Scenario { path: which.to_owned(), error };
-    let mut scenario = Scenario::from_toml(&text).map_err(error)?;
-    if !changes.is_empty() {
-        scenario = change(&text, changes).map_err(error)?;
-    }
+    let scenario = read(&text, changes).map_err(error)?;
     Ok(Loaded { scenario, folder })
+}
+
+/// The text of a file, if it is no longer than any that can be meant.
+fn read_text(path: &Path) -> std::io::Result<String> {
+    let mut text = String::new();
+    fs::File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MAX_FILE_BYTES {
+        let problem = format!("longer than {MAX_FILE_BYTES} bytes; is this the right file?");
+        return Err(std::io::Error::other(problem));
+    }
+    Ok(text)
+}
+
+/// Reads the text of a scenario and applies changes to it.
+///
+/// # Errors
+/// [`ScenarioError`] names field, value and remedy.
+pub fn read(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
+    let scenario = Scenario::from_toml(text)?;
+    if changes.is_empty() { Ok(scenario) } else { change(text, changes) }
 }
 
 /// Applies `key=value` changes to the text of a scenario.
@@ -97,6 +122,10 @@ fn change(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
             FieldError::new("--set", change, problem, remedy)
         };
         let (key, value) = change.split_once('=').ok_or_else(|| error("has no `=`"))?;
+        // Whoever walks through tables in tables needs stack for each.
+        if key.split('.').count() > MAX_KEY_PARTS {
+            return Err(error("names a field that no scenario has").into());
+        }
         // A word that is no TOML value is meant as text.
         let value = toml::from_str::<toml::Table>(&format!("v = {value}"))
             .ok()
@@ -131,7 +160,7 @@ pub fn world(which: &str) -> Result<WorldSpec, SetupError> {
 
 fn world_file(path: &Path) -> Result<WorldSpec, SetupError> {
     let name = path.display().to_string();
-    let text = fs::read_to_string(path).map_err(|error| {
+    let text = read_text(path).map_err(|error| {
         let places: Vec<&str> = rusty_geometry::places::PLACES.iter().map(|(n, _)| *n).collect();
         let hint = format!("; built-in worlds: {}", places.join(", "));
         SetupError::Read { path: name.clone(), error, hint }
@@ -167,7 +196,7 @@ impl Loaded {
         let mut script = s.script.clone();
         if let ScriptConfig::Commands { file: Some(file), list } = &mut script {
             let path = self.folder.join(&*file);
-            let text = fs::read_to_string(&path).map_err(|error| SetupError::Read {
+            let text = read_text(&path).map_err(|error| SetupError::Read {
                 path: path.display().to_string(),
                 error,
                 hint: String::new(),
@@ -205,6 +234,12 @@ mod tests {
     }
 
     #[test]
+    fn a_file_without_end_is_refused() {
+        let error = load("/dev/zero", &[]).unwrap_err().to_string();
+        assert!(error.contains("/dev/zero: longer than"), "{error}");
+    }
+
+    #[test]
     fn a_change_reaches_its_field_and_a_wrong_one_is_named() {
         let set = |text: &str| load("apartment", &[text.to_owned()]);
         assert_eq!(set("lidar.beams=181").unwrap().scenario.lidar.beams, 181);
@@ -214,6 +249,8 @@ mod tests {
         );
         assert!(set("lidar.beems=181").unwrap_err().to_string().contains("beems"));
         assert!(set("lidar.beams").unwrap_err().to_string().contains("has no `=`"));
+        let deep = format!("{}a=1", "a.".repeat(100_000));
+        assert!(set(&deep).unwrap_err().to_string().contains("no scenario has"));
         assert!(set("robot.slip_std=nan").unwrap_err().to_string().contains("NaN"));
     }
 }

@@ -45,6 +45,18 @@ impl JoinRequest {
             client: client.to_owned(),
         }
     }
+
+    /// Reads a request as it arrived. Anything may be in it.
+    ///
+    /// # Errors
+    /// [`Refusal::Unreadable`] to send back.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Refusal> {
+        if bytes.len() > MAX_REQUEST_BYTES {
+            let problem = format!("{} bytes, at most {MAX_REQUEST_BYTES}", bytes.len());
+            return Err(Refusal::Unreadable(problem));
+        }
+        serde_json::from_slice(bytes).map_err(|e| Refusal::Unreadable(e.to_string()))
+    }
 }
 
 /// What the server says to a request.

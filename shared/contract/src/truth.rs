@@ -106,6 +106,10 @@ impl TruthKey {
         if text.len() != 2 * KEY_BYTES || !text.is_ascii() {
             return Err(not_a_key(""));
         }
+        // `from_str_radix` would take a sign for a digit.
+        if !text.bytes().all(|b| b.is_ascii_hexdigit()) {
+            return Err(not_a_key(", not all of them hexadecimal"));
+        }
         let mut bytes = [0; KEY_BYTES];
         for (i, byte) in bytes.iter_mut().enumerate() {
             *byte = u8::from_str_radix(&text[2 * i..2 * i + 2], 16)
@@ -197,6 +201,7 @@ mod tests {
         assert!(TruthKey::from_hex("abc").is_err());
         assert!(TruthKey::from_hex(&"é".repeat(32)).is_err());
         assert!(TruthKey::from_hex(&"zz".repeat(32)).is_err());
+        assert!(TruthKey::from_hex(&"+f".repeat(32)).is_err());
     }
 
     #[test]

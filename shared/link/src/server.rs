@@ -4,14 +4,17 @@ use std::ops::{Deref, DerefMut};
 use std::time::Duration;
 
 use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::port::ReceiveError;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::server::Server;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{AllocationStrategy, Node};
+use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
-use rusty_contract::join::MAX_REQUEST_BYTES;
+use iceoryx2::service::Service;
+use iceoryx2::unique_id_generator::{UniqueId, UniqueIdGenerator};
 use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally};
 
 use crate::control::ControlCall;
@@ -33,6 +36,20 @@ pub struct ServerLink {
     waiting_since_ns: u64,
     waiter: Waiter,
     node: Node<Ipc>,
+    /// Answers of this turn, given back at its end; no others.
+    heard: Vec<Sample<Ipc, WireAnswer, ()>>,
+}
+
+/// The most answers that are taken in one turn: all ports' full buffers.
+const ANSWERS_AT_ONCE: usize = services::MAX_PORTS * services::BUFFER;
+
+/// The process that made the port with this number, as the transport has it;
+/// 0 if it does not say.
+fn process_of(port: u128) -> u32 {
+    // SAFETY: the number is that of a port, which the transport itself drew.
+    let id = unsafe { UniqueId::from_raw_id(port) };
+    let pid = <<Ipc as Service>::UniqueId as UniqueIdGenerator>::pid(id);
+    pid.ok().and_then(|pid| u32::try_from(pid.value()).ok()).unwrap_or(0)
 }
 
 /// A frame in shared memory that nobody else sees yet: write into it, then
@@ -143,6 +160,7 @@ impl ServerLink {
             waiting_since_ns,
             waiter,
             node,
+            heard: Vec::with_capacity(ANSWERS_AT_ONCE),
         })
     }
 
@@ -228,13 +246,30 @@ impl ServerLink {
         let _ = self.wake_clients.notify();
     }
 
-    /// The next answer, if there is one. Anything may be in it.
+    /// Takes the answers that are there, each with the process whose port it
+    /// came through, and says how many. Anything may be in them; each is copied
+    /// out of shared memory once, before anybody looks at it.
+    ///
+    /// Whoever sends without end is heard a few times in each turn, and nobody
+    /// waits behind it: the transport lends no more than a buffer's worth of one
+    /// sender's answers at once, and they are given back when the turn is over.
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn next_answer(&self) -> Result<Option<Answer>, LinkError> {
-        let sample = self.answers.receive().map_err(LinkError::transport("receive an answer"))?;
-        Ok(sample.map(|sample| sample.payload().0))
+    pub fn take_answers(&mut self, mut take: impl FnMut(Answer, u32)) -> Result<usize, LinkError> {
+        while self.heard.len() < ANSWERS_AT_ONCE {
+            match self.answers.receive() {
+                Ok(Some(sample)) => {
+                    take(sample.payload().0, process_of(sample.origin().value()));
+                    self.heard.push(sample);
+                }
+                Ok(None) | Err(ReceiveError::ExceedsMaxBorrows) => break,
+                Err(e) => return Err(LinkError::transport("receive an answer")(e)),
+            }
+        }
+        let taken = self.heard.len();
+        self.heard.clear();
+        Ok(taken)
     }
 
     /// Gives the others time: yields while the awake time lasts, then blocks
@@ -261,12 +296,13 @@ impl JoinCall {
     /// # Errors
     /// [`Refusal::Unreadable`] to send back.
     pub fn request(&self) -> Result<JoinRequest, Refusal> {
-        let bytes = self.active.payload();
-        if bytes.len() > MAX_REQUEST_BYTES {
-            let problem = format!("{} bytes, at most {MAX_REQUEST_BYTES}", bytes.len());
+        let request = JoinRequest::from_bytes(self.active.payload())?;
+        let from = process_of(self.active.origin().value());
+        if from != request.pid {
+            let problem = format!("it names process {}, process {from} sent it", request.pid);
             return Err(Refusal::Unreadable(problem));
         }
-        serde_json::from_slice(bytes).map_err(|e| Refusal::Unreadable(e.to_string()))
+        Ok(request)
     }
 
     /// Answers the request.

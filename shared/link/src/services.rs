@@ -19,9 +19,9 @@ pub(crate) type Wakes = event::PortFactory<Ipc>;
 
 /// More ports than participants: observers come and go, and the port of a
 /// process that was killed stays until the run is swept.
-const MAX_PORTS: usize = 64;
+pub(crate) const MAX_PORTS: usize = 64;
 /// Frames, tallies or answers that wait for a reader; lockstep needs one.
-const BUFFER: usize = 4;
+pub(crate) const BUFFER: usize = 4;
 
 /// Declares a payload: a contract struct whose type name carries the layout
 /// hash, so that two builds with other layouts do not open each other's

@@ -110,15 +110,18 @@ impl Lockstep {
         }
     }
 
-    /// Its ports are open: it takes part, once it has caught up.
-    pub(super) fn ready(&mut self, seat: usize) {
+    /// Its ports are open: it takes part, once it has caught up. Says whether
+    /// that is news.
+    pub(super) fn ready(&mut self, seat: usize) -> bool {
         let place = &mut self.seats[seat];
-        if place.state == SeatState::Joined {
+        let joined = place.state == SeatState::Joined;
+        if joined {
             place.state = SeatState::Ready;
             if place.catch_up.is_some_and(|c| c.ticks == 0) {
                 place.catch_up = None;
             }
         }
+        joined
     }
 
     /// One who is catching up answers.

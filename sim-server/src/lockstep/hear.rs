@@ -27,9 +27,10 @@ impl Lockstep {
         };
         let reply = match message {
             Message::Ready => {
-                self.ready(place);
-                if ending {
+                if self.ready(place) && ending {
                     // It came too late for the last word: once more for it.
+                    // Only once, or saying so again and again would keep the
+                    // run from ending.
                     self.state = State::Ending { since_ns: None };
                 }
                 return;

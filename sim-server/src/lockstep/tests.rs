@@ -189,6 +189,20 @@ fn who_opens_its_ports_after_the_last_word_hears_it_again() {
 }
 
 #[test]
+fn who_says_ready_again_and_again_does_not_keep_the_run_from_ending() {
+    let mut m = gathered(1, OnLoss::Continue);
+    m.interrupt();
+    assert_eq!(m.next(10, quiet), Step::End(Phase::Interrupted));
+    m.published(0, 10);
+    let mut now = 10;
+    while m.next(now, quiet) != Step::Finished {
+        assert!(now < 10_000, "it never ends");
+        now += 50;
+        m.answer(&say(1, 0, 0, Message::Ready), now);
+    }
+}
+
+#[test]
 fn who_is_lost_comes_back_and_is_given_everything_again() {
     let mut m = gathered(5, OnLoss::Restart);
     for tick in 0..2 {

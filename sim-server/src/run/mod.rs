@@ -7,6 +7,7 @@ mod children;
 mod clock;
 mod comeback;
 mod history;
+mod listen;
 mod pace;
 mod progress;
 mod start;
@@ -20,23 +21,20 @@ pub use start::RunSetup;
 pub use stop::Stop;
 
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use rusty_contract::tally::TallyEntry;
-use rusty_contract::{JoinReply, OnLoss, Phase, RunDigest, Start, TruthKey};
+use rusty_contract::{OnLoss, Phase, RunDigest, TruthKey};
 use rusty_geometry::Twist;
-use rusty_link::{Domain, JoinCall, LinkError, Peer, PeerState, ServerLink, monotonic_ns};
+use rusty_link::{Domain, LinkError, Peer, PeerState, ServerLink, monotonic_ns};
 
 use self::clock::{Clock, May};
 use self::comeback::Feeding;
 use self::history::History;
 use self::wishes::PendingStep;
-use crate::lockstep::{Lockstep, Loss, SeatState, SeatSummary, Step};
+use crate::lockstep::{Lockstep, Loss, SeatSummary, Step};
 use crate::source::{FrameSource, SourceError};
 
-/// How often a server that never sleeps looks for deaths and new faces, in
-/// looks at the data.
-const LOOKS_BETWEEN_CHECKS: u32 = 4096;
 /// How often it hears at full speed what somebody has to say, in ticks.
 const TICKS_BETWEEN_WISHES: u64 = 64;
 
@@ -95,6 +93,9 @@ pub struct Run<'a> {
     /// The last word is out.
     ended: bool,
     looks: u32,
+    /// It was said that somebody answers for another.
+    forged: bool,
+    refused: u32,
 }
 
 impl<'a> Run<'a> {
@@ -143,6 +144,8 @@ impl<'a> Run<'a> {
             has_key_holders,
             ended: false,
             looks: 0,
+            forged: false,
+            refused: 0,
         })
     }
 
@@ -273,91 +276,6 @@ impl<'a> Run<'a> {
         self.ended = true;
         self.reply_to_steps(self.lockstep.ticks_done());
         self.progress.done();
-        Ok(())
-    }
-
-    fn listen(&mut self, at_most_ns: u64) -> Result<(), LinkError> {
-        if self.take_answers()? > 0 {
-            return Ok(());
-        }
-        let (peers, seats) = (&self.peers, self.lockstep.seats());
-        // One whose end is known would end every wait at once.
-        let present = || peers.iter().zip(seats).filter(|(_, s)| s.is_present());
-        let at_most = Duration::from_nanos(at_most_ns);
-        let blocked = self.link.pause(|| present().filter_map(|(p, _)| p.as_ref()), at_most);
-        self.looks = self.looks.wrapping_add(1);
-        if blocked
-            || self.looks.is_multiple_of(LOOKS_BETWEEN_CHECKS)
-            || self.lockstep.is_gathering()
-        {
-            self.take_wishes()?;
-            self.take_joins()?;
-            self.look_for_deaths()?;
-            if self.stop.flag().load(Ordering::Relaxed) {
-                self.lockstep.interrupt();
-            }
-        }
-        Ok(())
-    }
-
-    fn take_answers(&mut self) -> Result<usize, LinkError> {
-        let mut taken = 0;
-        while let Some(answer) = self.link.next_answer()? {
-            self.lockstep.answer(&answer, monotonic_ns());
-            taken += 1;
-        }
-        Ok(taken)
-    }
-
-    fn take_joins(&mut self) -> Result<(), LinkError> {
-        while let Some(call) = self.link.next_join()? {
-            self.admit(call)?;
-            self.link.wake_all();
-        }
-        Ok(())
-    }
-
-    fn admit(&mut self, call: JoinCall) -> Result<(), LinkError> {
-        // Without randomness one ticket is as good as another.
-        let ticket = getrandom::u32().unwrap_or(self.looks);
-        let seated =
-            call.request().and_then(|r| self.lockstep.join(&r, ticket).map(|seat| (seat, r)));
-        let reply = match seated {
-            Ok((seat, request)) => {
-                self.peers[seat] = Some(Peer::new(request.pid));
-                let catch_up = self.catch_up(seat)?;
-                let start = self.setup.start(self.source.header(), seat);
-                JoinReply::Start(Box::new(Start { ticket, catch_up, ..start }))
-            }
-            Err(refusal) => {
-                self.progress.say(&format!("refused a client: {refusal}"));
-                JoinReply::Refused(refusal)
-            }
-        };
-        if let Err(e) = call.reply(&reply) {
-            // The caller is gone; if it had a seat, its death shows next.
-            self.progress.say(&format!("a client left while it was being answered ({e})"));
-        }
-        Ok(())
-    }
-
-    fn look_for_deaths(&mut self) -> Result<(), LinkError> {
-        for seat in 0..self.peers.len() {
-            if matches!(self.lockstep.seats()[seat].state, SeatState::Left | SeatState::Lost(_)) {
-                continue;
-            }
-            // A seat that was taken again by hand is no longer the child's.
-            let pid = self.lockstep.seats()[seat].pid;
-            let child = self.children.ended(seat, pid);
-            let joined_dead = self.peers[seat].as_ref().is_some_and(Peer::is_dead);
-            if child.is_none() && !joined_dead {
-                continue;
-            }
-            // What it said before it ended still counts.
-            self.take_answers()?;
-            let how = child.unwrap_or_else(|| "its process has ended".to_owned());
-            self.lockstep.died(seat, &how);
-        }
         Ok(())
     }
 

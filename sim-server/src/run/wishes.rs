@@ -7,6 +7,9 @@ use rusty_link::{ControlCall, LinkError};
 
 use super::Run;
 
+/// The most wishes that are heard in one turn.
+const WISHES_AT_ONCE: usize = 16;
+
 /// A step whose ticks are not complete yet.
 pub(super) struct PendingStep {
     call: ControlCall,
@@ -17,7 +20,9 @@ pub(super) struct PendingStep {
 impl Run<'_> {
     /// Hears what is said.
     pub(super) fn take_wishes(&mut self) -> Result<(), LinkError> {
-        while let Some(call) = self.link.next_control()? {
+        // Who asks without end is heard in turns.
+        for _ in 0..WISHES_AT_ONCE {
+            let Some(call) = self.link.next_control()? else { break };
             let done = self.lockstep.ticks_done();
             match call.request() {
                 Err(problem) => {

@@ -22,8 +22,9 @@ struct Cli {
     /// What to do instead of dead reckoning: slow, abstain, nan-estimate,
     /// nan-command, future-tick, old-tick, double, wrong-digest,
     /// pause (sleeps once, for sleep-us), exit, abort, panic, hang, goodbye, wrong-layout,
-    /// wrong-protocol, covariance, linger, fickle-and-mortal (says something
-    /// else in every life, and exits in its first)
+    /// wrong-protocol, wrong-pid, covariance, linger, flood (with answers that
+    /// nobody asked for), forge (answers for all others), fickle-and-mortal
+    /// (says something else in every life, and exits in its first)
     #[arg(long, default_value = "")]
     mode: String,
     /// From which tick on
@@ -47,6 +48,7 @@ fn main() -> Exit {
     match cli.mode.as_str() {
         "wrong-layout" => request.layout ^= 1,
         "wrong-protocol" => request.protocol += 1,
+        "wrong-pid" => request.pid = std::os::unix::process::parent_id(),
         _ => {}
     }
     let joined = ClientLink::join(&cli.run, &request, cli.wait, Duration::from_secs(20), &stop);
@@ -117,6 +119,13 @@ fn misbehave(
         "old-tick" => raw.tick -= 1,
         "wrong-digest" => raw.digest_seen ^= 1,
         "double" => link.send_raw(raw)?,
+        "flood" => {
+            raw.tick -= 1;
+            for _ in 0..400 {
+                link.send_raw(raw)?;
+            }
+        }
+        "forge" => forge(link, frame)?,
         "pause" if frame.tick() == cli.at => {
             std::thread::sleep(Duration::from_micros(cli.sleep_us));
         }
@@ -132,4 +141,20 @@ fn misbehave(
     } else {
         link.answer(frame, &Message::Reply(reply))
     }
+}
+
+/// Says for everyone but itself all that could end their part.
+fn forge(link: &mut ClientLink, frame: &BorrowedFrame) -> Result<(), LinkError> {
+    let (own, run_id) = (link.start().participant, link.start().run_id);
+    for message in [Message::Failed, Message::Goodbye, Message::Reply(Reply::Abstain)] {
+        for participant in (0..8).filter(|seat| *seat != own) {
+            let mut answer = Answer::carrying(&message);
+            answer.run_id = run_id;
+            answer.participant = participant;
+            answer.tick = frame.tick();
+            answer.digest_seen = frame.digest();
+            link.send_forged(answer)?;
+        }
+    }
+    Ok(())
 }

@@ -1,5 +1,6 @@
 //! All that determines the bits of a run, but the commands of a driver.
 
+use rusty_geometry::world_spec::MAX_NAME_CHARS;
 use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
 
@@ -44,6 +45,14 @@ impl RunConfig {
     /// # Errors
     /// [`FieldError`] names the first that cannot be used.
     pub fn check(&self) -> Result<(), FieldError> {
+        // It is printed, and a stranger's log may have any.
+        let chars = self.scenario.chars().count();
+        if chars > MAX_NAME_CHARS || self.scenario.chars().any(char::is_control) {
+            let shown: String = self.scenario.chars().take(MAX_NAME_CHARS).collect();
+            let remedy = format!("use at most {MAX_NAME_CHARS}, none of them a control character");
+            let (value, problem) = (format!("{shown:?}"), format!("has {chars} characters"));
+            return Err(FieldError::new("name", value, problem, remedy));
+        }
         at_least("ticks", self.ticks, 1, 1 << 40)?;
         within("dt_s", self.dt_s, 1e-6, 10.0)?;
         at_least("scan_every", self.scan_every, 0, 1 << 40)?;

@@ -180,7 +180,8 @@ pub fn parse_commands(text: &str) -> Result<Vec<Twist>, FieldError> {
             [n] => n.parse::<usize>().map_err(|_| error("has no whole number of ticks"))?,
             _ => return Err(error("has more than three words")),
         };
-        if list.len() + times > MAX_COMMANDS {
+        // Compared without a sum: any number may stand there.
+        if times > MAX_COMMANDS - list.len() {
             return Err(error("makes the list longer than a million commands"));
         }
         list.extend(std::iter::repeat_n(Twist { v_m_s, omega_rad_s }, times));
@@ -203,6 +204,7 @@ mod tests {
             ("0 0 -1", "no whole number"),
             ("0 0 1 1", "more than three"),
             ("0 0 1000001", "longer than a million"),
+            ("0 0\n0 0 18446744073709551615", "line 2 = 0 0 18446744073709551615: makes the list"),
         ] {
             let error = parse_commands(text).unwrap_err().to_string();
             assert!(error.contains(why), "{error}");

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::config::RunConfig;
-use crate::scenario::{OnLoss, Participant};
+use crate::scenario::{OnLoss, Participant, Scenario, ScenarioError};
 
 /// The header of a log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,6 +42,16 @@ impl LogHeader {
     /// the run.
     pub fn answering(&self) -> impl Iterator<Item = &Participant> {
         self.roster.iter().filter(|p| p.answers())
+    }
+
+    /// Checks configuration and roster: whoever reads a header builds its world,
+    /// divides by its beams and makes room for its roster.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] names the first field that cannot be used.
+    pub fn check(&self) -> Result<(), ScenarioError> {
+        self.config.check()?;
+        Scenario::check_roster(&self.roster)
     }
 
     /// The seed, where there is one.

@@ -110,6 +110,7 @@ impl<R: std::io::Read> LogReader<R> {
             return Err(bad("its checksum fails".to_owned()));
         }
         let header: LogHeader = serde_json::from_slice(&json).map_err(|e| bad(e.to_string()))?;
+        header.check().map_err(|e| bad(e.to_string()))?;
         let at = 20 + json.len() as u64;
         let body = Vec::with_capacity(1 << 12);
         Ok(Self { path, input, header, at, next_tick: 0, ending: None, damaged: 0, body })
@@ -201,11 +202,21 @@ impl<R: std::io::Read> LogReader<R> {
                     let (found, expected) = (record.tick, self.next_tick);
                     return Ok(Err(format!("tick {found} stands where tick {expected} should")));
                 }
+                let answering = self.header.answering().count();
+                if let (true, Err(problem)) = (intact, record.check(answering)) {
+                    return Ok(Err(problem));
+                }
                 self.next_tick += 1;
                 self.damaged += u64::from(!intact);
                 Read::Tick(ReadEntry { record, at_byte, intact })
             }
-            Ok(Entry::End(trailer)) if intact => Read::End(Ending::Complete(trailer)),
+            Ok(Entry::End(trailer)) if intact && trailer.ticks == self.next_tick => {
+                Read::End(Ending::Complete(trailer))
+            }
+            Ok(Entry::End(trailer)) if intact => {
+                let (said, found) = (trailer.ticks, self.next_tick);
+                return Ok(Err(format!("the trailer counts {said} ticks, the log has {found}")));
+            }
             Ok(Entry::End(_)) => return Ok(Err("the trailer's checksum fails".to_owned())),
             Err(_) => return Ok(Err("a record cannot be decoded".to_owned())),
         };

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::answer::Reply;
 use crate::digest::RunDigest;
-use crate::frame::Frame;
+use crate::frame::{Frame, MAX_BEAMS};
 use crate::truth::TruthKey;
 
 /// What stands in a record, owned.
@@ -99,6 +99,29 @@ impl TickRecord {
     #[must_use]
     pub fn time_s(&self, dt_s: f64) -> f64 {
         self.stamp_s.unwrap_or_else(|| self.tick.saturating_add(1) as f64 * dt_s)
+    }
+
+    /// Checks what a checksum does not: that numbers are numbers, and that there
+    /// are no more beams and replies than a frame and `answering` participants
+    /// have. A range may be infinite: nothing came back.
+    pub(super) fn check(&self, answering: usize) -> Result<(), String> {
+        let numbers = [self.command.v_m_s, self.command.omega_rad_s];
+        let others = self.truth.iter().flatten().chain(&self.stamp_s);
+        if let Some(value) = numbers.iter().chain(others).find(|v| !v.is_finite()) {
+            return Err(format!("a record holds {value} where a number belongs"));
+        }
+        let ranges_m = self.ranges_m.as_deref().unwrap_or_default();
+        if ranges_m.len() > MAX_BEAMS {
+            return Err(format!("a record has {} beams, at most {MAX_BEAMS} fit", ranges_m.len()));
+        }
+        if let Some(value) = ranges_m.iter().find(|r| r.is_nan() || **r < 0.0) {
+            return Err(format!("a record holds the range {value}, which is no distance"));
+        }
+        if self.replies.len() > answering {
+            let count = self.replies.len();
+            return Err(format!("a record has {count} replies of {answering} participants"));
+        }
+        self.replies.iter().try_for_each(Reply::check).map_err(|e| format!("a reply: {e}"))
     }
 
     /// True pose in the world frame, where known.

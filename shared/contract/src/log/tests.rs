@@ -154,3 +154,66 @@ fn memory_follows_the_file_and_not_what_it_claims() {
     bytes[12..16].copy_from_slice(&u32::MAX.to_le_bytes());
     assert!(read(&bytes).unwrap_err().to_string().contains("is not credible"));
 }
+
+/// A log with good checksums that no program of ours has written.
+fn forged(header: &LogHeader, records: &[TickRecord], ticks: u64) -> Vec<u8> {
+    let mut log = LogWriter::new(Vec::new(), Path::new("test.log"), header).unwrap();
+    for r in records {
+        let (tick, stamp_s, ticks, command) = (r.tick, r.stamp_s, r.ticks, r.command);
+        let (truth, ranges_m, replies) = (r.truth, r.ranges_m.as_deref(), &r.replies[..]);
+        log.tick(TickRef { tick, stamp_s, ticks, command, truth, ranges_m, replies }).unwrap();
+    }
+    log.finish(Trailer { ticks, run_digest: [0; 16], world_digest: [0; 16] }).unwrap()
+}
+
+#[test]
+fn a_header_that_no_run_can_have_is_refused() {
+    type Break = fn(&mut LogHeader);
+    let broken: [(Break, &str); 5] = [
+        (|h| h.config.scenario = "a\u{1b}[2J".to_owned(), "name = \"a\\u{1b}[2J\""),
+        (|h| h.config.lidar.beams = 0, "lidar.beams = 0"),
+        (|h| h.config.robot.track_m = 0.0, "robot.track_m = 0"),
+        (|h| h.roster = vec![h.roster[0].clone(); 2], "is there twice"),
+        (|h| h.config.world.bounds = [1.0; 4], "bounds"),
+    ];
+    for (break_it, said) in broken {
+        let mut header = header();
+        break_it(&mut header);
+        let text = read(&forged(&header, &[], 0)).unwrap_err().to_string();
+        assert!(text.contains("header, byte 20") && text.contains(said), "{text}");
+    }
+}
+
+#[test]
+fn a_record_that_no_run_can_have_ends_the_log_whatever_its_checksum_says() {
+    type Break = fn(&mut TickRecord, Reply);
+    let nan: Reply = SE2::new(f64::NAN, 0.0, 0.0).into();
+    let broken: [(Break, &str); 6] = [
+        (|r, _| r.stamp_s = Some(f64::INFINITY), "holds inf where"),
+        (|r, _| r.truth = Some([0.0, f64::NAN, 0.0]), "holds NaN where"),
+        (|r, _| r.ranges_m = Some(vec![1.0; 1081]), "1081 beams"),
+        (|r, _| r.ranges_m = Some(vec![1.0, -0.1]), "the range -0.1"),
+        (|r, _| r.replies = vec![Reply::Abstain; 2], "2 replies of 1"),
+        (|r, nan| r.replies = vec![nan], "x_m is NaN"),
+    ];
+    for (break_it, said) in broken {
+        let mut records = [record(0), record(1)];
+        break_it(&mut records[1], nan);
+        match read(&forged(&header(), &records, 2)).unwrap() {
+            (entries, Ending::Cut { ticks: 1, problem, .. }) => {
+                assert!(entries.len() == 1 && problem.contains(said), "{problem}");
+            }
+            other => panic!("{said}: {other:?}"),
+        }
+    }
+    // Nothing came back: a real robot's log may say so by an infinite range.
+    let mut open = record(0);
+    open.ranges_m = Some(vec![f64::INFINITY]);
+    assert!(matches!(read(&forged(&header(), &[open], 1)).unwrap().1, Ending::Complete(_)));
+}
+
+#[test]
+fn a_log_whose_last_ticks_were_taken_out_is_not_complete() {
+    let (_, ending) = read(&forged(&header(), &[record(0)], 2)).unwrap();
+    assert!(matches!(&ending, Ending::Cut { ticks: 1, .. }), "{ending:?}");
+}

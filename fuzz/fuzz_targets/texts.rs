@@ -1,0 +1,3 @@
+//! `texts`, guided by coverage.
+#![no_main]
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| drop(rusty_tests::fuzz::target("texts").check(bytes)));
