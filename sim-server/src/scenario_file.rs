@@ -84,6 +84,11 @@ pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
     if !changes.is_empty() {
         scenario = change(&text, changes).map_err(error)?;
     }
+    for participant in &mut scenario.participants {
+        for file in &mut participant.files {
+            *file = folder.join(&*file).to_string_lossy().into_owned();
+        }
+    }
     Ok(Loaded { scenario, folder })
 }
 
