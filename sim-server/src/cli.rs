@@ -84,6 +84,10 @@ pub struct RunArgs {
     /// Add an estimator: NAME, or NAME=COMMAND to have it started
     #[arg(long, value_name = "NAME[=COMMAND]")]
     pub add: Vec<String>,
+    /// Confine all that are started and hold no key: none, if-possible or
+    /// required [default: the scenario's]
+    #[arg(long, value_name = "HOW")]
+    pub sandbox: Option<Sandbox>,
     /// Leave a participant out
     #[arg(long, value_name = "NAME")]
     pub without: Vec<String>,

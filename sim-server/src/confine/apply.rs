@@ -99,7 +99,11 @@ pub(super) fn apply(cell: &Cell) -> Result<(), ConfineError> {
         return Err(ConfineError::Weaker);
     }
     drop_capabilities()?;
-    Ok(calls::refuse()?)
+    match calls::can_be_filtered() {
+        true => Ok(calls::refuse()?),
+        false if cell.sandbox == Sandbox::Required => Err(ConfineError::Weaker),
+        false => Ok(()),
+    }
 }
 
 /// Exactly what it may do with which files; ports and other processes: nothing.

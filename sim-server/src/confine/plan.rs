@@ -35,7 +35,8 @@ pub enum Landlock {
     Available,
     /// It is there, but was not switched on when the machine started.
     NotEnabled,
-    /// This kernel was built without it, or is older than 5.13.
+    /// This kernel was built without it or is older than 5.13, or a container
+    /// refuses the call.
     NotBuilt,
 }
 
@@ -94,7 +95,7 @@ impl Kernel {
             let found = match self.landlock {
                 Landlock::Available => format!("landlock abi {} found", self.landlock_abi),
                 Landlock::NotEnabled => "landlock is not switched on".to_owned(),
-                Landlock::NotBuilt => "this kernel has no landlock".to_owned(),
+                Landlock::NotBuilt => "this kernel or container offers no landlock".to_owned(),
             };
             let open: Vec<&str> = CAME_WITH
                 .iter()
@@ -204,7 +205,9 @@ mod tests {
         assert!(text.contains("TCP") && !text.contains("cutting"), "{text}");
         let gate = with(Sandbox::IfPossible, 0).unwrap();
         assert!(!gate.confines());
-        assert!(gate.to_string().starts_with("kernel gate down: this kernel has no landlock"));
+        assert!(
+            gate.to_string().starts_with("kernel gate down: this kernel or container offers no")
+        );
     }
 
     #[test]

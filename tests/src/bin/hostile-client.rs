@@ -135,6 +135,7 @@ fn try_files(cli: &Cli) {
     report("list-other-run", list(&other));
     report("list-runs", list(&Domain::base()));
     report("list-own-folder", list(&own));
+    report("read-own-key", read(&own.join("key")));
     report("write-tmp", write(&std::env::temp_dir().join(format!("hostile-{}", cli.name))));
     report("write-home", write(&cli.home.join("planted")));
     report("list-memory", list(Path::new("/dev/shm")));
