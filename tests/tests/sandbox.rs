@@ -11,6 +11,7 @@ use std::os::linux::net::SocketAddrExt as _;
 use std::os::unix::net::{SocketAddr, UnixDatagram, UnixListener};
 use std::path::Path;
 use std::process::Command;
+use std::sync::OnceLock;
 
 use common::*;
 use rustix::process::Signal;
@@ -52,17 +53,22 @@ fn scenario(place: &Path, sandbox: &str, words: &[&str]) -> String {
 
 /// Whether this kernel can confine in full; prints the reason if it cannot.
 fn kernel_can() -> bool {
-    let place = folder();
-    let file = scenario(place.path(), "true", &["dead-reckoning"]);
-    let out = place.path().to_str().unwrap();
-    let ended = sim_server(&["launch", &file, "--json", "--out", out, "--ticks", "1"]);
-    let cannot = ended.code == Some(2) && ended.stderr.contains("cannot be had");
-    if cannot {
-        println!("skipped: {}", ended.stderr.trim());
-    } else {
+    static WHY_NOT: OnceLock<Option<String>> = OnceLock::new();
+    let why_not = WHY_NOT.get_or_init(|| {
+        let place = folder();
+        let file = scenario(place.path(), "true", &["dead-reckoning"]);
+        let out = place.path().to_str().unwrap();
+        let ended = sim_server(&["launch", &file, "--json", "--out", out, "--ticks", "1"]);
+        if ended.code == Some(2) && ended.stderr.contains("cannot be had") {
+            return Some(ended.stderr);
+        }
         ended.expect(0);
+        None
+    });
+    if let Some(why) = why_not {
+        println!("skipped: {}", why.trim());
     }
-    !cannot
+    why_not.is_none()
 }
 
 /// What lies about for a hostile estimator to find.

@@ -193,3 +193,28 @@ fn keep_standard_descriptors() -> Result<(), ConfineError> {
 pub fn close_memory() -> std::io::Result<()> {
     Ok(set_dumpable_behavior(DumpableBehavior::NotDumpable)?)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustix::process::dumpable_behavior;
+
+    #[test]
+    fn asking_the_kernel_changes_nothing() {
+        let before = rustix::thread::no_new_privs().unwrap();
+        let found = kernel();
+        assert_eq!(kernel(), found);
+        assert_eq!(rustix::thread::no_new_privs().unwrap(), before);
+        assert_eq!(found.landlock_abi > 0, found.landlock == Landlock::Available);
+        // Nothing is confined by having been asked.
+        assert!(std::fs::read_dir("/").is_ok());
+    }
+
+    #[test]
+    fn memory_can_be_closed() {
+        let before = dumpable_behavior().unwrap();
+        close_memory().unwrap();
+        assert_eq!(dumpable_behavior().unwrap(), DumpableBehavior::NotDumpable);
+        set_dumpable_behavior(before).unwrap();
+    }
+}

@@ -89,7 +89,8 @@ impl Serialize for Gate {
 
 impl Kernel {
     /// What it lacks of a full confinement; `None` if nothing.
-    fn lacks(self) -> Option<String> {
+    #[must_use]
+    pub fn lacks(self) -> Option<String> {
         let mut lacks = Vec::new();
         if self.landlock_abi < ABI_NEEDED {
             let found = match self.landlock {
@@ -112,7 +113,8 @@ impl Kernel {
     }
 
     /// What to do about it.
-    fn remedy(self) -> &'static str {
+    #[must_use]
+    pub fn remedy(self) -> &'static str {
         match self.landlock {
             Landlock::NotEnabled => {
                 "add landlock to the kernel's `lsm=` list, or use sandbox = \"if-possible\""
