@@ -13,8 +13,14 @@
 //! panics says so. The same binary works on a log without a server (`--log`).
 //!
 //! Nothing here can name the simulator: models are beliefs about the world,
-//! and this crate does not depend on it. Rays and walls for a sensor model are
-//! in `rusty_geometry`, which knows no noise.
+//! and this crate does not depend on it:
+//!
+//! ```compile_fail,E0432
+//! use rusty_sim::Sim;
+//! ```
+//!
+//! Rays and walls for a sensor model are in `rusty_geometry`, which knows no
+//! noise.
 
 mod args;
 pub mod dead_reckoning;

@@ -4,6 +4,7 @@
 //! tick when the answers to it are in, which is while the estimators work on
 //! the next one.
 
+use rustix::process::{DumpableBehavior, set_dumpable_behavior};
 use rusty_contract::{Brief, Exit, Frame, Phase, Reply, RunDigest, Start, Tally, TruthKey};
 use rusty_geometry::SE2;
 use rusty_link::LinkError;
@@ -59,6 +60,9 @@ pub enum Ending {
 
 /// Runs a witness to the end of a run or log.
 pub fn run_witness<W: Witness>(args: &ClientArgs) -> Exit {
+    // It will hold the key and the truth: no core dumps, and no other process
+    // of this user reads its memory. Where that cannot be had, it goes on.
+    let _ = set_dumpable_behavior(DumpableBehavior::NotDumpable);
     match drive::<W>(args) {
         Ok(exit) => exit,
         Err(e) => {

@@ -1,9 +1,10 @@
 //! The command line: arguments in, one verb called, an exit code out.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use rusty_contract::{Exit, RunName};
+use rusty_contract::{Exit, RunName, Sandbox};
 use rusty_link::WaitPolicy;
 
 use crate::output::errln;
@@ -58,6 +59,9 @@ enum Verb {
     Doctor(JsonArgs),
     /// Remove what dead runs left in shared memory; living ones stay
     Clean(JsonArgs),
+    /// Confine this process, then become a participant (the server does this)
+    #[command(hide = true)]
+    Confined(ConfinedArgs),
 }
 
 /// What all runs share.
@@ -87,6 +91,10 @@ pub struct RunArgs {
     /// Add an estimator: NAME, or NAME=COMMAND to have it started
     #[arg(long, value_name = "NAME[=COMMAND]")]
     pub add: Vec<String>,
+    /// Confine all that are started and hold no key: none, if-possible or
+    /// required [default: the scenario's]
+    #[arg(long, value_name = "HOW")]
+    pub sandbox: Option<Sandbox>,
     /// Leave a participant out
     #[arg(long, value_name = "NAME")]
     pub without: Vec<String>,
@@ -251,6 +259,25 @@ pub enum ControlVerb {
     Stop,
 }
 
+/// `confined`.
+#[derive(Args, Clone, Debug)]
+pub struct ConfinedArgs {
+    /// The run whose shared memory it may use
+    #[arg(long, value_name = "NAME")]
+    pub cell: RunName,
+    /// if-possible, or required: fail if the kernel takes less than all rules
+    #[arg(long, value_name = "HOW")]
+    pub sandbox: Sandbox,
+    /// A file or folder that it may read
+    #[arg(long, value_name = "PATH")]
+    pub file: Vec<PathBuf>,
+    /// The program to become
+    pub program: OsString,
+    /// Its arguments
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    pub args: Vec<OsString>,
+}
+
 #[derive(Subcommand)]
 enum ImportVerb {
     /// A CARMEN log (ODOM and FLASER lines), plain or gzip
@@ -286,6 +313,7 @@ pub fn main() -> Exit {
         Verb::Control(args) => verbs::control(&args),
         Verb::Doctor(args) => verbs::doctor(&args),
         Verb::Clean(args) => verbs::clean(&args),
+        Verb::Confined(args) => verbs::confined(&args),
     };
     done.unwrap_or_else(|e| {
         errln!("sim-server: {e}");

@@ -7,6 +7,7 @@ use rusty_link::{DomainError, LinkError};
 use rusty_sim::SimError;
 use thiserror::Error;
 
+use crate::confine::ConfineError;
 use crate::import::ImportError;
 use crate::run::ChildrenError;
 use crate::scenario_file::SetupError;
@@ -41,6 +42,9 @@ pub enum VerbError {
     /// A participant cannot be started.
     #[error(transparent)]
     Children(#[from] ChildrenError),
+    /// A participant cannot be confined.
+    #[error(transparent)]
+    Confine(#[from] ConfineError),
     /// The operating system says no.
     #[error("{path}: {error}")]
     Io {

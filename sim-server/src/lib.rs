@@ -6,6 +6,7 @@
 //! * [`verbs`]: what it can do, a file each;
 //! * [`lockstep`]: the protocol, a state machine without I/O;
 //! * [`run`]: a run, from the first join to the last goodbye;
+//! * [`confine`]: the kernel gate, for participants with a sandbox;
 //! * [`source`]: where frames come from, the world or a log;
 //! * [`scenario_file`]: scenarios, built in or in files;
 //! * [`compare`]: two ticks, field by field, bit by bit;
@@ -16,6 +17,7 @@
 pub mod bits;
 pub mod cli;
 pub mod compare;
+pub mod confine;
 pub mod error;
 pub mod import;
 pub mod lockstep;

@@ -1,5 +1,6 @@
 //! What a run came to: the document behind `--json`, and the text for people.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -7,6 +8,7 @@ use rusty_contract::score::{Score, ScoreTable};
 use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport};
 use serde::Serialize;
 
+use crate::confine::Gate;
 use crate::lockstep::{Loss, SeatSummary};
 use crate::run::Outcome;
 use crate::source::{Comparison, FrameSource};
@@ -44,6 +46,9 @@ pub struct RunReport {
     pub pictures: Vec<String>,
     /// What everyone did, in roster order.
     pub participants: Vec<SeatSummary>,
+    /// What of the kernel keeps each participant from what it must not know,
+    /// by name, in words.
+    pub gates: BTreeMap<String, Gate>,
     /// Who was lost.
     pub losses: Vec<Loss>,
     /// Who was lost and came back.
@@ -115,12 +120,21 @@ impl RunReport {
             scores_file,
             pictures,
             participants: outcome.seats.clone(),
+            gates: BTreeMap::new(),
             losses: outcome.losses.clone(),
             restarts: outcome.restarts.clone(),
             remarks,
             scores,
             comparison: source.comparison().cloned(),
         }
+    }
+
+    /// With everyone's kernel gate, given in roster order.
+    #[must_use]
+    pub fn with_gates(mut self, header: &LogHeader, gates: &[Gate]) -> Self {
+        let names = header.roster.iter().map(|p| p.name.clone());
+        self.gates = names.zip(gates.iter().cloned()).collect();
+        self
     }
 
     /// The exit code that goes with it.
@@ -180,6 +194,9 @@ impl std::fmt::Display for RunReport {
         }
         if self.ended != "done" {
             writeln!(f, "{} after {} of {} ticks", self.ended, self.ticks, self.ticks_planned)?;
+        }
+        for (name, gate) in self.gates.iter().filter(|(_, gate)| **gate != Gate::NotAsked) {
+            writeln!(f, "gate     {name}: {gate}")?;
         }
         for loss in &self.losses {
             writeln!(f, "lost     {loss}")?;

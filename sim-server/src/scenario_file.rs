@@ -88,7 +88,12 @@ pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
         }
     };
     let error = |error| SetupError::Scenario { path: which.to_owned(), error };
-    let scenario = read(&text, changes).map_err(error)?;
+    let mut scenario = read(&text, changes).map_err(error)?;
+    for participant in &mut scenario.participants {
+        for file in &mut participant.files {
+            *file = folder.join(&*file).to_string_lossy().into_owned();
+        }
+    }
     Ok(Loaded { scenario, folder })
 }
 

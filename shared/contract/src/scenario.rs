@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use crate::config::{FieldError, LidarConfig, RobotConfig, ScriptConfig, at_least, seconds};
 use crate::names::{NameError, check_participant_name};
+use crate::sandbox::Sandbox;
 use crate::tally::MAX_PARTICIPANTS;
 
 /// A scenario file (TOML). Every field has a default; an empty file is the
@@ -147,6 +148,14 @@ pub struct Participant {
     /// Whether it is told where the robot starts.
     #[serde(default)]
     pub initial_pose: Access,
+    /// Whether the kernel confines it, if the server starts it.
+    #[serde(default, skip_serializing_if = "Sandbox::is_none")]
+    pub sandbox: Sandbox,
+    /// Files and folders that it may read although it is confined: its model,
+    /// its parameters, an interpreter's packages. In a scenario relative to the
+    /// scenario's folder.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<String>,
 }
 
 fn estimator() -> Role {
@@ -168,6 +177,8 @@ impl Participant {
             required: true,
             map: Access::Given,
             initial_pose: Access::Given,
+            sandbox: Sandbox::None,
+            files: Vec::new(),
         }
     }
 
@@ -274,6 +285,12 @@ impl Scenario {
                 let remedy = "leave it out, or choose the role observer";
                 return Err(FieldError::new(field, "false", problem, remedy).into());
             }
+            if p.role.holds_key() && !p.sandbox.is_none() {
+                let field = format!("participant[{i}].sandbox");
+                let problem = format!("cannot be had by a {}: it is told the truth", p.role);
+                let remedy = "leave it out: the sandbox is for those who answer or look on";
+                return Err(FieldError::new(field, p.sandbox, problem, remedy).into());
+            }
             if !names.insert(&p.name) {
                 let field = format!("participant[{i}].name");
                 let remedy = "give every participant a name of its own";
@@ -316,6 +333,17 @@ mod tests {
     }
 
     #[test]
+    fn a_participant_that_asks_for_no_sandbox_is_written_as_before_there_was_one() {
+        let json = |p: &Participant| serde_json::to_string(p).unwrap();
+        let mut participant = Participant::new("a", Role::Estimator);
+        assert!(!json(&participant).contains("sandbox") && !json(&participant).contains("files"));
+        assert_eq!(serde_json::from_str::<Participant>(&json(&participant)).unwrap(), participant);
+        participant.sandbox = Sandbox::Required;
+        participant.files = vec!["model.bin".to_owned()];
+        assert_eq!(serde_json::from_str::<Participant>(&json(&participant)).unwrap(), participant);
+    }
+
+    #[test]
     fn what_is_wrong_is_named() {
         for (text, expected) in [
             ("sede = 1", "unknown field `sede`"),
@@ -337,6 +365,11 @@ mod tests {
                 "cannot be false",
             ),
             ("answer_timeout_s = 0", "answer_timeout_s = 0"),
+            ("[[participant]]\nname = \"a\"\nsandbox = \"maybe\"", "no sandbox"),
+            (
+                "[[participant]]\nname = \"s\"\nrole = \"scorer\"\nsandbox = true",
+                "participant[0].sandbox = required: cannot be had by a scorer",
+            ),
         ] {
             let error = Scenario::from_toml(text).unwrap_err().to_string();
             assert!(error.contains(expected), "{text:?} gave {error}");

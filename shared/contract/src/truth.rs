@@ -28,7 +28,63 @@ pub struct TruthKey([u8; KEY_BYTES]);
 pub struct SealedTruth([u8; 32]);
 
 /// Where the robot really is. There is no way to make one but to open a
-/// [`SealedTruth`] with its key.
+/// [`SealedTruth`] with its key:
+///
+/// ```
+/// # use rusty_contract::{SealedTruth, Truth, TruthKey};
+/// # use rusty_geometry::SE2;
+/// # let (key, digest) = (TruthKey::from_bytes([7; 32]), 5);
+/// # let sealed: SealedTruth = key.seal(0, &SE2::new(1.0, 2.0, 0.5), digest);
+/// let truth: Truth = key.open(0, &sealed, digest)?;
+/// assert_eq!(truth.pose_in_world(), SE2::new(1.0, 2.0, 0.5));
+/// # Ok::<(), rusty_contract::KeyError>(())
+/// ```
+///
+/// The same without the key does not compile: not from a pose,
+///
+/// ```compile_fail,E0423
+/// # use rusty_contract::Truth;
+/// # use rusty_geometry::SE2;
+/// let truth = Truth(SE2::new(1.0, 2.0, 0.5));
+/// ```
+///
+/// not from nothing,
+///
+/// ```compile_fail,E0599
+/// # use rusty_contract::Truth;
+/// let truth = Truth::default();
+/// ```
+///
+/// not from bytes or text,
+///
+/// ```compile_fail,E0277
+/// # use rusty_contract::Truth;
+/// let truth: Truth = bytemuck::Zeroable::zeroed();
+/// ```
+///
+/// ```compile_fail,E0277
+/// # use rusty_contract::Truth;
+/// let truth: Truth = serde_json::from_str("[1.0, 2.0, 0.5]").unwrap();
+/// ```
+///
+/// not from what is sealed,
+///
+/// ```compile_fail,E0599
+/// # use rusty_contract::SealedTruth;
+/// let pose = SealedTruth::default().pose_in_world();
+/// ```
+///
+/// and not from a frame.
+///
+/// ```compile_fail,E0061
+/// # use rusty_contract::Frame;
+/// let truth = Frame::boxed().open_truth();
+/// ```
+///
+/// ```compile_fail,E0616
+/// # use rusty_contract::Frame;
+/// let sealed = Frame::boxed().sealed;
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth(SE2);
 

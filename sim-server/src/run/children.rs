@@ -12,6 +12,8 @@ use rusty_contract::{Participant, RunName, TruthKey};
 use rusty_link::WaitPolicy;
 use thiserror::Error;
 
+use crate::confine::{self, Gate};
+
 /// How long participants may take to end after their goodbye.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The same for those that nobody misses.
@@ -73,6 +75,8 @@ pub struct Spawn<'a> {
     pub key: &'a TruthKey,
     /// Where what they print goes.
     pub out_dir: &'a Path,
+    /// How each of them is confined, in roster order.
+    pub gates: &'a [Gate],
 }
 
 impl Children {
@@ -213,7 +217,14 @@ fn start_one(
     let out = File::create(&talk).map_err(error)?;
     let err = out.try_clone().map_err(error)?;
     let holds_key = participant.role.holds_key();
-    let mut command = Command::new(&program);
+    let confined = spawn.gates.get(seat).is_some_and(Gate::confines);
+    let mut command = if confined {
+        // What is started is not the program itself, which may be missing.
+        fs::metadata(&program).map_err(error)?;
+        confine::command(&program, spawn.run, participant)
+    } else {
+        Command::new(&program)
+    };
     command
         .args(&participant.command[1..])
         .args(["--run", spawn.run.as_str(), "--name", name])

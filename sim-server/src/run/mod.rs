@@ -26,7 +26,7 @@ use std::time::Instant;
 use rusty_contract::tally::TallyEntry;
 use rusty_contract::{OnLoss, Phase, RunDigest, TruthKey};
 use rusty_geometry::Twist;
-use rusty_link::{Domain, LinkError, Peer, PeerState, ServerLink, monotonic_ns};
+use rusty_link::{LinkError, Peer, PeerState, ServerLink, monotonic_ns};
 
 use self::clock::{Clock, May};
 use self::comeback::Feeding;
@@ -99,26 +99,22 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// Opens the services in `domain` and waits for nobody yet.
-    ///
-    /// # Errors
-    /// [`LinkError`] if shared memory is not to be had.
+    /// A run over `link` that waits for nobody yet.
     pub fn new(
         setup: RunSetup,
-        domain: &Domain,
+        link: ServerLink,
         source: &'a mut dyn FrameSource,
         children: &'a mut Children,
         stop: &'a Stop,
         progress: Progress,
-    ) -> Result<Self, LinkError> {
-        let link = ServerLink::create(domain, setup.wait)?;
+    ) -> Self {
         let header = source.header();
         let rules = setup.rules(source.ticks());
         let lockstep = Lockstep::new(rules, &header.roster, monotonic_ns());
         let seats = header.roster.len();
         let has_key_holders = header.roster.iter().any(|p| p.role.holds_key());
         let clock = Clock::new(setup.pace, setup.dt_s, setup.paused);
-        Ok(Self {
+        Self {
             key: setup.key.clone(),
             setup,
             source,
@@ -146,7 +142,7 @@ impl<'a> Run<'a> {
             looks: 0,
             forged: false,
             refused: 0,
-        })
+        }
     }
 
     /// Runs to the end.

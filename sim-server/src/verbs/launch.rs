@@ -50,7 +50,7 @@ pub(super) fn simulate(which: &ScenarioArgs, run: &RunArgs, starting: Starting) 
     .run(&mut source)
 }
 
-/// Applies `--add` and `--without`.
+/// Applies `--add`, `--without` and `--sandbox`.
 pub(super) fn change_roster(
     roster: &mut Vec<rusty_contract::Participant>,
     run: &RunArgs,
@@ -77,6 +77,9 @@ pub(super) fn change_roster(
         // Estimators first: they come before scorer and logger in the table.
         let place = roster.iter().take_while(|p| p.role.answers()).count();
         roster.insert(place, participant);
+    }
+    for participant in roster.iter_mut().filter(|p| !p.role.holds_key()) {
+        participant.sandbox = run.sandbox.unwrap_or(participant.sandbox);
     }
     Scenario::check_roster(roster).map_err(|error| {
         let path = "participants".to_owned();

@@ -1,6 +1,7 @@
 //! The verbs of the command line, one file each.
 
 mod clean;
+mod confined;
 mod control;
 mod diff;
 mod doctor;
@@ -15,6 +16,7 @@ mod verify;
 mod worlds;
 
 pub use clean::clean;
+pub use confined::confined;
 pub use control::control;
 pub use diff::diff;
 pub use doctor::doctor;

@@ -6,11 +6,13 @@ use std::io::Write as _;
 use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
+use rusty_contract::config::check_seconds;
 use rusty_contract::{FieldError, LogHeader, Role, RunName, TruthKey};
-use rusty_link::Domain;
+use rusty_link::{Domain, ServerLink};
 
 use super::{Verbed, print_json};
 use crate::cli::RunArgs;
+use crate::confine::{self, Gate};
 use crate::error::VerbError;
 use crate::report::RunReport;
 use crate::run::{Children, Progress, Run, RunSetup, Spawn, Stop};
@@ -44,10 +46,8 @@ impl RunSession<'_> {
             None => fresh_name(&header.config.scenario)?,
         };
         let out_dir = args.out.clone().unwrap_or_else(|| Path::new("runs").join(name.as_str()));
-        let answer_timeout_s = args.answer_timeout.unwrap_or(self.answer_timeout_s);
-        let join_timeout_s = args.join_timeout.unwrap_or(self.join_timeout_s);
-        rusty_contract::config::check_seconds("--answer-timeout", answer_timeout_s)?;
-        rusty_contract::config::check_seconds("--join-timeout", join_timeout_s)?;
+        let gates = close_gates(&header, self.starting)?;
+        let (answer_timeout_s, join_timeout_s) = self.timeouts_s()?;
         let stop = Stop::listen(&name).map_err(VerbError::io(Path::new("signals")))?;
         // What killed runs left behind goes first; what cannot go now hurts
         // nobody and is named by `clean`.
@@ -60,9 +60,12 @@ impl RunSession<'_> {
         remove_older_results(&header, &out_dir)?;
         let (run_id, key) = RunSetup::draw().map_err(VerbError::Random)?;
         self.first_line(&header, &name, source.ticks());
+        // Before anybody is started: who is confined may use what is there.
+        let link = ServerLink::create(&domain, args.wait)?;
         let mut children = match self.starting {
             Starting::Launch => {
-                let spawn = Spawn { run: &name, wait: args.wait, key: &key, out_dir: &out_dir };
+                let (run, wait, out_dir) = (&name, args.wait, &*out_dir);
+                let spawn = Spawn { run, wait, key: &key, out_dir, gates: &gates };
                 Children::start(&header.roster, &spawn)?
             }
             Starting::ByHand => {
@@ -85,20 +88,30 @@ impl RunSession<'_> {
             out_dir: Some(out_dir.clone()),
         };
         let progress = Progress::new(source.ticks(), args.quiet || args.json);
-        let run = Run::new(setup, &domain, source, &mut children, &stop, progress)?;
+        let run = Run::new(setup, link, source, &mut children, &stop, progress);
         let outcome = run.drive()?;
         let ended_badly = children.finish(|seat| {
             let summary = &outcome.seats[seat];
             summary.pid.is_some() && summary.lost.is_none()
         });
         drop(domain);
-        let report = RunReport::new(&header, &name, &out_dir, &outcome, &ended_badly, source);
+        let report = RunReport::new(&header, &name, &out_dir, &outcome, &ended_badly, source)
+            .with_gates(&header, &gates);
         if args.json {
             print_json(&report);
         } else {
             outln!("{report}");
         }
         Ok(report.exit())
+    }
+
+    /// How long an answer, and joining, may take, s.
+    fn timeouts_s(&self) -> Result<(f64, f64), FieldError> {
+        let answer_s = self.args.answer_timeout.unwrap_or(self.answer_timeout_s);
+        let join_s = self.args.join_timeout.unwrap_or(self.join_timeout_s);
+        check_seconds("--answer-timeout", answer_s)?;
+        check_seconds("--join-timeout", join_s)?;
+        Ok((answer_s, join_s))
     }
 
     /// The logger of a replay truncates what it is about to write; that must not
@@ -139,6 +152,19 @@ impl RunSession<'_> {
             errln!("waiting for {} (each with --run {name})", expected.join(", "));
         }
     }
+}
+
+/// Closes this process's memory, decides how everyone is confined, and has a
+/// line for each whose sandbox is not what was wished for.
+fn close_gates(header: &LogHeader, starting: Starting) -> Result<Vec<Gate>, VerbError> {
+    let gates = confine::gates(&header.roster, starting == Starting::ByHand)?;
+    confine::close_memory().map_err(VerbError::io(Path::new("this process's memory")))?;
+    for (participant, gate) in header.roster.iter().zip(&gates) {
+        if matches!(gate, Gate::Partial { .. } | Gate::Down { .. }) {
+            errln!("{}: {gate}", participant.name);
+        }
+    }
+    Ok(gates)
 }
 
 fn is_same_file(a: &Path, b: &Path) -> bool {

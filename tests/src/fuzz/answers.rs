@@ -103,7 +103,7 @@ impl Game {
         let mut game = Self { machine, now_ns: 1, closed: 0, digest: 0, ended: false };
         for name in ["a", "b", "log"] {
             let request = JoinRequest::new(name, 100, 0, "fuzz");
-            game.machine.join(&request).expect("a seat");
+            game.machine.join(&request, 0).expect("a seat");
         }
         for seat in HONEST {
             game.say(seat, &Message::Ready);
@@ -132,6 +132,9 @@ impl Game {
                 if how & 1 != 0 {
                     answer.run_id = RUN;
                 }
+                if how & 3 != 0 {
+                    answer.ticket = 0;
+                }
                 if how & 2 != 0 {
                     answer.tick = self.closed;
                 }
@@ -150,7 +153,7 @@ impl Game {
                 let name = self.machine.seats()[seat as usize].name.clone();
                 let request =
                     JoinRequest::new(&name, answer.compute_ns as u32, answer.sent_ns, "fuzz");
-                let _ = self.machine.join(&request);
+                let _ = self.machine.join(&request, 0);
             }
         }
     }

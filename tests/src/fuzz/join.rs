@@ -40,10 +40,10 @@ pub fn request(bytes: &[u8]) -> bool {
     assert_eq!(&serde_json::from_slice::<JoinRequest>(&json).expect("again"), request);
     let roster = [Participant::new("a", Role::Estimator), Participant::new("log", Role::Logger)];
     let mut machine = Lockstep::new(rules(3, OnLoss::Continue), &roster, 0);
-    match machine.join(request) {
+    match machine.join(request, 0) {
         Ok(seat) => {
             assert_eq!(machine.seats()[seat].name, request.name);
-            assert!(machine.join(request).is_err(), "a seat is given once");
+            assert!(machine.join(request, 0).is_err(), "a seat is given once");
         }
         Err(refusal) => said_again(&JoinReply::Refused(refusal)),
     }

@@ -1,0 +1,220 @@
+//! The kernel gate: a participant that cannot reach what it must not know,
+//! whatever it tries.
+//!
+//! Types keep an honest filter honest, and the seal keeps the truth out of
+//! shared memory. Neither stops a program that opens the log file. This does,
+//! for participants that ask for `sandbox` and that the server starts itself.
+//! The server starts itself again as `sim-server confined …`; that process
+//! applies the rules to itself and then becomes the participant: same process
+//! number, same group, and no line of the participant's code runs before the
+//! rules hold. They hold for all that it starts, for ever, for root as well.
+//!
+//! # What a confined participant may do
+//!
+//! * read and run its own program and the dynamic loader; read the system's
+//!   libraries (`/lib`, `/lib64`, `/usr/lib`, `/usr/lib64`, `/usr/local/lib`,
+//!   `/etc/ld.so.cache`) and what its scenario entry names in `files`;
+//! * use `/dev/null`, `/dev/zero`, `/dev/random`, `/dev/urandom`, and its own
+//!   output, which is open when it starts;
+//! * in its run's folder: read the lock and `services`, work in `nodes`, make
+//!   sockets and remove files, because the transport removes its socket;
+//! * in `/dev/shm`: open and make segments whose names it knows; neither list
+//!   nor remove them;
+//! * make Unix datagram sockets, threads, processes of its own; compute.
+//!
+//! # What it may not
+//!
+//! * open any other file or folder: scenario, log, output folder, key files,
+//!   home, `/tmp`, other runs, all of `/proc` and `/sys`; start any other
+//!   program; change modes, owners or times of files by name;
+//! * make network sockets of any kind, Unix stream sockets, abstract sockets
+//!   to others; System V or POSIX queues and memory;
+//! * signal, trace or read other processes, or take their descriptors;
+//! * use capabilities, name spaces, mounts, `bpf`, `io_uring`, `perf`, keyrings
+//!   and the rest of `confine/calls.rs`.
+//!
+//! It is handed no environment but a short list ([`ENVIRONMENT`]) and no
+//! descriptors but the standard three.
+//!
+//! # What remains open
+//!
+//! * `/dev/shm` is one flat folder. Who knows the name of a segment of this
+//!   user can open it and write to it: frames of its own run, which others
+//!   read (a changed frame fails its digest), and segments of other runs and
+//!   programs. Names of other runs have a random part and cannot be listed;
+//!   they hold no truth in plaintext either way.
+//! * Landlock does not rule over names alone: whether any path exists, its
+//!   size and times can be asked for (`stat`), and so the length of the log.
+//! * A datagram socket that another process of this user has bound to a path
+//!   can be sent to: up to Landlock ABI 8 no rule says otherwise. An
+//!   accomplice outside can so be talked to.
+//! * What it may open it may also lock (`flock`) and, as its owner, change the
+//!   mode of; and it can remove the files of its run's folder. A hostile
+//!   participant can spoil its own run, fill memory, take processor time: this
+//!   is a defence against looking, not against waste.
+//! * It cannot remove its own segments. The server does, and if that is killed
+//!   too, a scorer, a logger, the next start or `clean`.
+//! * It can ask for the seat of another participant of its run. For the seats
+//!   of scorers and loggers it lacks the key; a map that another estimator is
+//!   given it could read.
+//! * Timing: how long others take is visible to all.
+//!
+//! The server, scorers and loggers are not dumpable ([`close_memory`]): their
+//! memory, environment and descriptors are closed to other processes of the
+//! same user that are not confined. Root, and who has CAP_SYS_PTRACE, can open
+//! them all the same; nobody gets core dumps or attaches a debugger otherwise.
+//!
+//! Sources: Linux `Documentation/userspace-api/landlock.rst`,
+//! `seccomp_filter.rst`, `no_new_privs.rst`; ptrace(2), capabilities(7).
+
+mod apply;
+mod calls;
+mod plan;
+
+pub use apply::{Cell, ConfineError};
+pub use plan::{ABI_NEEDED, Gate, Kernel, Landlock};
+
+use std::convert::Infallible;
+use std::ffi::OsString;
+use std::os::fd::BorrowedFd;
+use std::os::unix::process::CommandExt as _;
+use std::path::Path;
+use std::process::Command;
+
+use landlock::{LandlockStatus, RestrictSelf};
+use rustix::io::{FdFlags, fcntl_getfd, fcntl_setfd};
+use rustix::process::{DumpableBehavior, set_dumpable_behavior};
+use rusty_contract::{FieldError, Participant, RunName};
+
+/// The variables that a confined participant keeps, where they are set: how to
+/// print, how to report a panic, where Python finds packages and how it hashes.
+pub const ENVIRONMENT: [&str; 7] =
+    ["LANG", "LC_ALL", "LC_CTYPE", "TZ", "RUST_BACKTRACE", "PYTHONPATH", "PYTHONHASHSEED"];
+
+/// What this kernel offers. Asks it, and changes nothing.
+#[must_use]
+pub fn kernel() -> Kernel {
+    let seccomp = calls::can_be_filtered();
+    // Without flags nothing is restricted: the status alone comes back.
+    let status = RestrictSelf::default().no_new_privs(false).apply();
+    let (landlock_abi, landlock) = match status.map(|s| s.landlock) {
+        Ok(LandlockStatus::Available { effective_abi, kernel_abi }) => {
+            let known = effective_abi as u32;
+            let abi = kernel_abi.and_then(|abi| u32::try_from(abi).ok()).unwrap_or(known);
+            (abi, Landlock::Available)
+        }
+        Ok(LandlockStatus::NotEnabled) => (0, Landlock::NotEnabled),
+        Ok(LandlockStatus::NotImplemented) | Err(_) => (0, Landlock::NotBuilt),
+    };
+    Kernel { landlock_abi, landlock, seccomp }
+}
+
+/// Decides for everyone in the roster, in its order, how they are started.
+///
+/// # Errors
+/// [`FieldError`] names the participant whose sandbox cannot be had, or whose
+/// `files` are not there, and the remedy.
+pub fn gates(roster: &[Participant], by_hand: bool) -> Result<Vec<Gate>, FieldError> {
+    let kernel = kernel();
+    let decide = |(i, p): (usize, &Participant)| {
+        let by_hand = by_hand || p.command.is_empty();
+        let gate = plan::gate(&format!("participant[{i}].sandbox"), p.sandbox, by_hand, kernel)?;
+        for file in p.files.iter().filter(|_| gate.confines()) {
+            std::fs::metadata(file).map_err(|e| {
+                let remedy = "name files and folders relative to the scenario's folder";
+                FieldError::new(format!("participant[{i}].files"), file, e.to_string(), remedy)
+            })?;
+        }
+        Ok(gate)
+    };
+    roster.iter().enumerate().map(decide).collect()
+}
+
+/// The command that starts a participant's program confined; its arguments may
+/// be added as to any command.
+#[must_use]
+pub fn command(program: &Path, run: &RunName, participant: &Participant) -> Command {
+    // This very program, even if its file has been replaced meanwhile.
+    let mut command = Command::new("/proc/self/exe");
+    command.arg0("sim-server").arg("confined").args(["--cell", run.as_str()]);
+    command.args(["--sandbox", participant.sandbox.word()]);
+    for file in &participant.files {
+        command.args(["--file", file]);
+    }
+    command.arg("--").arg(program);
+    command
+}
+
+/// Confines this process and becomes the cell's program.
+///
+/// # Errors
+/// [`ConfineError`]: the process lives on, confined or not, and should end.
+pub fn become_confined(cell: &Cell, args: &[OsString]) -> Result<Infallible, ConfineError> {
+    keep_standard_descriptors()?;
+    let mut program = Command::new(&cell.program);
+    program.args(args).env_clear();
+    for name in ENVIRONMENT {
+        if let Some(value) = std::env::var_os(name) {
+            program.env(name, value);
+        }
+    }
+    apply::apply(cell)?;
+    let error = program.exec();
+    Err(ConfineError::Exec { program: cell.program.display().to_string(), error })
+}
+
+/// Marks all descriptors but the standard three to be closed when this process
+/// becomes another. The server's own are marked already; whoever started the
+/// server may have left some open.
+fn keep_standard_descriptors() -> Result<(), ConfineError> {
+    let io = |error| ConfineError::Os { what: "list the open descriptors", error };
+    for entry in std::fs::read_dir("/proc/self/fd").map_err(io)? {
+        let name = entry.map_err(io)?.file_name();
+        let Some(n) = name.to_str().and_then(|n| n.parse().ok()).filter(|n| *n > 2) else {
+            continue;
+        };
+        // SAFETY: the number was just listed as an open descriptor of this
+        // process, which has one thread; it is borrowed for two calls. Marking
+        // a descriptor takes it from nobody, and a closed one gives an error.
+        let fd = unsafe { BorrowedFd::borrow_raw(n) };
+        if let Ok(flags) = fcntl_getfd(fd) {
+            fcntl_setfd(fd, flags | FdFlags::CLOEXEC)
+                .map_err(ConfineError::os("close a descriptor"))?;
+        }
+    }
+    Ok(())
+}
+
+/// Closes this process's memory to other processes of the same user (no core
+/// dumps, no debugger, `/proc` entries owned by root).
+///
+/// # Errors
+/// What the kernel said.
+pub fn close_memory() -> std::io::Result<()> {
+    Ok(set_dumpable_behavior(DumpableBehavior::NotDumpable)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustix::process::dumpable_behavior;
+
+    #[test]
+    fn asking_the_kernel_changes_nothing() {
+        let before = rustix::thread::no_new_privs().unwrap();
+        let found = kernel();
+        assert_eq!(kernel(), found);
+        assert_eq!(rustix::thread::no_new_privs().unwrap(), before);
+        assert_eq!(found.landlock_abi > 0, found.landlock == Landlock::Available);
+        // Nothing is confined by having been asked.
+        assert!(std::fs::read_dir("/").is_ok());
+    }
+
+    #[test]
+    fn memory_can_be_closed() {
+        let before = dumpable_behavior().unwrap();
+        close_memory().unwrap();
+        assert_eq!(dumpable_behavior().unwrap(), DumpableBehavior::NotDumpable);
+        set_dumpable_behavior(before).unwrap();
+    }
+}
