@@ -10,6 +10,7 @@ mod start;
 mod stop;
 
 pub use children::{Children, ChildrenError, Spawn};
+pub(crate) use children::{find_program, kill_group};
 pub use pace::Pace;
 pub use progress::Progress;
 pub use start::RunSetup;

@@ -1,6 +1,7 @@
 //! The verbs of the command line, one file each.
 
 mod clean;
+mod conformance;
 mod diff;
 mod import;
 mod info;
@@ -13,6 +14,7 @@ mod verify;
 mod worlds;
 
 pub use clean::clean;
+pub use conformance::conformance;
 pub use diff::diff;
 pub use import::import_carmen;
 pub use info::info;
