@@ -108,7 +108,7 @@ pub const CATALOGUE: &[Check] = &[
         expected: "answers to the end",
         rule: "a frame has a scan only if bit 0 of flags is set, with as many ranges as beams \
                says, 1 to 1080; a beam without return reports range_max_m",
-        stands_in: "shared/contract/src/frame.rs; config/lidar.rs",
+        stands_in: "shared/contract/src/frame.rs; shared/contract/src/config/lidar.rs",
         ..about_all("scan-shapes", answering::scan_shapes)
     },
     Check {
@@ -214,3 +214,41 @@ pub const CATALOGUE: &[Check] = &[
         ..about_all("refused", joining::refused)
     },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    #[test]
+    fn every_check_has_a_name_of_its_own_and_says_what_it_is_about() {
+        let names: BTreeSet<&str> = CATALOGUE.iter().map(|c| c.name).collect();
+        assert_eq!(names.len(), CATALOGUE.len());
+        for check in CATALOGUE {
+            assert!(check.name.bytes().all(|b| b.is_ascii_lowercase() || b == b'-'));
+            for text in [check.done, check.expected, check.rule] {
+                assert!(!text.is_empty() && !text.contains("  "), "{}: {text:?}", check.name);
+            }
+            assert_eq!(check.not_for.is_empty(), check.roles == ALL, "{}", check.name);
+        }
+    }
+
+    #[test]
+    fn the_rules_stand_where_the_checks_say() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let text = |file: &str| std::fs::read_to_string(root.join(file)).unwrap();
+        assert!(text("shared/contract/src/lib.rs").contains("# The protocol"));
+        for check in CATALOGUE {
+            for place in check.stands_in.split("; ") {
+                if let Some(section) = place.strip_prefix("README, ") {
+                    let section = section.split(',').next().unwrap();
+                    assert!(text("README.md").contains(section), "{}: {place}", check.name);
+                } else {
+                    let file = place.split(['(', ' ', ')']).find(|w| w.ends_with(".rs")).unwrap();
+                    assert!(root.join(file).exists(), "{}: {place}", check.name);
+                }
+            }
+        }
+    }
+}
