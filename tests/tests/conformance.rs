@@ -110,7 +110,7 @@ fn what_is_shipped_passes() {
 
 /// A fault of the probe, the checks that fail for it, and what the first of
 /// them says.
-const FAULTS: [(&str, &[&str], &str); 12] = [
+const FAULTS: [(&str, &[&str], &str); 13] = [
     ("", &[], ""),
     ("covariance", &[], ""),
     ("wrong-name", &["joins"], "told was \"client\""),
@@ -122,6 +122,7 @@ const FAULTS: [(&str, &[&str], &str); 12] = [
     ("chance", &["deterministic"], "tick 0: pose"),
     ("integrates", &["doubled-tick"], "tick 6: pose"),
     ("any-run", &["foreign-frame"], "at tick 4"),
+    ("last-word", &["answers-every-tick", "early-end"], "first to tick 24"),
     ("bad-code", &["end", "early-end"], "exit code 5"),
 ];
 

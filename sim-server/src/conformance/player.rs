@@ -48,6 +48,10 @@ pub(super) struct Player<'k> {
     digest: RunDigest,
     companion: (SE2, EncoderTicks),
     driver: Option<Twist>,
+    /// Ticks that are complete.
+    closed: u64,
+    /// Digest of the last word, once it was said.
+    last_word: Option<u64>,
     link: ServerLink,
     _domain: Domain,
 }
@@ -91,6 +95,8 @@ impl<'k> Player<'k> {
             frame: Frame::boxed(),
             digest: RunDigest::default(),
             driver: None,
+            closed: 0,
+            last_word: None,
             link,
             _domain: domain,
         })
@@ -320,6 +326,7 @@ impl<'k> Player<'k> {
                 tally.push(TallyEntry::answered(answer, 0));
             })?;
         }
+        self.closed += 1;
         Ok(())
     }
 
@@ -340,12 +347,22 @@ impl<'k> Player<'k> {
     /// The last word; waits for the goodbye and the end of the process.
     pub(super) fn end(&mut self, phase: Phase) -> Result<(), Halt> {
         let mut last = Frame::boxed();
-        last.end(phase, self.sim.tick());
+        last.end(phase, self.closed);
         last.run_id = self.setup.run_id;
+        self.last_word = Some(last.digest());
         self.show_other(&last)?;
         self.link.wake_all();
         self.until_goodbye()?;
         self.until_ended()
+    }
+
+    /// Whether the client answered the last word, or ticks that there never were.
+    /// Answers to earlier frames may be on their way when it is said.
+    pub(super) fn answered_last_word(&self) -> bool {
+        let newest = self.frame.tick();
+        self.said.strays.iter().any(|heard| {
+            Some(heard.answer.digest_seen) == self.last_word || heard.answer.tick > newest
+        })
     }
 
     /// Waits for the goodbye.

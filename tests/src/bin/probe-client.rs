@@ -26,7 +26,7 @@ struct Cli {
     /// pause (sleeps once, for sleep-us), exit, abort, panic, hang, goodbye, wrong-layout,
     /// wrong-protocol, covariance, linger; wrong-name, silent-refusal, any-run
     /// (answers frames of other runs), integrates (a frame shown twice counts
-    /// twice), chance, skew (a lopsided covariance), bad-code (ends with 5),
+    /// twice), chance, skew (a lopsided covariance), bad-code (ends with 5), last-word (answers it),
     /// orphan (goes on without a server), needs-map (panics without)
     #[arg(long, default_value = "")]
     mode: String,
@@ -92,6 +92,9 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
             continue;
         }
         if frame.phase() != Phase::Tick {
+            if cli.mode == "last-word" {
+                link.answer(&frame, &Message::Reply(Reply::Abstain))?;
+            }
             if cli.mode == "linger" {
                 std::thread::sleep(Duration::from_secs(600));
             }

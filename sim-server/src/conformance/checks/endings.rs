@@ -46,11 +46,8 @@ pub(in crate::conformance) fn early(bench: &Bench<'_>) -> Made {
             Err(Halt::Client(fault)) => return Ok(Verdict::Fail(format!("{how}: {fault}"))),
             ended => ended?,
         }
-        // The answer to the tick that was open may still come.
-        let open = player.frame.tick();
-        let strays = player.said.strays.iter().filter(|h| !in_mid_tick || h.answer.tick != open);
-        if strays.count() > 0 {
-            return Ok(Verdict::Fail(format!("{how}: it answered after the last word")));
+        if player.answered_last_word() {
+            return Ok(Verdict::Fail(format!("{how}: it answered the last word")));
         }
         let client = &player.client;
         match client.code() {
