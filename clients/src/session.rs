@@ -25,6 +25,8 @@ pub struct Session {
     source: Source,
     start: Start,
     stop: Arc<AtomicBool>,
+    /// The tick taken last. Ticks of a run only grow.
+    last_tick: Option<u64>,
     ending: Option<Phase>,
     failed: bool,
 }
@@ -96,7 +98,7 @@ impl Session {
                 return Err(ClientError::Unusable(remedy.to_owned()));
             }
         };
-        Ok(Self { source, start, stop, ending: None, failed: false })
+        Ok(Self { source, start, stop, last_tick: None, ending: None, failed: false })
     }
 
     /// What this participant is told: time step, robot, LiDAR, and map and
@@ -126,7 +128,9 @@ impl Session {
         let frame = match &mut self.source {
             Source::Live(link) => loop {
                 match link.wait_frame(SLICE, &self.stop)? {
-                    Incoming::Frame(frame) if frame.run_id == self.start.run_id => {
+                    Incoming::Frame(frame)
+                        if is_news(&frame, self.start.run_id, self.last_tick) =>
+                    {
                         break FrameHandle::Live(frame);
                     }
                     Incoming::Frame(_) | Incoming::Nothing => {}
@@ -144,7 +148,10 @@ impl Session {
             },
         };
         match frame.phase() {
-            Phase::Tick => Ok(Some(frame)),
+            Phase::Tick => {
+                self.last_tick = Some(frame.tick());
+                Ok(Some(frame))
+            }
             phase => {
                 self.ending = Some(phase);
                 Ok(None)
@@ -229,6 +236,13 @@ impl Drop for Session {
     }
 }
 
+/// Whether a frame is of this run and was not seen before: a tick that is worked
+/// in twice would spoil an estimate. The last word carries no tick of its own.
+fn is_news(frame: &Frame, run_id: u64, last_tick: Option<u64>) -> bool {
+    frame.run_id == run_id
+        && (frame.phase() != Phase::Tick || last_tick.is_none_or(|last| frame.tick() > last))
+}
+
 /// The key by the private channel: standard input, a file that was named, or
 /// the file in the run's folder.
 fn read_key(args: &ClientArgs, name: &str) -> Result<TruthKey, ClientError> {
@@ -250,4 +264,22 @@ fn read_key(args: &ClientArgs, name: &str) -> Result<TruthKey, ClientError> {
         }
     }
     Ok(TruthKey::from_hex(&text)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_later_ticks_of_this_run_and_its_last_word_are_news() {
+        let mut frame = Frame::boxed();
+        frame.begin(5, 0.12, Default::default(), Default::default());
+        frame.run_id = 7;
+        assert!(is_news(&frame, 7, None) && is_news(&frame, 7, Some(4)));
+        assert!(!is_news(&frame, 8, None));
+        assert!(!is_news(&frame, 7, Some(5)) && !is_news(&frame, 7, Some(6)));
+        // A run that is aborted in the middle of tick 5 ends with that number.
+        frame.end(Phase::Aborted, 5);
+        assert!(is_news(&frame, 7, Some(5)) && !is_news(&frame, 8, Some(5)));
+    }
 }

@@ -10,6 +10,7 @@
 //! * [`source`]: where frames come from, the world or a log;
 //! * [`scenario_file`]: scenarios, built in or in files;
 //! * [`compare`]: two ticks, field by field, bit by bit;
+//! * [`conformance`]: what a client gets right of the protocol;
 //! * [`import`]: recordings of real robots;
 //! * [`report`]: what a run came to;
 //! * [`bits`], [`error`].
@@ -18,6 +19,7 @@ pub mod bits;
 pub mod cli;
 pub mod compare;
 pub mod confine;
+pub mod conformance;
 pub mod error;
 pub mod import;
 pub mod lockstep;

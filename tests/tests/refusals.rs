@@ -10,7 +10,7 @@ use std::process::Command;
 
 use common::*;
 use rustix::process::Signal;
-use rusty_link::Domain;
+use rusty_link::{Domain, Peer};
 use rusty_tests::*;
 
 /// `sim-server` with these arguments ends with this code and says all of this
@@ -188,7 +188,7 @@ fn a_client_that_does_not_fit_is_told_why() {
 fn the_second_of_a_name_is_refused_and_the_first_stays() {
     let live = Live::start("serve", "twice", &[]);
     let pair = [(); 2].map(|()| live.join("dead-reckoning", &[]));
-    let ended = |p: &Process| fs::read(format!("/proc/{}/cmdline", p.pid())).unwrap().is_empty();
+    let ended = |p: &Process| Peer::new(p.pid()).is_dead();
     until("one of two is refused", || pair.iter().any(ended));
     let [first, second] = pair;
     let (refused, stays) = if ended(&first) { (first, second) } else { (second, first) };

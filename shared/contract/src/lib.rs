@@ -17,6 +17,55 @@
 //! * [`score`]: what a scorer writes down;
 //! * [`exit`]: the exit codes that every program here shares.
 //!
+//! # The protocol
+//!
+//! From join to goodbye, for whoever writes a client in another language. The
+//! bytes are in the modules named; `sim-server layout --json` prints every
+//! offset, and `sim-server conformance -- CLIENT` tests a client against what
+//! follows, each check under the name of its rule.
+//!
+//! 1. **Start.** A launcher starts the client with its own arguments and then
+//!    `--run NAME --name NAME --wait balanced|spin|block`; scorers and loggers
+//!    also get `--key-stdin`, and the key, 64 hexadecimal digits, as the first
+//!    line of their standard input.
+//! 2. **Find the run.** Its folder is `/tmp/rusty-<uid>/<run>`; the file `lock`
+//!    in it holds `<server pid> <nonce>` and is locked (`flock`) for as long as
+//!    the server lives. The transport is iceoryx2 with that folder as root path
+//!    and a prefix made of run, user and nonce (`rusty_link`, `Domain`). Its
+//!    six services are `join` (request-response of bytes), `frames`, `tallies`
+//!    and `answers` (publish-subscribe of [`Frame`], [`Tally`], [`Answer`]),
+//!    `wake-clients` and `wake-server` (events); `join` is created last, so
+//!    where it is, all are.
+//! 3. **Ask.** Send a [`JoinRequest`] as JSON. The reply is a [`JoinReply`]:
+//!    a [`Start`], or a [`Refusal`]: print its reason and end, code not 0.
+//! 4. **Ready.** Open the ports on `frames` and `answers` (scorers and loggers:
+//!    `tallies`), then send an answer of kind 7. The first frame is published
+//!    when everyone has; frames do not wait for ports that open later.
+//! 5. **Take a frame** whose `run_id` is that of `Start`. Frames of other runs
+//!    are skipped. Ticks only grow: *a frame whose tick is not greater than the
+//!    last one taken was seen before and is skipped, without an answer.*
+//! 6. **Answer it**, exactly once: `run_id` and `participant` of `Start`, `tick`
+//!    and `digest` of the frame, and a [`Reply`]. The answer is the
+//!    acknowledgement; nothing happens until all awaited have answered.
+//!    Estimators estimate or abstain, a driver gives a command (without one
+//!    the robot stands), scorers and loggers say taken. What is not asked for
+//!    (a second answer, one to an older tick, one of another run) is counted
+//!    and changes nothing; a wrong digest, a tick yet to come, or a number that
+//!    is none makes the sender count as lost.
+//! 7. **Wake, and be woken.** `sent_ns` and `awake_ns` say when the other side
+//!    may be asleep; a wake-up is sent only then. Wake-ups are hints: after a
+//!    bounded wait look at the data, and at the process in `server_pid`.
+//! 8. **Scorers and loggers** get a [`Tally`] of each tick once it is complete,
+//!    before the frame of the next. They compute digests afresh, and fail where
+//!    one differs.
+//! 9. **The last word** is a frame whose `phase` is not 0. Finish, answer no
+//!    more, send kind 5 (goodbye), end with 0, or with 3 where something was
+//!    lost. Who cannot go on sends kind 6 (failed). Who is asked to stop
+//!    (SIGINT, SIGTERM) says goodbye at any time.
+//! 10. **If the server's process is gone** nobody will speak again: say so, end
+//!     with a code other than 0, and sweep folder and memory of the run (take
+//!     the lock first: who holds it may remove both).
+//!
 //! Nothing in this crate reads a clock, an environment variable or a random
 //! number, and nothing in it knows how bytes travel.
 

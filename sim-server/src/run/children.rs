@@ -184,7 +184,7 @@ impl Running {
 }
 
 /// Kills a process and all that it started in its group.
-pub(super) fn kill_group(leader: u32) {
+pub(crate) fn kill_group(leader: u32) {
     if let Some(pid) = i32::try_from(leader).ok().and_then(Pid::from_raw) {
         let _ = kill_process_group(pid, Signal::KILL);
     }
@@ -254,7 +254,7 @@ fn spawn_with_key(command: &mut Command, key: Option<&str>) -> std::io::Result<C
 
 /// A path is taken as it is; a bare name is looked up beside the server, in
 /// `examples` beside it, then on the path.
-fn find_program(name: &str, program: &str) -> Result<PathBuf, ChildrenError> {
+pub(crate) fn find_program(name: &str, program: &str) -> Result<PathBuf, ChildrenError> {
     if program.contains('/') {
         return Ok(PathBuf::from(program));
     }

@@ -15,6 +15,7 @@ mod stop;
 mod wishes;
 
 pub use children::{Children, ChildrenError, Spawn};
+pub(crate) use children::{find_program, kill_group};
 pub use pace::Pace;
 pub use progress::Progress;
 pub use start::RunSetup;

@@ -71,7 +71,7 @@ impl RunSetup {
     }
 
     /// What the participant on `seat` is told: what its role may know.
-    pub(super) fn start(&self, header: &LogHeader, seat: usize) -> Start {
+    pub(crate) fn start(&self, header: &LogHeader, seat: usize) -> Start {
         let participant = &header.roster[seat];
         let sealed_brief = participant.role.holds_key().then(|| {
             let out_dir = self.out_dir.as_ref().map(|p| p.display().to_string());

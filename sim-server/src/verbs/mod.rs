@@ -2,6 +2,7 @@
 
 mod clean;
 mod confined;
+mod conformance;
 mod control;
 mod diff;
 mod doctor;
@@ -17,6 +18,7 @@ mod worlds;
 
 pub use clean::clean;
 pub use confined::confined;
+pub use conformance::conformance;
 pub use control::control;
 pub use diff::diff;
 pub use doctor::doctor;

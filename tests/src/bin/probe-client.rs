@@ -1,6 +1,8 @@
-//! A participant that misbehaves on request, for tests of the server. It
-//! speaks through the link directly, past the checks of the SDK.
+//! A participant that misbehaves on request, for tests of the server and of the
+//! conformance kit. It speaks through the link directly, past the checks of the
+//! SDK.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
@@ -9,7 +11,7 @@ use rusty_clients::dead_reckoning::DeadReckoning;
 use rusty_contract::answer::Message;
 use rusty_contract::{Answer, Estimate, Exit, JoinRequest, Phase, Reply, RunName};
 use rusty_geometry::{SE2, Twist};
-use rusty_link::{BorrowedFrame, ClientLink, Incoming, LinkError, WaitPolicy};
+use rusty_link::{BorrowedFrame, ClientLink, Incoming, LinkError, WaitPolicy, monotonic_ns};
 
 #[derive(Parser)]
 struct Cli {
@@ -24,7 +26,11 @@ struct Cli {
     /// pause (sleeps once, for sleep-us), exit, abort, panic, hang, goodbye, wrong-layout,
     /// wrong-protocol, wrong-pid, covariance, linger, flood (with answers that
     /// nobody asked for), forge (answers for all others), fickle-and-mortal
-    /// (says something else in every life, and exits in its first)
+    /// (says something else in every life, and exits in its first);
+    /// wrong-name, silent-refusal, any-run (answers frames of other runs),
+    /// integrates (a frame shown twice counts twice), chance, skew (a lopsided
+    /// covariance), bad-code (ends with 5), last-word (answers it),
+    /// orphan (goes on without a server), needs-map (panics without)
     #[arg(long, default_value = "")]
     mode: String,
     /// From which tick on
@@ -43,17 +49,21 @@ struct Cli {
 fn main() -> Exit {
     let cli = Cli::parse();
     std::thread::sleep(Duration::from_millis(cli.late_ms));
-    let stop = AtomicBool::new(false);
+    let stop = Arc::new(AtomicBool::new(false));
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGTERM, Arc::clone(&stop));
     let mut request = JoinRequest::new(&cli.name, std::process::id(), cli.wait.awake_ns(), "probe");
     match cli.mode.as_str() {
         "wrong-layout" => request.layout ^= 1,
         "wrong-protocol" => request.protocol += 1,
         "wrong-pid" => request.pid = std::os::unix::process::parent_id(),
+        "wrong-name" => request.name.push('x'),
         _ => {}
     }
     let joined = ClientLink::join(&cli.run, &request, cli.wait, Duration::from_secs(20), &stop);
     match joined.and_then(|mut link| take_part(&cli, &mut link, &stop)) {
+        Ok(()) if cli.mode == "bad-code" => std::process::exit(5),
         Ok(()) => Exit::Done,
+        Err(LinkError::Refused(_)) if cli.mode == "silent-refusal" => Exit::Done,
         Err(e) => {
             eprintln!("probe: {e}");
             Exit::Failed
@@ -65,30 +75,54 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
     let start = link.start().clone();
     let mut odometry =
         DeadReckoning::new(start.robot.drive, start.initial_pose.unwrap_or_default());
+    assert!(cli.mode != "needs-map" || start.map.is_some(), "no map");
+    let mut integral = start.initial_pose.unwrap_or_default();
     let mut dice = 0x1234_5678_9ABC_DEF0u64;
     loop {
-        let Incoming::Frame(frame) = link.wait_frame(Duration::from_millis(500), stop)? else {
-            continue;
+        let frame = match link.wait_frame(Duration::from_millis(500), stop) {
+            Ok(Incoming::Frame(frame)) => frame,
+            Ok(Incoming::Nothing) => continue,
+            Err(LinkError::ServerGone { .. }) if cli.mode == "orphan" => {
+                std::thread::sleep(Duration::from_secs(600));
+                continue;
+            }
+            Err(LinkError::Stopped) => {
+                link.send_raw(Answer::carrying(&Message::Goodbye))?;
+                return Err(LinkError::Stopped);
+            }
+            Err(e) => return Err(e),
         };
+        if frame.run_id != start.run_id && cli.mode != "any-run" {
+            continue;
+        }
         if frame.phase() != Phase::Tick {
+            if cli.mode == "last-word" {
+                link.answer(&frame, &Message::Reply(Reply::Abstain))?;
+            }
             if cli.mode == "linger" {
                 std::thread::sleep(Duration::from_secs(600));
             }
             return link.send_raw(Answer::carrying(&Message::Goodbye));
         }
         let pose = odometry.advance(frame.ticks());
+        let step_m = frame.command().v_m_s * start.dt_s;
+        integral = SE2::new(integral.x() + step_m, integral.y(), integral.theta());
         let mut reply = Reply::from(pose);
+        match cli.mode.as_str() {
+            "integrates" => reply = integral.into(),
+            "fickle-and-mortal" => reply = SE2::new(std::process::id().into(), 0.0, 0.0).into(),
+            "chance" => reply = SE2::new(monotonic_ns() as f64, 0.0, 0.0).into(),
+            _ => {}
+        }
         if cli.mode == "slow" {
             dice ^= dice << 13;
             dice ^= dice >> 7;
             dice ^= dice << 17;
             std::thread::sleep(Duration::from_micros(dice % cli.sleep_us));
         }
-        if cli.mode == "fickle-and-mortal" {
-            reply = SE2::new(f64::from(std::process::id()), 0.0, 0.0).into();
-        }
-        if cli.mode == "covariance" {
-            let covariance = Some([0.01, 0.0, 0.0, 0.0, 0.02, 0.0, 0.0, 0.0, 0.03]);
+        if cli.mode == "covariance" || cli.mode == "skew" {
+            let skew = if cli.mode == "skew" { 0.005 } else { 0.0 };
+            let covariance = Some([0.01, skew, 0.0, 0.0, 0.02, 0.0, 0.0, 0.0, 0.03]);
             reply = Estimate { pose_in_world: pose, covariance }.into();
         }
         if frame.tick() < cli.at {

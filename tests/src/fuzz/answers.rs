@@ -187,6 +187,9 @@ impl Game {
                     }
                 }
                 Step::Slow { .. } | Step::Lost(_) => {}
+                Step::Restart(_) | Step::Feed { .. } | Step::Echo { .. } => {
+                    panic!("nobody comes back where the rules do not say so");
+                }
                 step @ (Step::Wait { .. } | Step::Finished) => return step,
             }
         }
