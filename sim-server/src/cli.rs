@@ -40,7 +40,7 @@ enum Verb {
     /// Play a log to the same participants again, in lockstep
     Replay(ReplayArgs),
     /// Simulate a log's run again and compare every bit
-    Verify(LogArgs),
+    Verify(VerifyArgs),
     /// Compare two logs: first tick, field and bits that differ
     Diff(DiffArgs),
     /// Say what is in a log
@@ -143,11 +143,15 @@ pub struct ReplayArgs {
     pub run: RunArgs,
 }
 
-/// A verb about one log.
+/// `verify`.
 #[derive(Args, Clone, Debug)]
-pub struct LogArgs {
+pub struct VerifyArgs {
     /// The log
     pub log: PathBuf,
+    /// Run its estimators and driver again on the frames, too, and compare
+    /// every answer; the roster's programs are started as `replay` starts them
+    #[arg(long)]
+    pub clients: bool,
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,

@@ -62,6 +62,17 @@ pub enum VerbError {
         /// Present.
         ticks: u64,
     },
+    /// A participant of a log did not take part when it was run again.
+    #[error(
+        "participant {name:?} could not be run again: {why}; see that its program still starts \
+         as the log's roster says (`sim-server info LOG`)"
+    )]
+    NeverTookPart {
+        /// Whose.
+        name: String,
+        /// What is known.
+        why: String,
+    },
     /// A drawing failed.
     #[error("cannot draw {path}: {why}")]
     Draw {

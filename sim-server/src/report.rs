@@ -221,9 +221,13 @@ impl RunReport {
             c.equal, c.compared
         )?;
         if let Some(d) = &c.first_difference {
-            writeln!(f, "         first difference at tick {}, {}:", d.tick, d.name)?;
+            writeln!(f, "         first difference at tick {}, {}, {}:", d.tick, d.name, d.field)?;
             writeln!(f, "         recorded {}", d.recorded)?;
             writeln!(f, "         replayed {}", d.replayed)?;
+        }
+        for p in c.participants.iter().filter(|p| p.unrecorded > 0) {
+            let (n, name) = (p.unrecorded, &p.name);
+            writeln!(f, "         {n} answers of {name} have no recorded one: it had been lost")?;
         }
         match &c.recorded_digest {
             Some(digest) if *digest == self.digest => {

@@ -7,8 +7,11 @@ use rusty_contract::log::{Ending, LogError, LogReader, Read, TickRecord};
 use rusty_contract::{Frame, LogHeader, Reply};
 use rusty_geometry::{SE2, Twist};
 use rusty_sim::Sim;
-use serde::Serialize;
 use thiserror::Error;
+
+mod comparison;
+
+pub use comparison::{Compared, Comparison, Difference};
 
 /// Something that makes one frame after the other.
 pub trait FrameSource {
@@ -88,40 +91,6 @@ impl FrameSource for Simulated {
         let _ = self.sim.step(driver, frame);
         Ok(Some(self.sim.truth()))
     }
-}
-
-/// How the replies of a replay compare with the recorded ones.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Comparison {
-    /// Run digest in the log's trailer; null if it was cut.
-    pub recorded_digest: Option<String>,
-    /// World digest in the log's trailer; null if it was cut.
-    pub recorded_world_digest: Option<String>,
-    /// Replies that a participant of the same name gave in the log.
-    pub compared: u64,
-    /// Those equal to the recorded one, bit for bit.
-    pub equal: u64,
-    /// The first that is not.
-    pub first_difference: Option<Difference>,
-    /// The log has no trailer.
-    pub cut: bool,
-    /// Records of the log whose checksums fail.
-    pub damaged: u64,
-    /// Others answer than in the log, so that the run digest cannot be its own.
-    pub other_roster: bool,
-}
-
-/// A reply that is not the recorded one.
-#[derive(Clone, Debug, Serialize)]
-pub struct Difference {
-    /// Where.
-    pub tick: u64,
-    /// Whose.
-    pub name: String,
-    /// What the log has.
-    pub recorded: String,
-    /// What came.
-    pub replayed: String,
 }
 
 /// A log, frame by frame.
@@ -204,25 +173,7 @@ impl FrameSource for Recording {
 
     fn closed(&mut self, replies: &mut dyn Iterator<Item = (&str, Reply)>) {
         let Some(record) = &self.record else { return };
-        let mut answering = 0;
-        for (i, (name, reply)) in replies.enumerate() {
-            let place = self.names.iter().position(|n| n == name);
-            self.comparison.other_roster |= place != Some(i);
-            answering += 1;
-            let Some(recorded) = place.and_then(|i| record.replies.get(i)) else { continue };
-            self.comparison.compared += 1;
-            if recorded.same_bits(&reply) {
-                self.comparison.equal += 1;
-            } else if self.comparison.first_difference.is_none() {
-                self.comparison.first_difference = Some(Difference {
-                    tick: record.tick,
-                    name: name.to_owned(),
-                    recorded: format!("{recorded:?}"),
-                    replayed: format!("{reply:?}"),
-                });
-            }
-        }
-        self.comparison.other_roster |= answering != self.names.len();
+        self.comparison.take(record, &self.names, replies);
     }
 
     fn comparison(&self) -> Option<&Comparison> {

@@ -7,6 +7,7 @@ use rusty_contract::{Frame, TruthKey};
 use serde_json::{Value, json};
 
 use super::{Verbed, print_json};
+use crate::bits;
 use crate::cli::InfoArgs;
 use crate::error::VerbError;
 
@@ -216,29 +217,10 @@ fn tick_json(header: &LogHeader, record: &TickRecord, intact: bool) -> Value {
     })
 }
 
-/// The word for a kind of reply.
-fn kind(reply: &Reply) -> &'static str {
-    match reply {
-        Reply::Missing => "missing",
-        Reply::Abstain => "abstain",
-        Reply::Taken => "taken",
-        Reply::Estimate(_) => "estimate",
-        Reply::Command(_) => "command",
-        Reply::Both(..) => "both",
-    }
-}
-
-/// A reply for people: its kind and every number in it.
-fn reply_text(reply: &Reply) -> String {
-    let numbers = crate::bits::reply_values(reply);
-    let numbers = numbers.iter().map(|(name, value)| format!(" {name} {value}"));
-    format!("{}{}", kind(reply), numbers.collect::<Vec<_>>().join(","))
-}
-
 fn reply_json(name: &str, reply: &Reply) -> Value {
     json!({
         "name": name,
-        "kind": kind(reply),
+        "kind": bits::kind(reply),
         "pose": reply.estimate().map(|e| e.pose_in_world),
         "covariance": reply.estimate().and_then(|e| e.covariance),
         "command": reply.command(),
@@ -258,7 +240,7 @@ fn print_tick(header: &LogHeader, record: &TickRecord, intact: bool) {
         None => outln!("truth     unknown"),
     }
     for (p, reply) in header.answering().zip(&record.replies) {
-        outln!("answer    {}: {}", p.name, reply_text(reply));
+        outln!("answer    {}: {}", p.name, bits::reply_text(reply));
     }
     match &record.ranges_m {
         Some(ranges) => outln!("ranges    {ranges:?}"),

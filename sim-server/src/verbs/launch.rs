@@ -46,6 +46,7 @@ pub(super) fn simulate(which: &ScenarioArgs, run: &RunArgs, starting: Starting) 
         answer_timeout_s: scenario.answer_timeout_s,
         join_timeout_s: scenario.join_timeout_s,
         played: None,
+        announced: true,
     }
     .run(&mut source)
 }

@@ -13,7 +13,7 @@ use super::{Verbed, print_json};
 use crate::cli::RunArgs;
 use crate::error::VerbError;
 use crate::report::RunReport;
-use crate::run::{Children, Progress, Run, RunSetup, Spawn, Stop};
+use crate::run::{Children, Outcome, Progress, Run, RunSetup, Spawn, Stop};
 use crate::source::FrameSource;
 
 /// Who starts the participants.
@@ -33,10 +33,38 @@ pub(super) struct RunSession<'a> {
     pub join_timeout_s: f64,
     /// The log that is played, if one is: it must not be written over.
     pub played: Option<&'a Path>,
+    /// Whether a first line says what is run.
+    pub announced: bool,
+}
+
+/// A run that was made, before anybody is told of it.
+pub(super) struct Made {
+    pub header: LogHeader,
+    pub name: RunName,
+    pub out_dir: PathBuf,
+    pub outcome: Outcome,
+    /// Participants that ended badly after the run: seat and how.
+    pub ended_badly: Vec<(usize, String)>,
 }
 
 impl RunSession<'_> {
     pub(super) fn run(self, source: &mut dyn FrameSource) -> Verbed {
+        let made = self.make(source)?;
+        let Made { header, name, out_dir, outcome, ended_badly } = &made;
+        let report = RunReport::new(header, name, out_dir, outcome, ended_badly, source);
+        if self.args.json {
+            print_json(&report);
+        } else {
+            outln!("{report}");
+        }
+        Ok(report.exit())
+    }
+
+    /// Makes the run, from the first join to the last goodbye.
+    ///
+    /// # Errors
+    /// [`VerbError`] before the run; losses in it are part of its outcome.
+    pub(super) fn make(&self, source: &mut dyn FrameSource) -> Result<Made, VerbError> {
         let args = self.args;
         let header = source.header().clone();
         let name = match &args.run {
@@ -59,7 +87,9 @@ impl RunSession<'_> {
         self.check_not_over_played(&header, &out_dir)?;
         remove_older_results(&header, &out_dir)?;
         let (run_id, key) = RunSetup::draw().map_err(VerbError::Random)?;
-        self.first_line(&header, &name, source.ticks());
+        if self.announced {
+            self.first_line(&header, &name, source.ticks());
+        }
         let mut children = match self.starting {
             Starting::Launch => {
                 let spawn = Spawn { run: &name, wait: args.wait, key: &key, out_dir: &out_dir };
@@ -90,13 +120,7 @@ impl RunSession<'_> {
             summary.pid.is_some() && summary.lost.is_none()
         });
         drop(domain);
-        let report = RunReport::new(&header, &name, &out_dir, &outcome, &ended_badly, source);
-        if args.json {
-            print_json(&report);
-        } else {
-            outln!("{report}");
-        }
-        Ok(report.exit())
+        Ok(Made { header, name, out_dir, outcome, ended_badly })
     }
 
     /// The logger of a replay truncates what it is about to write; that must not

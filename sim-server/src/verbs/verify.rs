@@ -1,6 +1,8 @@
 //! `verify`: simulate a log's run again and compare every bit.
 
-use crate::output::outln;
+mod clients;
+
+use crate::output::{errln, outln};
 use rusty_contract::digest::hex;
 use rusty_contract::log::{Ending, LogReader, Read, ReadEntry, Source, TickRecord, Trailer};
 use rusty_contract::{Exit, Frame, LogHeader, RunDigest, TruthKey};
@@ -8,8 +10,9 @@ use rusty_geometry::Twist;
 use rusty_sim::Sim;
 use serde::Serialize;
 
+use self::clients::Clients;
 use super::{Verbed, print_json};
-use crate::cli::LogArgs;
+use crate::cli::VerifyArgs;
 use crate::compare::{self, Mismatch};
 use crate::error::VerbError;
 
@@ -28,6 +31,8 @@ struct Verdict {
     digest: String,
     /// The first value that differs: the log's and the one expected.
     first_difference: Option<Mismatch>,
+    /// With `--clients`: whose answers were compared, and how many.
+    clients: Option<Clients>,
     /// What else there is to say.
     remarks: Vec<String>,
 }
@@ -36,9 +41,12 @@ struct Verdict {
 /// as far as it goes but cut off.
 ///
 /// # Errors
-/// [`VerbError`] if it is no log.
-pub fn verify(args: &LogArgs) -> Verbed {
-    let verdict = check(&args.log)?;
+/// [`VerbError`] if it is no log, or a participant cannot be run again.
+pub fn verify(args: &VerifyArgs) -> Verbed {
+    let mut verdict = check(&args.log)?;
+    if args.clients {
+        verdict.hear(clients::run(&args.log)?);
+    }
     if args.json {
         print_json(&verdict);
     } else {
@@ -51,20 +59,38 @@ pub fn verify(args: &LogArgs) -> Verbed {
     })
 }
 
+impl Verdict {
+    /// Takes in what the clients answered: of two differences the earlier one
+    /// stands, and the frame's comes before the answers to it.
+    fn hear(&mut self, mut clients: Clients) {
+        self.remarks.append(&mut clients.remarks);
+        self.complete &= !clients.interrupted;
+        if let Some(theirs) = clients.first_difference.take() {
+            self.bit_exact = false;
+            let earlier = self.first_difference.as_ref().is_none_or(|m| theirs.tick < m.tick);
+            self.first_difference =
+                if earlier { Some(theirs) } else { self.first_difference.take() };
+        }
+        self.clients = Some(clients);
+    }
+}
+
 fn print(v: &Verdict) {
     for remark in &v.remarks {
-        outln!("{remark}");
+        errln!("{remark}");
     }
     if let Some(m) = &v.first_difference {
-        outln!("not bit-exact: tick {}, {}", m.tick, m.field);
-        outln!("  the log has   {}", m.a);
-        outln!("  expected was  {}", m.b);
+        let (tick, place) = (m.tick, m.place());
+        outln!("not bit-exact: tick {tick}, {place}: the log has {}, expected was {}", m.a, m.b);
     } else if !v.bit_exact {
-        outln!("not bit-exact, see above");
-    } else if v.re_simulated {
-        outln!("bit-exact: {} ticks, digest {}", v.ticks, v.digest);
+        outln!("not bit-exact: {}", v.remarks.join("; "));
     } else {
-        outln!("intact: {} ticks, digest {}", v.ticks, v.digest);
+        let how = if v.re_simulated { "bit-exact" } else { "intact" };
+        let mut line = format!("{how}: {} ticks, digest {}", v.ticks, v.digest);
+        for p in v.clients.iter().flat_map(|c| &c.participants) {
+            line += &format!(", {} answers of {}", p.compared, p.name);
+        }
+        outln!("{line}");
     }
 }
 
@@ -120,6 +146,7 @@ fn check(path: &std::path::Path) -> Result<Verdict, VerbError> {
         ticks: 0,
         digest: String::new(),
         first_difference: None,
+        clients: None,
         remarks: Vec::new(),
     };
     if again.is_none() {
