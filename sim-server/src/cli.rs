@@ -45,6 +45,8 @@ enum Verb {
     Diff(DiffArgs),
     /// Say what is in a log
     Info(InfoArgs),
+    /// Split a log into a blind one to hand out and the key to its truth
+    Seal(SealArgs),
     /// List the built-in worlds, draw one, or scan it without noise
     Worlds(WorldsArgs),
     /// Print the layout of the structs in shared memory
@@ -182,6 +184,22 @@ pub struct InfoArgs {
     pub json: bool,
 }
 
+/// `seal`.
+#[derive(Args, Clone, Debug)]
+pub struct SealArgs {
+    /// The log, of a simulation or a recording
+    pub log: PathBuf,
+    /// The blind log to write: no truth, no seed, no true parameters
+    #[arg(short, long, value_name = "BLIND")]
+    pub output: PathBuf,
+    /// The key to write (mode 0600): what the blind log lacks
+    #[arg(long, value_name = "FILE")]
+    pub key_file: PathBuf,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `worlds`.
 #[derive(Args, Clone, Debug)]
 pub struct WorldsArgs {
@@ -241,6 +259,7 @@ pub fn main() -> Exit {
         Verb::Verify(args) => verbs::verify(&args),
         Verb::Diff(args) => verbs::diff(&args),
         Verb::Info(args) => verbs::info(&args),
+        Verb::Seal(args) => verbs::seal(&args),
         Verb::Worlds(args) => verbs::worlds(&args),
         Verb::Layout(args) => verbs::layout(&args),
         Verb::Import(ImportVerb::Carmen(args)) => verbs::import_carmen(&args),

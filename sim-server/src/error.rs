@@ -10,6 +10,7 @@ use thiserror::Error;
 use crate::import::ImportError;
 use crate::run::ChildrenError;
 use crate::scenario_file::SetupError;
+use crate::seal::SealError;
 
 /// What a verb can fail with. Every text names place, value and remedy.
 #[derive(Debug, Error)]
@@ -32,6 +33,9 @@ pub enum VerbError {
     /// A recording.
     #[error(transparent)]
     Import(#[from] ImportError),
+    /// Sealing a log.
+    #[error(transparent)]
+    Seal(#[from] SealError),
     /// The run's place on this machine.
     #[error(transparent)]
     Domain(#[from] DomainError),
@@ -94,6 +98,7 @@ impl VerbError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
+            Self::Seal(e) => e.exit(),
             Self::Setup(_)
             | Self::Field(_)
             | Self::Name(_)

@@ -10,6 +10,7 @@
 //! * [`scenario_file`]: scenarios, built in or in files;
 //! * [`compare`]: two ticks, field by field, bit by bit;
 //! * [`import`]: recordings of real robots;
+//! * [`seal`]: logs without their truth, to hand out;
 //! * [`report`]: what a run came to;
 //! * [`bits`], [`error`].
 
@@ -23,5 +24,6 @@ mod output;
 pub mod report;
 pub mod run;
 pub mod scenario_file;
+pub mod seal;
 pub mod source;
 pub mod verbs;

@@ -51,6 +51,8 @@ pub struct RunReport {
     pub remarks: Vec<String>,
     /// One per estimator.
     pub scores: Vec<Score>,
+    /// Why there are none, where the scorer has no truth to compare with.
+    pub unscored: Option<String>,
     /// For a replay: how the answers compare with the recorded ones.
     pub comparison: Option<Comparison>,
 }
@@ -88,7 +90,8 @@ impl RunReport {
             remarks.push("there are no scores of this run".to_owned());
         }
         let scores_file = scores_file.filter(|_| scored.is_some());
-        let (scores, pictures) = scored.map(|s| (s.scores, s.pictures)).unwrap_or_default();
+        let (scores, unscored, pictures) =
+            scored.map(|s| (s.scores, s.unscored, s.pictures)).unwrap_or_default();
         let ended = match outcome.phase {
             Phase::Tick | Phase::Done => "done",
             Phase::Interrupted => "interrupted",
@@ -115,6 +118,7 @@ impl RunReport {
             losses: outcome.losses.clone(),
             remarks,
             scores,
+            unscored,
             comparison: source.comparison().cloned(),
         }
     }
@@ -173,6 +177,9 @@ impl std::fmt::Display for RunReport {
         writeln!(f)?;
         if !self.scores.is_empty() {
             writeln!(f, "{}", ScoreTable(&self.scores))?;
+        }
+        if let Some(why) = &self.unscored {
+            writeln!(f, "unscored {why}")?;
         }
         if self.ended != "done" {
             writeln!(f, "{} after {} of {} ticks", self.ended, self.ticks, self.ticks_planned)?;

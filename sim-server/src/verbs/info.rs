@@ -1,7 +1,8 @@
 //! `info`: what is in a log, or in one tick of it.
 
 use crate::output::{errln, outln};
-use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
+use rusty_contract::digest::ObservableDigest;
+use rusty_contract::log::{Ending, LogReader, Read, Source, TickRecord};
 use rusty_contract::{Exit, LogHeader, Reply, RunDigest};
 use rusty_contract::{Frame, TruthKey};
 use serde_json::{Value, json};
@@ -32,6 +33,7 @@ struct Facts {
     times_s: Option<(f64, f64)>,
     damaged: u64,
     digest: RunDigest,
+    observable: ObservableDigest,
     ending: Ending,
 }
 
@@ -43,12 +45,14 @@ impl Facts {
         let (mut digest, mut frame) = (RunDigest::default(), Frame::boxed());
         let (mut ticks, mut scans, mut truths) = (0u64, 0u64, 0u64);
         let mut times_s: Option<(f64, f64)> = None;
+        let mut observable = ObservableDigest::default();
         let ending = loop {
             match reader.read()? {
                 Read::Tick(entry) => {
                     let record = entry.record;
                     record.write_frame(&mut frame, header.config.dt_s, &key);
                     record.absorb(&frame, &mut digest);
+                    observable.absorb(&frame);
                     ticks += 1;
                     scans += u64::from(record.ranges_m.is_some());
                     truths += u64::from(record.truth.is_some());
@@ -59,7 +63,7 @@ impl Facts {
             }
         };
         let damaged = reader.damaged();
-        Ok(Self { header, ticks, scans, truths, times_s, damaged, digest, ending })
+        Ok(Self { header, ticks, scans, truths, times_s, damaged, digest, observable, ending })
     }
 
     /// Nothing is missing and nothing is damaged.
@@ -91,6 +95,7 @@ impl Facts {
             "cut": cut(&self.ending),
             "digest": self.digest.run_hex(),
             "world_digest": self.digest.world_hex(),
+            "observable_digest": self.observable.hex(),
         })
     }
 
@@ -113,6 +118,7 @@ impl Facts {
             None => outln!("complete  yes"),
         }
         outln!("digest    {}", self.digest.run_hex());
+        outln!("seen      {} (observable digest)", self.observable.hex());
     }
 }
 
@@ -139,25 +145,40 @@ fn print_header(header: &LogHeader) {
     let config = &header.config;
     match header.seed() {
         Some(seed) => outln!("seed      {seed}"),
+        None if header.is_blind() => outln!("seed      none: the log is blind"),
         None => outln!("seed      none: recorded by a robot"),
     }
     outln!("scenario  {}", config.scenario);
     outln!("writer    {}", header.writer);
-    if let rusty_contract::log::Source::Recorded { format, file, remarks } = &header.source {
-        outln!("source    {file} ({format})");
-        for remark in remarks {
-            outln!("          {remark}");
+    match &header.source {
+        Source::Recorded { format, file, remarks } => {
+            outln!("source    {file} ({format})");
+            for remark in remarks {
+                outln!("          {remark}");
+            }
         }
-    } else {
-        let walls = config.world.walls.len();
-        outln!("world     {} ({walls} walls)", config.world.name);
-        outln!("script    {}", config.script.kind());
-        let r = &config.robot;
-        outln!(
-            "robot     slip {} per tick, right wheel {:+} %",
-            r.slip_std,
-            100.0 * r.radius_bias_right
-        );
+        Source::Blind { of, ticks, .. } => {
+            outln!("source    a {of} of {ticks} ticks, sealed: truth and script are in its key");
+            match header.known_world() {
+                Some(world) => outln!("world     {} ({} walls)", world.name, world.walls.len()),
+                None => outln!("world     hidden"),
+            }
+            match header.known_start() {
+                Some(p) => outln!("start     x {} m, y {} m, θ {} rad", p.x(), p.y(), p.theta()),
+                None => outln!("start     hidden"),
+            }
+        }
+        Source::Simulated => {
+            let walls = config.world.walls.len();
+            outln!("world     {} ({walls} walls)", config.world.name);
+            outln!("script    {}", config.script.kind());
+            let r = &config.robot;
+            outln!(
+                "robot     slip {} per tick, right wheel {:+} %",
+                r.slip_std,
+                100.0 * r.radius_bias_right
+            );
+        }
     }
     outln!("time step {} s, a scan every {} ticks", config.dt_s, config.scan_every);
     outln!("LiDAR     {} beams, up to {} m", config.lidar.beams, config.lidar.range_max_m);

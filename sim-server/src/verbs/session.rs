@@ -139,13 +139,11 @@ impl RunSession<'_> {
 
     fn first_line(&self, header: &LogHeader, name: &RunName, ticks: u64) {
         let config = &header.config;
-        let seed = match header.seed() {
-            Some(seed) => format!("seed {seed}"),
-            None => "recorded by a robot (no seed)".to_owned(),
-        };
         let line = format!(
-            "{seed} · scenario {} · {ticks} ticks of {} s · run {name}",
-            config.scenario, config.dt_s
+            "{} · scenario {} · {ticks} ticks of {} s · run {name}",
+            header.seed_in_words(),
+            config.scenario,
+            config.dt_s
         );
         if self.args.json {
             errln!("{line}");

@@ -3,7 +3,7 @@
 mod clients;
 
 use crate::output::{errln, outln};
-use rusty_contract::digest::hex;
+use rusty_contract::digest::{ObservableDigest, hex};
 use rusty_contract::log::{Ending, LogReader, Read, ReadEntry, Source, TickRecord, Trailer};
 use rusty_contract::{Exit, Frame, LogHeader, RunDigest, TruthKey};
 use rusty_geometry::Twist;
@@ -150,10 +150,12 @@ fn check(path: &std::path::Path) -> Result<Verdict, VerbError> {
         remarks: Vec::new(),
     };
     if again.is_none() {
-        verdict.remarks.push(
-            "a recording cannot be simulated again: checksums and digests were checked".to_owned(),
-        );
+        let what = if header.is_blind() { "a blind log" } else { "a recording" };
+        verdict
+            .remarks
+            .push(format!("{what} cannot be simulated again: checksums and digests were checked"));
     }
+    let mut observable = ObservableDigest::default();
     let key = TruthKey::from_bytes([0; 32]);
     let mut digest = RunDigest::default();
     let mut frame = Frame::boxed();
@@ -164,6 +166,7 @@ fn check(path: &std::path::Path) -> Result<Verdict, VerbError> {
                 let record = entry.record;
                 record.write_frame(&mut frame, header.config.dt_s, &key);
                 record.absorb(&frame, &mut digest);
+                observable.absorb(&frame);
                 if let Some(again) = again.as_mut().filter(|_| verdict.first_difference.is_none()) {
                     let expected = again.next(&key);
                     verdict.first_difference =
@@ -177,6 +180,7 @@ fn check(path: &std::path::Path) -> Result<Verdict, VerbError> {
     };
     verdict.bit_exact &= verdict.first_difference.is_none();
     verdict.digest = digest.run_hex();
+    compare_observable(&mut verdict, &header, &observable);
     match ending {
         Ending::Complete(trailer) => compare_trailer(&mut verdict, &trailer, &digest),
         Ending::Cut { ticks, at_byte, problem } => {
@@ -196,6 +200,21 @@ fn note_damage(verdict: &mut Verdict, entry: &ReadEntry) {
         let (tick, at_byte) = (verdict.ticks, entry.at_byte);
         let remark = format!("tick {tick}: the checksum of its record (byte {at_byte}) fails");
         verdict.remarks.push(remark);
+    }
+}
+
+/// A blind log says which frames it was made of.
+fn compare_observable(verdict: &mut Verdict, header: &LogHeader, found: &ObservableDigest) {
+    let Source::Blind { observable_digest, ticks, .. } = &header.source else { return };
+    if *ticks != verdict.ticks {
+        let remark = format!("the log has {} of the {ticks} ticks that were sealed", verdict.ticks);
+        verdict.remarks.push(remark);
+    } else if *observable_digest != found.hex() {
+        verdict.bit_exact = false;
+        verdict.remarks.push(format!(
+            "the header's observable digest is {observable_digest}, the frames give {}",
+            found.hex()
+        ));
     }
 }
 

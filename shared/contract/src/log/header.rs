@@ -1,5 +1,6 @@
 //! What a log says about its run before the first tick.
 
+use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
 
 use crate::config::RunConfig;
@@ -35,6 +36,21 @@ pub enum Source {
         /// What a reader should know of the conversion.
         remarks: Vec<String>,
     },
+    /// Sealed: frames and replies of another log, without its truth. See
+    /// [`crate::blind`].
+    Blind {
+        /// What it was: a simulation or a recording.
+        of: String,
+        /// [Observable digest](crate::digest::ObservableDigest) of all its
+        /// frames, 32 hexadecimal digits.
+        observable_digest: String,
+        /// How many frames those are.
+        ticks: u64,
+        /// Whether `start` in the configuration is where the robot started.
+        start_known: bool,
+        /// Whether `world` in the configuration is where it drove.
+        world_known: bool,
+    },
 }
 
 impl LogHeader {
@@ -49,7 +65,37 @@ impl LogHeader {
     pub fn seed(&self) -> Option<u64> {
         match self.source {
             Source::Simulated => Some(self.config.seed),
-            Source::Recorded { .. } => None,
+            Source::Recorded { .. } | Source::Blind { .. } => None,
+        }
+    }
+
+    /// Whether the truth was taken out of this log.
+    #[must_use]
+    pub fn is_blind(&self) -> bool {
+        matches!(self.source, Source::Blind { .. })
+    }
+
+    /// Where the robot starts, if this log may say so.
+    #[must_use]
+    pub fn known_start(&self) -> Option<SE2> {
+        let hidden = matches!(self.source, Source::Blind { start_known: false, .. });
+        (!hidden).then_some(self.config.start)
+    }
+
+    /// The walls, if this log may say so.
+    #[must_use]
+    pub fn known_world(&self) -> Option<&WorldSpec> {
+        let hidden = matches!(self.source, Source::Blind { world_known: false, .. });
+        (!hidden).then_some(&self.config.world)
+    }
+
+    /// Seed, or why there is none, in words.
+    #[must_use]
+    pub fn seed_in_words(&self) -> String {
+        match self.source {
+            Source::Simulated => format!("seed {}", self.config.seed),
+            Source::Recorded { .. } => "recorded by a robot (no seed)".to_owned(),
+            Source::Blind { .. } => "blind (no seed, no truth)".to_owned(),
         }
     }
 }
