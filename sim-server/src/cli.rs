@@ -41,6 +41,8 @@ enum Verb {
     Replay(ReplayArgs),
     /// Simulate a log's run again and compare every bit
     Verify(VerifyArgs),
+    /// Run a log's scenario again, with something changed from a tick on
+    Fork(ForkArgs),
     /// Compare two logs: first tick, field and bits that differ
     Diff(DiffArgs),
     /// Say what is in a log
@@ -184,6 +186,28 @@ pub struct InfoArgs {
     pub json: bool,
 }
 
+/// `fork`.
+#[derive(Args, Clone, Debug)]
+pub struct ForkArgs {
+    /// The log of a simulated run
+    pub log: PathBuf,
+    /// The first tick that is another; those before it are the log's to the bit
+    #[arg(long, value_name = "TICK")]
+    pub at: u64,
+    /// Change a field from that tick on, e.g. --set robot.slip_std=0.05
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub changes: Vec<String>,
+    /// Seed of all noise from that tick on [default: the log's]
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Number of ticks in all [default: the log's]
+    #[arg(long)]
+    pub ticks: Option<u64>,
+    /// The run.
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
 /// `seal`.
 #[derive(Args, Clone, Debug)]
 pub struct SealArgs {
@@ -257,6 +281,7 @@ pub fn main() -> Exit {
         Verb::Serve(args) => verbs::serve(&args),
         Verb::Replay(args) => verbs::replay(&args),
         Verb::Verify(args) => verbs::verify(&args),
+        Verb::Fork(args) => verbs::fork(&args),
         Verb::Diff(args) => verbs::diff(&args),
         Verb::Info(args) => verbs::info(&args),
         Verb::Seal(args) => verbs::seal(&args),

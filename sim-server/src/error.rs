@@ -11,6 +11,7 @@ use crate::import::ImportError;
 use crate::run::ChildrenError;
 use crate::scenario_file::SetupError;
 use crate::seal::SealError;
+use crate::source::ForkError;
 
 /// What a verb can fail with. Every text names place, value and remedy.
 #[derive(Debug, Error)]
@@ -33,6 +34,9 @@ pub enum VerbError {
     /// A recording.
     #[error(transparent)]
     Import(#[from] ImportError),
+    /// Forking a run.
+    #[error(transparent)]
+    Fork(Box<ForkError>),
     /// Sealing a log.
     #[error(transparent)]
     Seal(#[from] SealError),
@@ -87,6 +91,12 @@ pub enum VerbError {
     },
 }
 
+impl From<ForkError> for VerbError {
+    fn from(error: ForkError) -> Self {
+        Self::Fork(Box::new(error))
+    }
+}
+
 impl VerbError {
     /// Wraps an error about a file.
     pub fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
@@ -98,6 +108,7 @@ impl VerbError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
+            Self::Fork(e) => e.exit(),
             Self::Seal(e) => e.exit(),
             Self::Setup(_)
             | Self::Field(_)

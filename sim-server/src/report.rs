@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::lockstep::{Loss, SeatSummary};
 use crate::run::Outcome;
-use crate::source::{Comparison, FrameSource};
+use crate::source::{Comparison, Fork, FrameSource};
 
 /// What a run came to.
 #[derive(Debug, Serialize)]
@@ -55,6 +55,9 @@ pub struct RunReport {
     pub unscored: Option<String>,
     /// For a replay: how the answers compare with the recorded ones.
     pub comparison: Option<Comparison>,
+    /// For a fork: what became of it beside its original. The comparison is
+    /// then about the ticks before it.
+    pub fork: Option<Fork>,
 }
 
 impl RunReport {
@@ -120,6 +123,7 @@ impl RunReport {
             scores,
             unscored,
             comparison: source.comparison().cloned(),
+            fork: source.fork().cloned(),
         }
     }
 
@@ -130,6 +134,9 @@ impl RunReport {
         match self.ended {
             "aborted" => Exit::Failed,
             _ if self.comparison.as_ref().is_some_and(|c| self.differs(c)) => Exit::NotBitExact,
+            _ if self.fork.as_ref().is_some_and(|f| f.first_frame_difference.is_some()) => {
+                Exit::NotBitExact
+            }
             "interrupted" => Exit::Lost,
             _ if !self.losses.is_empty() || !self.remarks.is_empty() || broken => Exit::Lost,
             _ => Exit::Done,
@@ -190,7 +197,9 @@ impl std::fmt::Display for RunReport {
         for remark in &self.remarks {
             writeln!(f, "remark   {remark}")?;
         }
-        if let Some(c) = &self.comparison {
+        if let (Some(fork), Some(c)) = (&self.fork, &self.comparison) {
+            write_fork(f, fork, c)?;
+        } else if let Some(c) = &self.comparison {
             self.write_comparison(f, c)?;
         }
         writeln!(f, "digest   {}", self.digest)?;
@@ -227,11 +236,7 @@ impl RunReport {
             "replay   {} of {} answers equal the recorded ones, bit for bit",
             c.equal, c.compared
         )?;
-        if let Some(d) = &c.first_difference {
-            writeln!(f, "         first difference at tick {}, {}, {}:", d.tick, d.name, d.field)?;
-            writeln!(f, "         recorded {}", d.recorded)?;
-            writeln!(f, "         replayed {}", d.replayed)?;
-        }
+        write_difference(f, c)?;
         for p in c.participants.iter().filter(|p| p.unrecorded > 0) {
             let (n, name) = (p.unrecorded, &p.name);
             writeln!(f, "         {n} answers of {name} have no recorded one: it had been lost")?;
@@ -247,4 +252,41 @@ impl RunReport {
             None => writeln!(f, "         the log was cut, so it has no digest to compare with"),
         }
     }
+}
+
+fn write_difference(f: &mut std::fmt::Formatter<'_>, c: &Comparison) -> std::fmt::Result {
+    if let Some(d) = &c.first_difference {
+        writeln!(f, "         first difference at tick {}, {}, {}:", d.tick, d.name, d.field)?;
+        writeln!(f, "         recorded {}", d.recorded)?;
+        writeln!(f, "         replayed {}", d.replayed)?;
+    }
+    Ok(())
+}
+
+/// The branch beside its original.
+fn write_fork(f: &mut std::fmt::Formatter<'_>, fork: &Fork, c: &Comparison) -> std::fmt::Result {
+    let (at, same, equal, compared) = (fork.at_tick, fork.frames_equal, c.equal, c.compared);
+    writeln!(f, "fork     of {} at tick {at}", fork.original)?;
+    writeln!(
+        f,
+        "before   {same} of {at} frames and {equal} of {compared} answers equal the recorded ones, \
+         bit for bit"
+    )?;
+    if let Some(m) = &fork.first_frame_difference {
+        writeln!(f, "         first other frame: {m}")?;
+    }
+    write_difference(f, c)?;
+    match (fork.truths_differ_at, fork.greatest, fork.final_m) {
+        (Some(tick), Some((most_m, most_at)), Some(final_m)) => writeln!(
+            f,
+            "after    the true paths part at tick {tick}: {most_m:.3} m apart at most (tick \
+             {most_at}), {final_m:.3} m at the end of both"
+        )?,
+        (None, Some(_), _) => writeln!(f, "after    the true path is the same, bit for bit")?,
+        _ => writeln!(f, "after    the original has no such tick to compare with")?,
+    }
+    if !fork.original_scores.is_empty() {
+        writeln!(f, "\nthe original:\n{}", ScoreTable(&fork.original_scores))?;
+    }
+    Ok(())
 }

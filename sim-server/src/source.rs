@@ -6,12 +6,16 @@ use rusty_contract::digest::hex;
 use rusty_contract::log::{Ending, LogError, LogReader, Read, TickRecord};
 use rusty_contract::{Frame, LogHeader, Reply};
 use rusty_geometry::{SE2, Twist};
-use rusty_sim::Sim;
+use rusty_sim::SimError;
 use thiserror::Error;
 
 mod comparison;
+mod course;
+mod fork;
 
 pub use comparison::{Compared, Comparison, Difference};
+pub use course::{Course, record_of};
+pub use fork::{Branch, Fork, ForkError};
 
 /// Something that makes one frame after the other.
 pub trait FrameSource {
@@ -39,6 +43,11 @@ pub trait FrameSource {
     fn comparison(&self) -> Option<&Comparison> {
         None
     }
+
+    /// What became of a fork, if this is one.
+    fn fork(&self) -> Option<&Fork> {
+        None
+    }
 }
 
 /// Why there is no next tick.
@@ -47,6 +56,9 @@ pub enum SourceError {
     /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// The world cannot go on.
+    #[error(transparent)]
+    Sim(#[from] SimError),
     /// The log ends before its run does.
     #[error("the log ends after {ticks} ticks (byte {at_byte}): {problem}")]
     Cut {
@@ -62,14 +74,17 @@ pub enum SourceError {
 /// The world itself.
 pub struct Simulated {
     header: LogHeader,
-    sim: Sim,
+    course: Course,
 }
 
 impl Simulated {
-    /// A world whose log will have this header.
-    #[must_use]
-    pub fn new(header: LogHeader, sim: Sim) -> Self {
-        Self { header, sim }
+    /// The world of the configuration in this header, which its log will have.
+    ///
+    /// # Errors
+    /// [`SimError`] if the configuration cannot be used.
+    pub fn new(header: LogHeader) -> Result<Self, SimError> {
+        let course = Course::unchanging(&header.config)?;
+        Ok(Self { header, course })
     }
 }
 
@@ -87,9 +102,7 @@ impl FrameSource for Simulated {
         driver: Option<Twist>,
         frame: &mut Frame,
     ) -> Result<Option<SE2>, SourceError> {
-        // Whether the robot was blocked shows in the truth.
-        let _ = self.sim.step(driver, frame);
-        Ok(Some(self.sim.truth()))
+        Ok(Some(self.course.step(driver, frame)?))
     }
 }
 

@@ -10,12 +10,13 @@
 //! | `source`        | [`Source::Blind`]: no name of a file, no remarks                   |
 //! | `seed`          | 0, and no seed is told                                            |
 //! | `robot`         | the nominal robot: no slip, no bias                               |
+//! | `lidar`         | as everyone was told of it at the start                           |
 //! | `script`        | an empty list: a plan says where the robot was to be              |
 //! | `start`         | the origin, unless somebody who answers was told the initial pose |
 //! | `world`         | no walls, unless somebody who answers was given the map           |
 //!
-//! Name of the scenario, roster with its commands, time step, LiDAR and number
-//! of ticks stay. So do the commands as applied: they are in the frames. Where
+//! Name of the scenario, roster with its commands, time step and number of ticks
+//! stay. So do the commands as applied: they are in the frames. Where
 //! a script steered on the truth they tell something of it to whoever knows the
 //! script; and whoever knows scenario and seed can make the run again.
 
@@ -40,7 +41,7 @@ pub fn blind_header(
     writer: &str,
 ) -> LogHeader {
     let of = match &header.source {
-        Source::Simulated => "simulation".to_owned(),
+        Source::Simulated | Source::Forked { .. } => "simulation".to_owned(),
         Source::Recorded { .. } => "recording".to_owned(),
         Source::Blind { .. } => return header.clone(),
     };
@@ -50,6 +51,7 @@ pub fn blind_header(
     let world_known = given(|p| p.map);
     let mut config = header.config.clone();
     config.seed = 0;
+    config.lidar = header.told().lidar;
     config.robot = RobotConfig { slip_std: 0.0, radius_bias_right: 0.0, ..config.robot };
     config.script = ScriptConfig::Commands { file: None, list: Vec::new() };
     if !start_known {

@@ -211,7 +211,7 @@ fn start_one(
 
 /// A path is taken as it is; a bare name is looked up beside the server, in
 /// `examples` beside it, then on the path.
-fn find_program(name: &str, program: &str) -> Result<PathBuf, ChildrenError> {
+pub(crate) fn find_program(name: &str, program: &str) -> Result<PathBuf, ChildrenError> {
     if program.contains('/') {
         return Ok(PathBuf::from(program));
     }

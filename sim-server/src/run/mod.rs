@@ -9,6 +9,7 @@ mod progress;
 mod start;
 mod stop;
 
+pub(crate) use children::find_program;
 pub use children::{Children, ChildrenError, Spawn};
 pub use pace::Pace;
 pub use progress::Progress;

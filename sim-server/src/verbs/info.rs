@@ -168,7 +168,19 @@ fn print_header(header: &LogHeader) {
                 None => outln!("start     hidden"),
             }
         }
-        Source::Simulated => {
+        Source::Simulated | Source::Forked { .. } => {
+            if let Source::Forked { at_tick, before } = &header.source {
+                let (r, l) = (&before.robot, &before.lidar);
+                outln!("source    forked at tick {at_tick}; what follows holds from there on");
+                outln!(
+                    "before    seed {}, slip {} per tick, right wheel {:+} %, range {} m, dropout {}",
+                    before.seed,
+                    r.slip_std,
+                    100.0 * r.radius_bias_right,
+                    l.range_std_m,
+                    l.dropout
+                );
+            }
             let walls = config.world.walls.len();
             outln!("world     {} ({walls} walls)", config.world.name);
             outln!("script    {}", config.script.kind());

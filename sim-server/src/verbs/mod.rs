@@ -2,6 +2,7 @@
 
 mod clean;
 mod diff;
+mod fork;
 mod import;
 mod info;
 mod launch;
@@ -15,6 +16,7 @@ mod worlds;
 
 pub use clean::clean;
 pub use diff::diff;
+pub use fork::fork;
 pub use import::import_carmen;
 pub use info::info;
 pub use launch::launch;

@@ -7,7 +7,6 @@ use rusty_contract::digest::{ObservableDigest, hex};
 use rusty_contract::log::{Ending, LogReader, Read, ReadEntry, Source, TickRecord, Trailer};
 use rusty_contract::{Exit, Frame, LogHeader, RunDigest, TruthKey};
 use rusty_geometry::Twist;
-use rusty_sim::Sim;
 use serde::Serialize;
 
 use self::clients::Clients;
@@ -15,6 +14,7 @@ use super::{Verbed, print_json};
 use crate::cli::VerifyArgs;
 use crate::compare::{self, Mismatch};
 use crate::error::VerbError;
+use crate::source::{Course, record_of};
 
 /// What a verification found.
 #[derive(Debug, Serialize)]
@@ -96,7 +96,7 @@ fn print(v: &Verdict) {
 
 /// The simulation that runs beside the log.
 struct Again {
-    sim: Sim,
+    course: Course,
     driver: Option<usize>,
     command: Option<Twist>,
     frame: Box<Frame>,
@@ -104,29 +104,15 @@ struct Again {
 
 impl Again {
     fn new(header: &LogHeader) -> Result<Option<Self>, VerbError> {
-        if !matches!(header.source, Source::Simulated) {
-            return Ok(None);
-        }
+        let Some(course) = Course::of(header)? else { return Ok(None) };
         let driver = header.answering().position(|p| p.role == rusty_contract::Role::Driver);
-        let sim = Sim::new(header.config.clone())?;
-        Ok(Some(Self { sim, driver, command: None, frame: Frame::boxed() }))
+        Ok(Some(Self { course, driver, command: None, frame: Frame::boxed() }))
     }
 
     /// The next tick as it should be.
-    fn next(&mut self, key: &TruthKey) -> TickRecord {
-        let _ = self.sim.step(self.command, &mut self.frame);
-        self.frame.seal(key, Some(self.sim.truth()));
-        let f = &self.frame;
-        let truth = self.sim.truth();
-        TickRecord {
-            tick: f.tick(),
-            stamp_s: Some(f.time_s()),
-            ticks: f.ticks(),
-            command: f.command(),
-            truth: Some([truth.x(), truth.y(), truth.theta()]),
-            ranges_m: f.ranges_m().map(<[f64]>::to_vec),
-            replies: Vec::new(),
-        }
+    fn next(&mut self) -> Result<TickRecord, VerbError> {
+        let truth = self.course.step(self.command, &mut self.frame)?;
+        Ok(record_of(&self.frame, truth))
     }
 
     /// What the log's driver said becomes the next command.
@@ -168,7 +154,7 @@ fn check(path: &std::path::Path) -> Result<Verdict, VerbError> {
                 record.absorb(&frame, &mut digest);
                 observable.absorb(&frame);
                 if let Some(again) = again.as_mut().filter(|_| verdict.first_difference.is_none()) {
-                    let expected = again.next(&key);
+                    let expected = again.next()?;
                     verdict.first_difference =
                         compare::frames(&record, &expected, header.config.dt_s);
                     again.hear(&record);

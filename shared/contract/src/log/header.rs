@@ -22,11 +22,18 @@ pub struct LogHeader {
 }
 
 /// Where the frames of a log come from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Source {
     /// The world made them; it can make them again.
     Simulated,
+    /// The world made them, and something of it changed in the middle.
+    Forked {
+        /// The first tick for which the header's configuration holds.
+        at_tick: u64,
+        /// The configuration up to there: what everyone was told of.
+        before: Box<RunConfig>,
+    },
     /// A robot made them; they can only be read.
     Recorded {
         /// Format of the recording.
@@ -64,8 +71,18 @@ impl LogHeader {
     #[must_use]
     pub fn seed(&self) -> Option<u64> {
         match self.source {
-            Source::Simulated => Some(self.config.seed),
+            Source::Simulated | Source::Forked { .. } => Some(self.config.seed),
             Source::Recorded { .. } | Source::Blind { .. } => None,
+        }
+    }
+
+    /// What participants are told of before the first tick: where the world
+    /// changes in the middle of the run, as it was at the start.
+    #[must_use]
+    pub fn told(&self) -> &RunConfig {
+        match &self.source {
+            Source::Forked { before, .. } => before,
+            _ => &self.config,
         }
     }
 
@@ -92,8 +109,15 @@ impl LogHeader {
     /// Seed, or why there is none, in words.
     #[must_use]
     pub fn seed_in_words(&self) -> String {
-        match self.source {
-            Source::Simulated => format!("seed {}", self.config.seed),
+        let seed = self.config.seed;
+        match &self.source {
+            Source::Simulated => format!("seed {seed}"),
+            Source::Forked { at_tick, before } if before.seed == seed => {
+                format!("seed {seed}, forked at tick {at_tick}")
+            }
+            Source::Forked { at_tick, before } => {
+                format!("seed {}, and {seed} from tick {at_tick} on", before.seed)
+            }
             Source::Recorded { .. } => "recorded by a robot (no seed)".to_owned(),
             Source::Blind { .. } => "blind (no seed, no truth)".to_owned(),
         }
