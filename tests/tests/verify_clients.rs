@@ -4,10 +4,11 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use rusty_contract::log::{LogReader, LogWriter, Read, TickRecord, TickRef, Trailer};
 use rusty_contract::{Frame, LogHeader, Reply, RunDigest, TruthKey};
-use rusty_tests::{Ended, binary, folder, launch, sim_server, text};
+use rusty_tests::{Ended, Process, binary, folder, fresh_run, launch, sim_server, text};
 
 const TICKS: &str = "60";
 
@@ -62,7 +63,11 @@ fn answers_that_come_again_are_counted_and_nothing_is_written() {
     let log = PathBuf::from(text(&report, "log"));
     let files = || fs::read_dir(&out).unwrap().count();
     let before = files();
-    let ended = verify(&log, &[]).expect(0);
+    let temporary = folder();
+    let mut command = Command::new(binary("sim-server"));
+    command.args(["verify", "--clients"]).arg(&log).env("TMPDIR", temporary.path());
+    let ended = Process::spawn(command.current_dir(&out)).wait().expect(0);
+    assert_eq!(fs::read_dir(temporary.path()).unwrap().count(), 0);
     let (header, _) = load(&log);
     let answers: Vec<String> =
         header.answering().map(|p| format!(", {TICKS} answers of {}", p.name)).collect();
@@ -108,6 +113,15 @@ fn one_bit_of_an_answer_is_named_and_the_earlier_difference_comes_first() {
     assert_eq!((&first["tick"], text(first, "participant")), (&31.into(), "probe"));
     assert_eq!([text(first, "a"), text(first, "b")], [recorded, again]);
 
+    // A replay says the same of it.
+    let (run, out) = (fresh_run("named"), place.path().join("named"));
+    let args = ["--json", "--run", run.as_str(), "--out", out.to_str().unwrap()];
+    let replayed = sim_server(&[&["replay", copy.to_str().unwrap()][..], &args].concat());
+    let found = &replayed.expect(4).json()["comparison"]["first_difference"];
+    assert_eq!((&found["tick"], text(found, "name")), (&31.into(), "probe"));
+    let values = ["field", "recorded", "replayed"].map(|key| text(found, key));
+    assert_eq!(values, ["covariance[1][1]", &show(after), &show(before)]);
+
     // A frame that is wrong, before and behind it.
     for (tick, named) in [(35, "tick 31, probe, cov"), (30, "tick 30, ranges_m[7] (beam 7): ")] {
         let mut both = flipped.clone();
@@ -149,6 +163,23 @@ fn a_program_that_changed_is_named_with_the_first_answer_that_is_another() {
         let start = "not bit-exact: tick 10, probe, kind: the log has estimate x_m ";
         assert!(said.starts_with(start) && said.ends_with(expected), "{said}");
     }
+}
+
+#[test]
+fn what_a_lost_participant_did_not_answer_is_no_difference() {
+    let (place, log) = probed();
+    let (header, mut records) = load(&log);
+    let copy = place.path().join("lost.log");
+    for record in &mut records[40..] {
+        record.replies.fill(Reply::Missing);
+    }
+    store(&copy, &header, &records);
+    let ended = verify(&copy, &[]).expect(0);
+    assert!(
+        ended.stdout.ends_with(", 40 answers of dead-reckoning, 40 answers of probe\n"),
+        "{ended:?}"
+    );
+    assert!(ended.stderr.contains("probe: the log lacks its answers to 20 ticks"), "{ended:?}");
 }
 
 #[test]

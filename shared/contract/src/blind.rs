@@ -98,6 +98,23 @@ mod tests {
     }
 
     #[test]
+    fn of_a_fork_the_lidar_is_told_as_it_was_at_the_start() {
+        let before = header().config;
+        let mut forked = header();
+        let source = Source::Forked { at_tick: 5, before: Box::new(before.clone()) };
+        forked.source = source;
+        forked.config.lidar.dropout = 0.375;
+        forked.config.seed = 9_876_543_210;
+        assert_eq!(told(&forked).lidar, before.lidar);
+        let blind = blind_header(&forked, "0".repeat(32), 9, "sealer");
+        assert_eq!(told(&blind), told(&forked));
+        let json = serde_json::to_string(&blind).unwrap();
+        assert!(!json.contains("0.375") && !json.contains("9876543210"), "{json}");
+        let json = serde_json::to_string(&forked).unwrap();
+        assert_eq!(serde_json::from_str::<LogHeader>(&json).unwrap(), forked);
+    }
+
+    #[test]
     fn who_was_told_is_told_again_and_nobody_else() {
         let open = header();
         let blind = blind_header(&open, "0".repeat(32), 9, "sealer");
