@@ -37,7 +37,8 @@ pub struct ClientArgs {
     pub out: Option<PathBuf>,
 
     /// Read the key to the truth from this file (scorers and loggers; default:
-    /// the file that `sim-server serve` left in the run's folder)
+    /// the file that `sim-server serve` left in the run's folder). With --log:
+    /// the key of a blind log, which `sim-server seal` wrote
     #[arg(long, value_name = "FILE")]
     pub key_file: Option<PathBuf>,
 

@@ -1,6 +1,6 @@
 //! What can go wrong for a participant.
 
-use rusty_contract::{AnswerError, Exit, FieldError, KeyError, log::LogError};
+use rusty_contract::{AnswerError, BlindKeyError, Exit, FieldError, KeyError, log::LogError};
 use rusty_link::LinkError;
 use thiserror::Error;
 
@@ -25,6 +25,14 @@ pub enum ClientError {
     /// The key does not fit, or there is none.
     #[error("key: {0}")]
     Key(#[from] KeyError),
+    /// The key of a blind log does not fit.
+    #[error("{path}: {error}")]
+    BlindKey {
+        /// The key's file.
+        path: String,
+        /// What is wrong.
+        error: BlindKeyError,
+    },
     /// An argument that cannot be used.
     #[error(transparent)]
     Argument(#[from] FieldError),

@@ -7,14 +7,20 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use rusty_contract::log::{Ending, LogReader, Read};
-use rusty_contract::{Brief, Frame, LogHeader, Participant, Reply, Role, Start, TruthKey};
+use rusty_contract::digest::ObservableDigest;
+use rusty_contract::log::{Ending, LogError, LogReader, Read};
+use rusty_contract::{
+    BlindKey, BlindKeyError, Brief, Frame, LogHeader, Participant, Reply, Role, Start, TruthKey,
+};
 
 use crate::ClientError;
 
 /// A session on a log.
 pub(crate) struct LogSession {
+    path: PathBuf,
     reader: LogReader,
+    /// What a blind log lacks, and the number of the next tick.
+    unblinded: Option<(BlindKey, u64)>,
     start: Start,
     key: TruthKey,
     frame: Rc<Frame>,
@@ -25,6 +31,12 @@ pub(crate) struct LogSession {
     equal: u64,
     compared: u64,
     cut: Option<String>,
+}
+
+/// Why a key does not unblind a log.
+enum Unfit {
+    Key(BlindKeyError),
+    Log(LogError),
 }
 
 /// Where an estimator's answers go.
@@ -43,6 +55,8 @@ impl LogSession {
         let key = TruthKey::from_bytes([0x5A; 32]);
         let start = start(header, name, &key);
         Ok(Self {
+            path: log.to_owned(),
+            unblinded: None,
             start,
             key,
             frame: Rc::from(Frame::boxed()),
@@ -54,6 +68,54 @@ impl LogSession {
             cut: None,
             reader,
         })
+    }
+
+    /// Takes the truth of a blind log from its key: checks that each frame is
+    /// the key's, and gives the header as it was before sealing, with the
+    /// roster of this log.
+    pub(crate) fn unblind(&mut self, file: &Path) -> Result<LogHeader, ClientError> {
+        let header = self.reader.header();
+        if !header.is_blind() {
+            let log = self.path.display();
+            let text = format!("{log} is not blind: it has its own truth; leave --key-file out");
+            return Err(ClientError::Unusable(text));
+        }
+        let path = file.display().to_string();
+        let bytes = std::fs::read(file).map_err(ClientError::io(file))?;
+        let error = |error| ClientError::BlindKey { path: path.clone(), error };
+        let key = BlindKey::from_bytes(&bytes).map_err(error)?;
+        let ticks = self.check_frames(&key).map_err(|e| match e {
+            Unfit::Key(e) => error(e),
+            Unfit::Log(e) => e.into(),
+        })?;
+        let all = key.ticks.len() as u64;
+        if ticks < all {
+            let text = format!("the log has {ticks} of the {all} ticks of its key");
+            crate::error::say(format_args!("{text}"));
+            self.cut = Some(text);
+        }
+        let (roster, on_loss) = (header.roster.clone(), header.on_loss);
+        let header = LogHeader { roster, on_loss, ..key.header.clone() };
+        self.unblinded = Some((key, 0));
+        Ok(header)
+    }
+
+    /// How many ticks the log has, if all its frames are those of the key.
+    fn check_frames(&self, key: &BlindKey) -> Result<u64, Unfit> {
+        let mut reader = LogReader::open(&self.path).map_err(Unfit::Log)?;
+        let (mut frame, mut digest) = (Frame::boxed(), ObservableDigest::default());
+        let mut tick = 0;
+        while let Read::Tick(entry) = reader.read().map_err(Unfit::Log)? {
+            entry.record.write_unsealed(&mut frame, self.start.dt_s);
+            let _ = key.truth_of(tick, &frame).map_err(Unfit::Key)?;
+            digest.absorb(&frame);
+            tick += 1;
+        }
+        if tick == key.ticks.len() as u64 && digest.value() != key.observable_digest {
+            let problem = "its observable digest is not that of its ticks".to_owned();
+            return Err(Unfit::Key(BlindKeyError::Content(problem)));
+        }
+        Ok(tick)
     }
 
     pub(crate) fn start(&self) -> &Start {
@@ -86,10 +148,18 @@ impl LogSession {
                 if Rc::get_mut(&mut self.frame).is_none() {
                     self.frame = Rc::from(Frame::boxed());
                 }
+                let mut record = entry.record;
                 if let Some(frame) = Rc::get_mut(&mut self.frame) {
-                    entry.record.write_frame(frame, self.start.dt_s, &self.key);
+                    if let Some((key, tick)) = &mut self.unblinded {
+                        record.write_unsealed(frame, self.start.dt_s);
+                        let path = self.path.display().to_string();
+                        let changed = |error| ClientError::BlindKey { path, error };
+                        record.truth = key.truth_of(*tick, frame).map_err(changed)?;
+                        *tick += 1;
+                    }
+                    record.write_frame(frame, self.start.dt_s, &self.key);
                 }
-                self.replies = entry.record.replies;
+                self.replies = record.replies;
                 Ok(Some(Rc::clone(&self.frame)))
             }
             Read::End(Ending::Complete(_)) => self.end(),

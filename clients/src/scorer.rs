@@ -18,12 +18,20 @@ pub struct Scorer {
     folder: PathBuf,
     trace: RunTrace,
     seed: Option<u64>,
+    blind: bool,
     digest: RunDigest,
 }
 
 impl Witness for Scorer {
     fn start(_: &Start, brief: &Brief, args: &ClientArgs) -> Result<Self, ClientError> {
+        let blind = brief.header.is_blind();
+        if let (true, Some(log)) = (blind, &args.log) {
+            let log = log.display();
+            let text = format!("{log} is blind, nothing in it can be scored: give its --key-file");
+            return Err(ClientError::Unusable(text));
+        }
         Ok(Self {
+            blind,
             folder: output_folder(brief, args)?,
             trace: RunTrace::new(&brief.header),
             seed: brief.header.seed(),
@@ -40,14 +48,18 @@ impl Witness for Scorer {
 
     fn finish(mut self, ending: Ending) -> Result<Exit, ClientError> {
         self.trace.digest = self.digest.run_hex();
-        let scores = score(&self.trace);
+        let ticks_with_truth = self.trace.truth.iter().flatten().count() as u64;
+        // Without a truth there is no figure, and a distance of 0 m is none.
+        let unscored = (ticks_with_truth == 0).then(|| self.why_unscored());
+        let scores = if unscored.is_none() { score(&self.trace) } else { Vec::new() };
         let mut report = ScoreReport {
             scenario: self.trace.scenario.clone(),
             seed: self.seed,
             ticks: self.trace.time_s.len() as u64,
-            ticks_with_truth: self.trace.truth.iter().flatten().count() as u64,
+            ticks_with_truth,
             digest: self.trace.digest.clone(),
             scores,
+            unscored,
             pictures: Vec::new(),
         };
         let drawn = self.draw(&mut report);
@@ -56,7 +68,10 @@ impl Witness for Scorer {
         let json = serde_json::to_vec_pretty(&report)
             .map_err(|e| ClientError::Unusable(format!("the scores cannot be written: {e}")))?;
         fs::write(&path, json).map_err(ClientError::io(&path))?;
-        let _ = writeln!(std::io::stdout(), "{}", ScoreTable(&report.scores));
+        let _ = match &report.unscored {
+            Some(why) => writeln!(std::io::stdout(), "unscored: {why}"),
+            None => writeln!(std::io::stdout(), "{}", ScoreTable(&report.scores)),
+        };
         drawn?;
         Ok(match ending {
             Ending::Broken | Ending::LogCut => Exit::Lost,
@@ -66,6 +81,16 @@ impl Witness for Scorer {
 }
 
 impl Scorer {
+    fn why_unscored(&self) -> String {
+        if self.blind {
+            "the frames are those of a blind log, and their truth is in its key: log this run, \
+             then `score --log run.log --key-file KEY`"
+                .to_owned()
+        } else {
+            "no tick of this run has a known truth".to_owned()
+        }
+    }
+
     fn draw(&self, report: &mut ScoreReport) -> Result<(), ClientError> {
         let picture = |e: &dyn std::fmt::Display| ClientError::Picture(e.to_string());
         let drawing = svg(&self.trace, &report.scores).map_err(|e| picture(&e))?;

@@ -181,7 +181,11 @@ impl Session {
     }
 
     /// Reads the key and opens what only scorers and loggers are told.
-    pub(crate) fn brief(&self, args: &ClientArgs) -> Result<(TruthKey, Brief), ClientError> {
+    pub(crate) fn brief(&mut self, args: &ClientArgs) -> Result<(TruthKey, Brief), ClientError> {
+        if let (Source::Log(log), Some(file)) = (&mut self.source, &args.key_file) {
+            let brief = Brief { header: log.unblind(file)?, out_dir: None };
+            return Ok((log.key().clone(), brief));
+        }
         let Some(sealed) = &self.start.sealed_brief else {
             let (name, role) = (&self.start.name, self.start.role);
             return Err(ClientError::Unusable(format!(

@@ -27,3 +27,24 @@ pub fn reply_values(reply: &Reply) -> Vec<(String, f64)> {
 pub fn show(value: f64) -> String {
     format!("{value:?} (bits {:016x})", value.to_bits())
 }
+
+/// The word for a kind of reply.
+#[must_use]
+pub fn kind(reply: &Reply) -> &'static str {
+    match reply {
+        Reply::Missing => "missing",
+        Reply::Abstain => "abstain",
+        Reply::Taken => "taken",
+        Reply::Estimate(_) => "estimate",
+        Reply::Command(_) => "command",
+        Reply::Both(..) => "both",
+    }
+}
+
+/// A reply for people: its kind and every number in it.
+#[must_use]
+pub fn reply_text(reply: &Reply) -> String {
+    let numbers = reply_values(reply);
+    let numbers = numbers.iter().map(|(name, value)| format!(" {name} {value}"));
+    format!("{}{}", kind(reply), numbers.collect::<Vec<_>>().join(","))
+}

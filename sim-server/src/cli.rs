@@ -1,5 +1,9 @@
 //! The command line: arguments in, one verb called, an exit code out.
 
+mod control;
+
+pub use control::{ControlArgs, ControlVerb};
+
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -42,11 +46,15 @@ enum Verb {
     /// Play a log to the same participants again, in lockstep
     Replay(ReplayArgs),
     /// Simulate a log's run again and compare every bit
-    Verify(LogArgs),
+    Verify(VerifyArgs),
+    /// Run a log's scenario again, with something changed from a tick on
+    Fork(ForkArgs),
     /// Compare two logs: first tick, field and bits that differ
     Diff(DiffArgs),
     /// Say what is in a log
     Info(InfoArgs),
+    /// Split a log into a blind one to hand out and the key to its truth
+    Seal(SealArgs),
     /// List the built-in worlds, draw one, or scan it without noise
     Worlds(WorldsArgs),
     /// Print the layout of the structs in shared memory
@@ -161,11 +169,15 @@ pub struct ReplayArgs {
     pub run: RunArgs,
 }
 
-/// A verb about one log.
+/// `verify`.
 #[derive(Args, Clone, Debug)]
-pub struct LogArgs {
+pub struct VerifyArgs {
     /// The log
     pub log: PathBuf,
+    /// Run its estimators and driver again on the frames, too, and compare
+    /// every answer; the roster's programs are started as `replay` starts them
+    #[arg(long)]
+    pub clients: bool,
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
@@ -191,6 +203,44 @@ pub struct InfoArgs {
     /// One tick instead, from 0
     #[arg(long, value_name = "N")]
     pub tick: Option<u64>,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `fork`.
+#[derive(Args, Clone, Debug)]
+pub struct ForkArgs {
+    /// The log of a simulated run
+    pub log: PathBuf,
+    /// The first tick that is another; those before it are the log's to the bit
+    #[arg(long, value_name = "TICK")]
+    pub at: u64,
+    /// Change a field from that tick on, e.g. --set robot.slip_std=0.05
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub changes: Vec<String>,
+    /// Seed of all noise from that tick on [default: the log's]
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Number of ticks in all [default: the log's]
+    #[arg(long)]
+    pub ticks: Option<u64>,
+    /// The run.
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// `seal`.
+#[derive(Args, Clone, Debug)]
+pub struct SealArgs {
+    /// The log, of a simulation or a recording
+    pub log: PathBuf,
+    /// The blind log to write: no truth, no seed, no true parameters
+    #[arg(short, long, value_name = "BLIND")]
+    pub output: PathBuf,
+    /// The key to write (mode 0600): what the blind log lacks
+    #[arg(long, value_name = "FILE")]
+    pub key_file: PathBuf,
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
@@ -264,42 +314,6 @@ pub struct JsonArgs {
     pub json: bool,
 }
 
-/// `control`.
-#[derive(Args, Clone, Debug)]
-#[command(after_help = "None of this changes a bit of the run.")]
-pub struct ControlArgs {
-    /// Name of the run, as on the server's first line
-    pub run: RunName,
-    /// What to do
-    #[command(subcommand)]
-    pub wish: ControlVerb,
-    /// How long to wait for the reply, s: `step` replies when its ticks are done
-    #[arg(long, default_value_t = 60.0, value_name = "SECONDS", global = true)]
-    pub timeout: f64,
-    /// Print one JSON document on stdout
-    #[arg(long, global = true)]
-    pub json: bool,
-}
-
-/// What to say to a run.
-#[derive(Subcommand, Clone, Copy, Debug)]
-pub enum ControlVerb {
-    /// Say where it stands
-    Status,
-    /// No tick after the one that is being worked on
-    Pause,
-    /// So many ticks more, then pause; returns when they are complete
-    Step {
-        /// How many
-        #[arg(default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
-        ticks: u64,
-    },
-    /// On, at the pace it had
-    Resume,
-    /// End it after this tick, as by Ctrl-C
-    Stop,
-}
-
 /// `confined`.
 #[derive(Args, Clone, Debug)]
 pub struct ConfinedArgs {
@@ -346,8 +360,10 @@ pub fn main() -> Exit {
         Verb::Serve(args) => verbs::serve(&args),
         Verb::Replay(args) => verbs::replay(&args),
         Verb::Verify(args) => verbs::verify(&args),
+        Verb::Fork(args) => verbs::fork(&args),
         Verb::Diff(args) => verbs::diff(&args),
         Verb::Info(args) => verbs::info(&args),
+        Verb::Seal(args) => verbs::seal(&args),
         Verb::Worlds(args) => verbs::worlds(&args),
         Verb::Layout(args) => verbs::layout(&args),
         Verb::Import(ImportVerb::Carmen(args)) => verbs::import_carmen(&args),

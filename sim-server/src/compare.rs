@@ -11,7 +11,9 @@ use crate::bits;
 pub struct Mismatch {
     /// The tick.
     pub tick: u64,
-    /// The field: `left_ticks`, `truth.x_m`, `ranges_m[17]`, `dead-reckoning.y_m`, …
+    /// Whose answer it is in; null where it is in the frame or the truth.
+    pub participant: Option<String>,
+    /// The field: `left_ticks`, `truth.x_m`, `ranges_m[17]`, `estimate y_m`, …
     pub field: String,
     /// One value, with its bits.
     pub a: String,
@@ -21,7 +23,18 @@ pub struct Mismatch {
 
 impl std::fmt::Display for Mismatch {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "tick {}, {}: {} and {}", self.tick, self.field, self.a, self.b)
+        write!(f, "tick {}, {}: {} and {}", self.tick, self.place(), self.a, self.b)
+    }
+}
+
+impl Mismatch {
+    /// Participant and field.
+    #[must_use]
+    pub fn place(&self) -> String {
+        match &self.participant {
+            Some(name) => format!("{name}, {}", self.field),
+            None => self.field.clone(),
+        }
     }
 }
 
@@ -29,7 +42,8 @@ impl std::fmt::Display for Mismatch {
 #[must_use]
 pub fn frames(a: &TickRecord, b: &TickRecord, dt_s: f64) -> Option<Mismatch> {
     let at = |field: &str, x: String, y: String| {
-        Some(Mismatch { tick: a.tick, field: field.to_owned(), a: x, b: y })
+        let field = field.to_owned();
+        Some(Mismatch { tick: a.tick, participant: None, field, a: x, b: y })
     };
     if a.tick != b.tick {
         return at("tick", a.tick.to_string(), b.tick.to_string());
@@ -78,32 +92,56 @@ fn lists(
     Some((name(i), bits::show(a.as_ref()[i]), bits::show(b.as_ref()[i])))
 }
 
+/// The first thing that differs between two replies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReplyMismatch {
+    /// `estimate x_m`, `covariance[1][1]`, `command v_m_s`, or `kind`.
+    pub field: String,
+    /// One value, with its bits.
+    pub a: String,
+    /// The other value, with its bits.
+    pub b: String,
+}
+
+/// Compares two replies bit by bit.
+#[must_use]
+pub fn reply(a: &Reply, b: &Reply) -> Option<ReplyMismatch> {
+    if a.same_bits(b) {
+        return None;
+    }
+    let (va, vb) = (bits::reply_values(a), bits::reply_values(b));
+    let same_kind = bits::kind(a) == bits::kind(b) && va.len() == vb.len();
+    let field = va.iter().zip(&vb).find(|(x, y)| x.1.to_bits() != y.1.to_bits());
+    Some(match field {
+        Some((x, y)) if same_kind => {
+            let owner = match x.0.as_str() {
+                "v_m_s" | "omega_rad_s" => "command ",
+                name if name.starts_with("covariance") => "",
+                _ => "estimate ",
+            };
+            let field = format!("{owner}{}", x.0);
+            ReplyMismatch { field, a: bits::show(x.1), b: bits::show(y.1) }
+        }
+        _ => {
+            let (a, b) = (bits::reply_text(a), bits::reply_text(b));
+            ReplyMismatch { field: "kind".to_owned(), a, b }
+        }
+    })
+}
+
 /// Compares the replies to the same tick; `names` are the answering
 /// participants'.
 #[must_use]
 pub fn replies(tick: u64, names: &[String], a: &[Reply], b: &[Reply]) -> Option<Mismatch> {
     if a.len() != b.len() {
         let (x, y) = (a.len().to_string(), b.len().to_string());
-        return Some(Mismatch { tick, field: "number of replies".to_owned(), a: x, b: y });
+        let field = "number of replies".to_owned();
+        return Some(Mismatch { tick, participant: None, field, a: x, b: y });
     }
-    let i = a.iter().zip(b).position(|(x, y)| !x.same_bits(y))?;
-    let name = names.get(i).map_or_else(|| format!("reply {i}"), Clone::clone);
-    let (va, vb) = (bits::reply_values(&a[i]), bits::reply_values(&b[i]));
-    let same_kind = std::mem::discriminant(&a[i]) == std::mem::discriminant(&b[i]);
-    let field = va.iter().zip(&vb).find(|(x, y)| x.1.to_bits() != y.1.to_bits());
-    Some(match field {
-        Some((x, y)) if same_kind && va.len() == vb.len() => Mismatch {
-            tick,
-            field: format!("{name}.{}", x.0),
-            a: bits::show(x.1),
-            b: bits::show(y.1),
-        },
-        _ => Mismatch {
-            tick,
-            field: format!("{name}, kind of reply"),
-            a: format!("{:?}", a[i]),
-            b: format!("{:?}", b[i]),
-        },
+    a.iter().zip(b).enumerate().find_map(|(i, (x, y))| {
+        let ReplyMismatch { field, a, b } = reply(x, y)?;
+        let name = names.get(i).map_or_else(|| format!("reply {i}"), Clone::clone);
+        Some(Mismatch { tick, participant: Some(name), field, a, b })
     })
 }
 
@@ -162,8 +200,9 @@ mod tests {
         let a = record().replies;
         let b: Vec<Reply> = vec![SE2::new(1.0, 2.5, 3.0).into()];
         let text = replies(3, &names, &a, &b).unwrap().to_string();
-        assert!(text.contains("dr.y_m: 2.0 (bits"), "{text}");
-        assert!(replies(3, &names, &a, &[Reply::Abstain]).unwrap().field.contains("kind"));
+        assert!(text.contains("tick 3, dr, estimate y_m: 2.0 (bits"), "{text}");
+        let text = replies(3, &names, &a, &[Reply::Abstain]).unwrap().to_string();
+        assert_eq!(text, "tick 3, dr, kind: estimate x_m 1, y_m 2, theta_rad 3 and abstain");
         assert!(replies(3, &names, &a, &[]).is_some());
         assert_eq!(replies(3, &names, &a, &a), None);
     }

@@ -11,6 +11,8 @@ use crate::confine::ConfineError;
 use crate::import::ImportError;
 use crate::run::ChildrenError;
 use crate::scenario_file::SetupError;
+use crate::seal::SealError;
+use crate::source::ForkError;
 
 /// What a verb can fail with. Every text names place, value and remedy.
 #[derive(Debug, Error)]
@@ -33,6 +35,12 @@ pub enum VerbError {
     /// A recording.
     #[error(transparent)]
     Import(#[from] ImportError),
+    /// Forking a run.
+    #[error(transparent)]
+    Fork(Box<ForkError>),
+    /// Sealing a log.
+    #[error(transparent)]
+    Seal(#[from] SealError),
     /// The run's place on this machine.
     #[error(transparent)]
     Domain(#[from] DomainError),
@@ -66,6 +74,17 @@ pub enum VerbError {
         /// Present.
         ticks: u64,
     },
+    /// A participant of a log did not take part when it was run again.
+    #[error(
+        "participant {name:?} could not be run again: {why}; see that its program still starts \
+         as the log's roster says (`sim-server info LOG`)"
+    )]
+    NeverTookPart {
+        /// Whose.
+        name: String,
+        /// What is known.
+        why: String,
+    },
     /// A drawing failed.
     #[error("cannot draw {path}: {why}")]
     Draw {
@@ -74,6 +93,12 @@ pub enum VerbError {
         /// The plotting library's words.
         why: String,
     },
+}
+
+impl From<ForkError> for VerbError {
+    fn from(error: ForkError) -> Self {
+        Self::Fork(Box::new(error))
+    }
 }
 
 impl VerbError {
@@ -87,6 +112,8 @@ impl VerbError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
+            Self::Fork(e) => e.exit(),
+            Self::Seal(e) => e.exit(),
             Self::Setup(_)
             | Self::Field(_)
             | Self::Name(_)

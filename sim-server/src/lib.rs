@@ -12,6 +12,7 @@
 //! * [`compare`]: two ticks, field by field, bit by bit;
 //! * [`conformance`]: what a client gets right of the protocol;
 //! * [`import`]: recordings of real robots;
+//! * [`seal`]: logs without their truth, to hand out;
 //! * [`report`]: what a run came to;
 //! * [`bits`], [`error`].
 
@@ -27,5 +28,6 @@ mod output;
 pub mod report;
 pub mod run;
 pub mod scenario_file;
+pub mod seal;
 pub mod source;
 pub mod verbs;

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::confine::Gate;
 use crate::lockstep::{Loss, SeatSummary};
 use crate::run::Outcome;
-use crate::source::{Comparison, FrameSource};
+use crate::source::{Comparison, Fork, FrameSource};
 
 /// What a run came to.
 #[derive(Debug, Serialize)]
@@ -58,8 +58,13 @@ pub struct RunReport {
     pub remarks: Vec<String>,
     /// One per estimator.
     pub scores: Vec<Score>,
+    /// Why there are none, where the scorer has no truth to compare with.
+    pub unscored: Option<String>,
     /// For a replay: how the answers compare with the recorded ones.
     pub comparison: Option<Comparison>,
+    /// For a fork: what became of it beside its original. The comparison is
+    /// then about the ticks before it.
+    pub fork: Option<Fork>,
 }
 
 impl RunReport {
@@ -96,7 +101,8 @@ impl RunReport {
             remarks.push("there are no scores of this run".to_owned());
         }
         let scores_file = scores_file.filter(|_| scored.is_some());
-        let (scores, pictures) = scored.map(|s| (s.scores, s.pictures)).unwrap_or_default();
+        let (scores, unscored, pictures) =
+            scored.map(|s| (s.scores, s.unscored, s.pictures)).unwrap_or_default();
         let ended = match outcome.phase {
             Phase::Tick | Phase::Done => "done",
             Phase::Interrupted => "interrupted",
@@ -125,7 +131,9 @@ impl RunReport {
             restarts: outcome.restarts.clone(),
             remarks,
             scores,
+            unscored,
             comparison: source.comparison().cloned(),
+            fork: source.fork().cloned(),
         }
     }
 
@@ -144,6 +152,9 @@ impl RunReport {
         match self.ended {
             "aborted" => Exit::Failed,
             _ if self.comparison.as_ref().is_some_and(|c| self.differs(c)) => Exit::NotBitExact,
+            _ if self.fork.as_ref().is_some_and(|f| f.first_frame_difference.is_some()) => {
+                Exit::NotBitExact
+            }
             "interrupted" => Exit::Lost,
             _ if !self.losses.is_empty() || !self.remarks.is_empty() || broken => Exit::Lost,
             _ => Exit::Done,
@@ -165,6 +176,52 @@ impl RunReport {
 
 impl std::fmt::Display for RunReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.write_processes(f)?;
+        if !self.scores.is_empty() {
+            writeln!(f, "{}", ScoreTable(&self.scores))?;
+        }
+        if let Some(why) = &self.unscored {
+            writeln!(f, "unscored {why}")?;
+        }
+        if self.ended != "done" {
+            writeln!(f, "{} after {} of {} ticks", self.ended, self.ticks, self.ticks_planned)?;
+        }
+        for (name, gate) in self.gates.iter().filter(|(_, gate)| **gate != Gate::NotAsked) {
+            writeln!(f, "gate     {name}: {gate}")?;
+        }
+        for loss in &self.losses {
+            writeln!(f, "lost     {loss}")?;
+        }
+        for loss in &self.restarts {
+            writeln!(f, "restart  {loss}")?;
+        }
+        for remark in &self.remarks {
+            writeln!(f, "remark   {remark}")?;
+        }
+        if let (Some(fork), Some(c)) = (&self.fork, &self.comparison) {
+            write_fork(f, fork, c)?;
+        } else if let Some(c) = &self.comparison {
+            self.write_comparison(f, c)?;
+        }
+        writeln!(f, "digest   {}", self.digest)?;
+        writeln!(
+            f,
+            "ticks    {} in {:.2} s, {:.0} per s",
+            self.ticks, self.elapsed_s, self.ticks_per_s
+        )?;
+        let files = [("log", &self.log), ("scores", &self.scores_file)];
+        for (what, path) in files.into_iter().filter_map(|(w, p)| Some((w, p.as_ref()?))) {
+            writeln!(f, "{what:8} {path}")?;
+        }
+        for picture in &self.pictures {
+            writeln!(f, "picture  {picture}")?;
+        }
+        Ok(())
+    }
+}
+
+impl RunReport {
+    fn write_processes(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let width = self.participants.iter().map(|p| p.name.len()).max().unwrap_or(0).max(10);
         writeln!(f)?;
         writeln!(
@@ -188,46 +245,9 @@ impl std::fmt::Display for RunReport {
                 None => writeln!(f)?,
             }
         }
-        writeln!(f)?;
-        if !self.scores.is_empty() {
-            writeln!(f, "{}", ScoreTable(&self.scores))?;
-        }
-        if self.ended != "done" {
-            writeln!(f, "{} after {} of {} ticks", self.ended, self.ticks, self.ticks_planned)?;
-        }
-        for (name, gate) in self.gates.iter().filter(|(_, gate)| **gate != Gate::NotAsked) {
-            writeln!(f, "gate     {name}: {gate}")?;
-        }
-        for loss in &self.losses {
-            writeln!(f, "lost     {loss}")?;
-        }
-        for loss in &self.restarts {
-            writeln!(f, "brought back  {loss}")?;
-        }
-        for remark in &self.remarks {
-            writeln!(f, "remark   {remark}")?;
-        }
-        if let Some(c) = &self.comparison {
-            self.write_comparison(f, c)?;
-        }
-        writeln!(f, "digest   {}", self.digest)?;
-        writeln!(
-            f,
-            "ticks    {} in {:.2} s, {:.0} per s",
-            self.ticks, self.elapsed_s, self.ticks_per_s
-        )?;
-        let files = [("log", &self.log), ("scores", &self.scores_file)];
-        for (what, path) in files.into_iter().filter_map(|(w, p)| Some((w, p.as_ref()?))) {
-            writeln!(f, "{what:8} {path}")?;
-        }
-        for picture in &self.pictures {
-            writeln!(f, "picture  {picture}")?;
-        }
-        Ok(())
+        writeln!(f)
     }
-}
 
-impl RunReport {
     fn write_comparison(
         &self,
         f: &mut std::fmt::Formatter<'_>,
@@ -244,10 +264,10 @@ impl RunReport {
             "replay   {} of {} answers equal the recorded ones, bit for bit",
             c.equal, c.compared
         )?;
-        if let Some(d) = &c.first_difference {
-            writeln!(f, "         first difference at tick {}, {}:", d.tick, d.name)?;
-            writeln!(f, "         recorded {}", d.recorded)?;
-            writeln!(f, "         replayed {}", d.replayed)?;
+        write_difference(f, c)?;
+        for p in c.participants.iter().filter(|p| p.unrecorded > 0) {
+            let (n, name) = (p.unrecorded, &p.name);
+            writeln!(f, "         {n} answers of {name} have no recorded one: it had been lost")?;
         }
         match &c.recorded_digest {
             Some(digest) if *digest == self.digest => {
@@ -260,4 +280,41 @@ impl RunReport {
             None => writeln!(f, "         the log was cut, so it has no digest to compare with"),
         }
     }
+}
+
+fn write_difference(f: &mut std::fmt::Formatter<'_>, c: &Comparison) -> std::fmt::Result {
+    if let Some(d) = &c.first_difference {
+        writeln!(f, "         first difference at tick {}, {}, {}:", d.tick, d.name, d.field)?;
+        writeln!(f, "         recorded {}", d.recorded)?;
+        writeln!(f, "         replayed {}", d.replayed)?;
+    }
+    Ok(())
+}
+
+/// The branch beside its original.
+fn write_fork(f: &mut std::fmt::Formatter<'_>, fork: &Fork, c: &Comparison) -> std::fmt::Result {
+    let (at, same, equal, compared) = (fork.at_tick, fork.frames_equal, c.equal, c.compared);
+    writeln!(f, "fork     of {} at tick {at}", fork.original)?;
+    writeln!(
+        f,
+        "before   {same} of {at} frames and {equal} of {compared} answers equal the recorded ones, \
+         bit for bit"
+    )?;
+    if let Some(m) = &fork.first_frame_difference {
+        writeln!(f, "         first other frame: {m}")?;
+    }
+    write_difference(f, c)?;
+    match (fork.truths_differ_at, fork.greatest, fork.final_m) {
+        (Some(tick), Some((most_m, most_at)), Some(final_m)) => writeln!(
+            f,
+            "after    the true paths part at tick {tick}: {most_m:.3} m apart at most (tick \
+             {most_at}), {final_m:.3} m at the end of both"
+        )?,
+        (None, Some(_), _) => writeln!(f, "after    the true path is the same, bit for bit")?,
+        _ => writeln!(f, "after    the original has no such tick to compare with")?,
+    }
+    if !fork.original_scores.is_empty() {
+        writeln!(f, "\nthe original:\n{}", ScoreTable(&fork.original_scores))?;
+    }
+    Ok(())
 }

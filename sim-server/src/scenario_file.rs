@@ -122,20 +122,11 @@ fn change(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
     let syntax = |e: toml::de::Error| ScenarioError::Syntax(e.to_string().trim_end().to_owned());
     let mut table: toml::Table = toml::from_str(text).map_err(syntax)?;
     for change in changes {
-        let error = |problem: &str| {
-            let remedy = "write --set key=value, e.g. --set robot.slip_std=0.05";
-            FieldError::new("--set", change, problem, remedy)
-        };
-        let (key, value) = change.split_once('=').ok_or_else(|| error("has no `=`"))?;
+        let (key, value) = parse_change(change)?;
         // Whoever walks through tables in tables needs stack for each.
         if key.split('.').count() > MAX_KEY_PARTS {
-            return Err(error("names a field that no scenario has").into());
+            return Err(change_error(change, "names a field that no scenario has").into());
         }
-        // A word that is no TOML value is meant as text.
-        let value = toml::from_str::<toml::Table>(&format!("v = {value}"))
-            .ok()
-            .and_then(|mut t| t.remove("v"))
-            .unwrap_or_else(|| toml::Value::String(value.to_owned()));
         let mut place = &mut table;
         let mut parts = key.trim().split('.').peekable();
         while let Some(part) = parts.next() {
@@ -146,10 +137,53 @@ fn change(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
             let next = place
                 .entry(part.to_owned())
                 .or_insert_with(|| toml::Value::Table(toml::Table::new()));
-            place = next.as_table_mut().ok_or_else(|| error("goes through a value"))?;
+            let through = || change_error(change, "goes through a value");
+            place = next.as_table_mut().ok_or_else(through)?;
         }
     }
     Scenario::from_toml(&table.to_string())
+}
+
+fn change_error(change: &str, problem: &str) -> FieldError {
+    let remedy = "write --set key=value, e.g. --set robot.slip_std=0.05";
+    FieldError::new("--set", change, problem, remedy)
+}
+
+/// Key and value of `key=value`.
+fn parse_change(change: &str) -> Result<(&str, toml::Value), FieldError> {
+    let (key, value) = change.split_once('=').ok_or_else(|| change_error(change, "has no `=`"))?;
+    // A word that is no TOML value is meant as text.
+    let value = toml::from_str::<toml::Table>(&format!("v = {value}"))
+        .ok()
+        .and_then(|mut t| t.remove("v"))
+        .unwrap_or_else(|| toml::Value::String(value.to_owned()));
+    Ok((key, value))
+}
+
+/// Applies `key=value` changes to the configuration of a run.
+///
+/// # Errors
+/// [`FieldError`] names the change that cannot be made.
+pub fn change_config(config: &RunConfig, changes: &[String]) -> Result<RunConfig, FieldError> {
+    let mut config = config.clone();
+    for change in changes {
+        let error =
+            |e: &dyn std::fmt::Display| change_error(change, &format!("cannot be set: {e}"));
+        let (key, value) = parse_change(change)?;
+        // JSON, because TOML has no room for a seed of 64 bits.
+        let mut whole = serde_json::to_value(&config).map_err(|e| error(&e))?;
+        let mut place = &mut whole;
+        for part in key.trim().split('.') {
+            let inside = place.as_object_mut();
+            place = inside
+                .ok_or_else(|| change_error(change, "goes through a value"))?
+                .entry(part)
+                .or_insert(serde_json::Value::Null);
+        }
+        *place = serde_json::to_value(value).map_err(|e| error(&e))?;
+        config = serde_json::from_value(whole).map_err(|e| error(&e))?;
+    }
+    Ok(config)
 }
 
 /// Reads a world: a built-in place by name, or a file by path.
@@ -242,6 +276,29 @@ mod tests {
     fn a_file_without_end_is_refused() {
         let error = load("/dev/zero", &[]).unwrap_err().to_string();
         assert!(error.contains("/dev/zero: longer than"), "{error}");
+    }
+
+    #[test]
+    fn a_change_of_a_configuration_leaves_every_other_bit() {
+        let mut config = load("apartment", &[]).unwrap().config().unwrap();
+        config.seed = u64::MAX;
+        config.dt_s = 0.1 + 0.2;
+        let set = |text: &str| change_config(&config, &[text.to_owned()]);
+        let mut expected = config.clone();
+        expected.robot.slip_std = 1.0;
+        assert_eq!(set("robot.slip_std=1"), Ok(expected.clone()));
+        expected.robot.slip_std = config.robot.slip_std;
+        expected.script = ScriptConfig::Straight { v_m_s: 0.25 };
+        assert_eq!(set("script={ kind = \"straight\", v_m_s = 0.25 }"), Ok(expected));
+        for (text, words) in [
+            ("robot.slip_std", "has no `=`"),
+            ("robot.slip=0.1", "unknown field `slip`"),
+            ("seed.x=1", "goes through a value"),
+            ("robot.slip_std=much", "invalid type: string \"much\""),
+        ] {
+            let error = set(text).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
     }
 
     #[test]

@@ -6,9 +6,16 @@ use rusty_contract::digest::hex;
 use rusty_contract::log::{Ending, LogError, LogReader, Read, TickRecord};
 use rusty_contract::{Frame, LogHeader, Reply};
 use rusty_geometry::{SE2, Twist};
-use rusty_sim::{Sim, SimError};
-use serde::Serialize;
+use rusty_sim::SimError;
 use thiserror::Error;
+
+mod comparison;
+mod course;
+mod fork;
+
+pub use comparison::{Compared, Comparison, Difference};
+pub use course::{Course, record_of};
+pub use fork::{Branch, Fork, ForkError};
 
 /// Something that makes one frame after the other.
 pub trait FrameSource {
@@ -42,6 +49,11 @@ pub trait FrameSource {
     fn comparison(&self) -> Option<&Comparison> {
         None
     }
+
+    /// What became of a fork, if this is one.
+    fn fork(&self) -> Option<&Fork> {
+        None
+    }
 }
 
 /// Why there is no next tick.
@@ -50,9 +62,9 @@ pub enum SourceError {
     /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The world cannot be made again.
+    /// The world cannot go on.
     #[error(transparent)]
-    World(#[from] SimError),
+    Sim(#[from] SimError),
     /// The log ends before its run does.
     #[error("the log ends after {ticks} ticks (byte {at_byte}): {problem}")]
     Cut {
@@ -68,14 +80,17 @@ pub enum SourceError {
 /// The world itself.
 pub struct Simulated {
     header: LogHeader,
-    sim: Sim,
+    course: Course,
 }
 
 impl Simulated {
-    /// A world whose log will have this header.
-    #[must_use]
-    pub fn new(header: LogHeader, sim: Sim) -> Self {
-        Self { header, sim }
+    /// The world of the configuration in this header, which its log will have.
+    ///
+    /// # Errors
+    /// [`SimError`] if the configuration cannot be used.
+    pub fn new(header: LogHeader) -> Result<Self, SimError> {
+        let course = Course::unchanging(&header.config)?;
+        Ok(Self { header, course })
     }
 }
 
@@ -93,49 +108,12 @@ impl FrameSource for Simulated {
         driver: Option<Twist>,
         frame: &mut Frame,
     ) -> Result<Option<SE2>, SourceError> {
-        // Whether the robot was blocked shows in the truth.
-        let _ = self.sim.step(driver, frame);
-        Ok(Some(self.sim.truth()))
+        Ok(Some(self.course.step(driver, frame)?))
     }
 
     fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
-        let sim = Sim::new(self.header.config.clone())?;
-        Ok(Box::new(Self::new(self.header.clone(), sim)))
+        Ok(Box::new(Self::new(self.header.clone())?))
     }
-}
-
-/// How the replies of a replay compare with the recorded ones.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Comparison {
-    /// Run digest in the log's trailer; null if it was cut.
-    pub recorded_digest: Option<String>,
-    /// World digest in the log's trailer; null if it was cut.
-    pub recorded_world_digest: Option<String>,
-    /// Replies that a participant of the same name gave in the log.
-    pub compared: u64,
-    /// Those equal to the recorded one, bit for bit.
-    pub equal: u64,
-    /// The first that is not.
-    pub first_difference: Option<Difference>,
-    /// The log has no trailer.
-    pub cut: bool,
-    /// Records of the log whose checksums fail.
-    pub damaged: u64,
-    /// Others answer than in the log, so that the run digest cannot be its own.
-    pub other_roster: bool,
-}
-
-/// A reply that is not the recorded one.
-#[derive(Clone, Debug, Serialize)]
-pub struct Difference {
-    /// Where.
-    pub tick: u64,
-    /// Whose.
-    pub name: String,
-    /// What the log has.
-    pub recorded: String,
-    /// What came.
-    pub replayed: String,
 }
 
 /// A log, frame by frame.
@@ -226,25 +204,7 @@ impl FrameSource for Recording {
 
     fn closed(&mut self, replies: &mut dyn Iterator<Item = (&str, Reply)>) {
         let Some(record) = &self.record else { return };
-        let mut answering = 0;
-        for (i, (name, reply)) in replies.enumerate() {
-            let place = self.names.iter().position(|n| n == name);
-            self.comparison.other_roster |= place != Some(i);
-            answering += 1;
-            let Some(recorded) = place.and_then(|i| record.replies.get(i)) else { continue };
-            self.comparison.compared += 1;
-            if recorded.same_bits(&reply) {
-                self.comparison.equal += 1;
-            } else if self.comparison.first_difference.is_none() {
-                self.comparison.first_difference = Some(Difference {
-                    tick: record.tick,
-                    name: name.to_owned(),
-                    recorded: format!("{recorded:?}"),
-                    replayed: format!("{reply:?}"),
-                });
-            }
-        }
-        self.comparison.other_roster |= answering != self.names.len();
+        self.comparison.take(record, &self.names, replies);
     }
 
     fn comparison(&self) -> Option<&Comparison> {

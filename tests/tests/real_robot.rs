@@ -138,9 +138,9 @@ fn assert_told_of(log: &Path, file: &str, plain: &Plain) {
     );
     let said = sim_server(&["info", path]).expect(0).stdout;
     assert!(said.contains("none: recorded by a robot"), "{said}");
-    let verdict = sim_server(&["verify", path]).expect(0).stdout;
-    assert!(verdict.contains("cannot be simulated again"), "{verdict}");
-    assert!(verdict.contains("intact"), "{verdict}");
+    let verdict = sim_server(&["verify", path]).expect(0);
+    assert!(verdict.stderr.contains("cannot be simulated again"), "{verdict:?}");
+    assert!(verdict.stdout.starts_with("intact: "), "{verdict:?}");
 }
 
 /// From the gzip file to scores and pictures.

@@ -13,6 +13,13 @@
 //! The start values are the hashes of two fixed texts. Time, process ids,
 //! compute times and the acknowledgements of scorers and loggers are never
 //! absorbed: switching the logger off changes no digest.
+//!
+//! A third, the [`ObservableDigest`], knows frames by what can be seen of them,
+//! with or without their truth.
+
+mod observable;
+
+pub use observable::{ObservableDigest, observable_of};
 
 use rusty_geometry::SE2;
 use xxhash_rust::xxh3::xxh3_128;

@@ -39,6 +39,9 @@ const HAS_TRUTH: u32 = 2;
 /// Where the observable part begins, in bytes.
 pub const OBSERVABLE_FROM: usize = 64;
 
+/// Where the flags end, in bytes of the observable part.
+const FLAGS_TO: usize = std::mem::offset_of!(Frame, flags) + 4 - OBSERVABLE_FROM;
+
 /// One tick of the world. Read it through the methods: they honour `beams`
 /// and `flags`, and none of them opens the truth without its key.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -221,6 +224,17 @@ impl Frame {
         let beams = (self.beams as usize).min(MAX_BEAMS);
         let to = std::mem::offset_of!(Self, ranges_m) + 8 * beams;
         &bytemuck::bytes_of(self)[OBSERVABLE_FROM..to]
+    }
+
+    /// The observable part as it is where no truth is known: all up to and with
+    /// the flags, and the rest.
+    #[must_use]
+    pub fn observable_without_truth(&self) -> ([u8; FLAGS_TO], &[u8]) {
+        let (front, rest) = self.observable().split_at(FLAGS_TO);
+        let mut bytes = [0; FLAGS_TO];
+        bytes.copy_from_slice(front);
+        bytes[FLAGS_TO - 4..].copy_from_slice(&(self.flags & !HAS_TRUTH).to_le_bytes());
+        (bytes, rest)
     }
 
     /// Opens the truth of this tick. `Ok(None)` where none is known.

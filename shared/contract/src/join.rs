@@ -134,9 +134,9 @@ impl Start {
             dt_s: config.dt_s,
             scan_every: config.scan_every,
             robot: config.robot.nominal(),
-            lidar: config.lidar,
-            map: told(participant.map).then(|| config.world.clone()),
-            initial_pose: told(participant.initial_pose).then_some(config.start),
+            lidar: header.told().lidar,
+            map: header.known_world().filter(|_| told(participant.map)).cloned(),
+            initial_pose: header.known_start().filter(|_| told(participant.initial_pose)),
             server_awake_ns: u64::MAX,
             sealed_brief: None,
         }

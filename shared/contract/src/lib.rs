@@ -14,6 +14,7 @@
 //! * [`scenario`]: the file a person writes, and who takes part;
 //! * [`join`]: the one exchange before the first tick;
 //! * [`log`]: the run on disk, readable up to the last complete tick wherever it was cut;
+//! * [`blind`]: a log without its truth to hand out, and the key that stays at home;
 //! * [`score`]: what a scorer writes down;
 //! * [`exit`]: the exit codes that every program here shares.
 //!
@@ -70,6 +71,7 @@
 //! number, and nothing in it knows how bytes travel.
 
 pub mod answer;
+pub mod blind;
 pub mod config;
 pub mod control;
 pub mod digest;
@@ -86,6 +88,7 @@ pub mod tally;
 pub mod truth;
 
 pub use answer::{Answer, AnswerError, Estimate, Reply};
+pub use blind::{BlindKey, BlindKeyError};
 pub use config::{FieldError, LidarConfig, NominalRobot, RobotConfig, RunConfig, ScriptConfig};
 pub use digest::RunDigest;
 pub use exit::Exit;

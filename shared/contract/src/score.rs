@@ -18,6 +18,9 @@ pub struct ScoreReport {
     pub digest: String,
     /// One per estimator, in roster order.
     pub scores: Vec<Score>,
+    /// Why there are none, where no tick has a truth to compare with.
+    #[serde(default)]
+    pub unscored: Option<String>,
     /// Pictures written, as paths.
     pub pictures: Vec<String>,
 }

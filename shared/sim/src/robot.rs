@@ -51,6 +51,13 @@ impl Robot {
         }
     }
 
+    /// Takes other parameters and stays where it is, with its wheels as they
+    /// are. The configuration must be checked, see [`RobotConfig::check`].
+    pub fn reconfigure(&mut self, config: &RobotConfig) {
+        let (pose_in_world, wheel_angles_rad) = (self.pose_in_world, self.wheel_angles_rad);
+        *self = Self { wheel_angles_rad, ..Self::new(config, pose_in_world) };
+    }
+
     /// `command` as the wheels can follow it: see [`DiffDrive::limit`]. A command
     /// that is not finite comes back as standing still.
     #[must_use]

@@ -55,6 +55,28 @@ impl Sim {
         })
     }
 
+    /// Goes on with another configuration from the next tick on. Where the robot
+    /// is, how far its wheels have turned and the number of ticks stay; noise
+    /// that the change does not concern stays, too, because it depends on seed,
+    /// source, tick and beam alone. With the configuration it has, nothing
+    /// changes.
+    ///
+    /// # Errors
+    /// [`SimError::Config`] when a field cannot be used, or is one that must
+    /// stay as it was, see [`RunConfig::check_change`]. Then nothing changes.
+    pub fn reconfigure(&mut self, config: RunConfig) -> Result<(), SimError> {
+        config.check()?;
+        self.config.check_change(&config)?;
+        self.robot.reconfigure(&config.robot);
+        self.lidar = Lidar::new(&config.lidar);
+        // A command depends on tick and pose, not on commands before it.
+        self.script = Script::new(&config.script, config.dt_s, config.start);
+        self.slip_noise = SlipNoise::new(config.seed);
+        self.lidar_noise = LidarNoise::new(config.seed);
+        self.config = config;
+        Ok(())
+    }
+
     /// One tick: takes the script's command (or `driver`'s, where the script is
     /// "driver"; `None` stands), moves the robot, and writes tick, time, encoder
     /// counts, the command as applied (limited to what the wheels can do) and,
@@ -116,7 +138,7 @@ impl Sim {
         &self.world
     }
 
-    /// The configuration, as it was given.
+    /// The configuration, as it was given last.
     #[must_use]
     pub fn config(&self) -> &RunConfig {
         &self.config

@@ -51,7 +51,7 @@ fn print(args: &DiffArgs, d: &Difference) {
     }
     match &d.first_difference {
         Some(m) => {
-            outln!("first difference: tick {}, {}", m.tick, m.field);
+            outln!("first difference: tick {}, {}", m.tick, m.place());
             outln!("  {}: {}", args.a.display(), m.a);
             outln!("  {}: {}", args.b.display(), m.b);
         }

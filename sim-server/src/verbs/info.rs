@@ -1,12 +1,14 @@
 //! `info`: what is in a log, or in one tick of it.
 
 use crate::output::{errln, outln};
-use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
+use rusty_contract::digest::ObservableDigest;
+use rusty_contract::log::{Ending, LogReader, Read, Source, TickRecord};
 use rusty_contract::{Exit, LogHeader, Reply, RunDigest};
 use rusty_contract::{Frame, TruthKey};
 use serde_json::{Value, json};
 
 use super::{Verbed, print_json};
+use crate::bits;
 use crate::cli::InfoArgs;
 use crate::error::VerbError;
 
@@ -31,6 +33,7 @@ struct Facts {
     times_s: Option<(f64, f64)>,
     damaged: u64,
     digest: RunDigest,
+    observable: ObservableDigest,
     ending: Ending,
 }
 
@@ -42,12 +45,14 @@ impl Facts {
         let (mut digest, mut frame) = (RunDigest::default(), Frame::boxed());
         let (mut ticks, mut scans, mut truths) = (0u64, 0u64, 0u64);
         let mut times_s: Option<(f64, f64)> = None;
+        let mut observable = ObservableDigest::default();
         let ending = loop {
             match reader.read()? {
                 Read::Tick(entry) => {
                     let record = entry.record;
                     record.write_frame(&mut frame, header.config.dt_s, &key);
                     record.absorb(&frame, &mut digest);
+                    observable.absorb(&frame);
                     ticks += 1;
                     scans += u64::from(record.ranges_m.is_some());
                     truths += u64::from(record.truth.is_some());
@@ -58,7 +63,7 @@ impl Facts {
             }
         };
         let damaged = reader.damaged();
-        Ok(Self { header, ticks, scans, truths, times_s, damaged, digest, ending })
+        Ok(Self { header, ticks, scans, truths, times_s, damaged, digest, observable, ending })
     }
 
     /// Nothing is missing and nothing is damaged.
@@ -90,6 +95,7 @@ impl Facts {
             "cut": cut(&self.ending),
             "digest": self.digest.run_hex(),
             "world_digest": self.digest.world_hex(),
+            "observable_digest": self.observable.hex(),
         })
     }
 
@@ -112,6 +118,7 @@ impl Facts {
             None => outln!("complete  yes"),
         }
         outln!("digest    {}", self.digest.run_hex());
+        outln!("seen      {} (observable digest)", self.observable.hex());
     }
 }
 
@@ -138,25 +145,52 @@ fn print_header(header: &LogHeader) {
     let config = &header.config;
     match header.seed() {
         Some(seed) => outln!("seed      {seed}"),
+        None if header.is_blind() => outln!("seed      none: the log is blind"),
         None => outln!("seed      none: recorded by a robot"),
     }
     outln!("scenario  {}", config.scenario);
     outln!("writer    {}", header.writer);
-    if let rusty_contract::log::Source::Recorded { format, file, remarks } = &header.source {
-        outln!("source    {file} ({format})");
-        for remark in remarks {
-            outln!("          {remark}");
+    match &header.source {
+        Source::Recorded { format, file, remarks } => {
+            outln!("source    {file} ({format})");
+            for remark in remarks {
+                outln!("          {remark}");
+            }
         }
-    } else {
-        let walls = config.world.walls.len();
-        outln!("world     {} ({walls} walls)", config.world.name);
-        outln!("script    {}", config.script.kind());
-        let r = &config.robot;
-        outln!(
-            "robot     slip {} per tick, right wheel {:+} %",
-            r.slip_std,
-            100.0 * r.radius_bias_right
-        );
+        Source::Blind { of, ticks, .. } => {
+            outln!("source    a {of} of {ticks} ticks, sealed: truth and script are in its key");
+            match header.known_world() {
+                Some(world) => outln!("world     {} ({} walls)", world.name, world.walls.len()),
+                None => outln!("world     hidden"),
+            }
+            match header.known_start() {
+                Some(p) => outln!("start     x {} m, y {} m, θ {} rad", p.x(), p.y(), p.theta()),
+                None => outln!("start     hidden"),
+            }
+        }
+        Source::Simulated | Source::Forked { .. } => {
+            if let Source::Forked { at_tick, before } = &header.source {
+                let (r, l) = (&before.robot, &before.lidar);
+                outln!("source    forked at tick {at_tick}; what follows holds from there on");
+                outln!(
+                    "before    seed {}, slip {} per tick, right wheel {:+} %, range {} m, dropout {}",
+                    before.seed,
+                    r.slip_std,
+                    100.0 * r.radius_bias_right,
+                    l.range_std_m,
+                    l.dropout
+                );
+            }
+            let walls = config.world.walls.len();
+            outln!("world     {} ({walls} walls)", config.world.name);
+            outln!("script    {}", config.script.kind());
+            let r = &config.robot;
+            outln!(
+                "robot     slip {} per tick, right wheel {:+} %",
+                r.slip_std,
+                100.0 * r.radius_bias_right
+            );
+        }
     }
     outln!("time step {} s, a scan every {} ticks", config.dt_s, config.scan_every);
     outln!("LiDAR     {} beams, up to {} m", config.lidar.beams, config.lidar.range_max_m);
@@ -216,29 +250,10 @@ fn tick_json(header: &LogHeader, record: &TickRecord, intact: bool) -> Value {
     })
 }
 
-/// The word for a kind of reply.
-fn kind(reply: &Reply) -> &'static str {
-    match reply {
-        Reply::Missing => "missing",
-        Reply::Abstain => "abstain",
-        Reply::Taken => "taken",
-        Reply::Estimate(_) => "estimate",
-        Reply::Command(_) => "command",
-        Reply::Both(..) => "both",
-    }
-}
-
-/// A reply for people: its kind and every number in it.
-fn reply_text(reply: &Reply) -> String {
-    let numbers = crate::bits::reply_values(reply);
-    let numbers = numbers.iter().map(|(name, value)| format!(" {name} {value}"));
-    format!("{}{}", kind(reply), numbers.collect::<Vec<_>>().join(","))
-}
-
 fn reply_json(name: &str, reply: &Reply) -> Value {
     json!({
         "name": name,
-        "kind": kind(reply),
+        "kind": bits::kind(reply),
         "pose": reply.estimate().map(|e| e.pose_in_world),
         "covariance": reply.estimate().and_then(|e| e.covariance),
         "command": reply.command(),
@@ -258,7 +273,7 @@ fn print_tick(header: &LogHeader, record: &TickRecord, intact: bool) {
         None => outln!("truth     unknown"),
     }
     for (p, reply) in header.answering().zip(&record.replies) {
-        outln!("answer    {}: {}", p.name, reply_text(reply));
+        outln!("answer    {}: {}", p.name, bits::reply_text(reply));
     }
     match &record.ranges_m {
         Some(ranges) => outln!("ranges    {ranges:?}"),

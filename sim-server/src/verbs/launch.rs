@@ -2,7 +2,6 @@
 
 use rusty_contract::log::Source;
 use rusty_contract::{LogHeader, Role, Scenario};
-use rusty_sim::Sim;
 
 use super::Verbed;
 use super::session::{RunSession, Starting};
@@ -35,17 +34,18 @@ pub(super) fn simulate(which: &ScenarioArgs, run: &RunArgs, starting: Starting) 
     let header = LogHeader {
         writer: writer(),
         source: Source::Simulated,
-        config: config.clone(),
+        config,
         roster: scenario.participants.clone(),
         on_loss: scenario.on_loss,
     };
-    let mut source = Simulated::new(header, Sim::new(config)?);
+    let mut source = Simulated::new(header)?;
     RunSession {
         args: run,
         starting,
         answer_timeout_s: scenario.answer_timeout_s,
         join_timeout_s: scenario.join_timeout_s,
         played: None,
+        announced: true,
     }
     .run(&mut source)
 }

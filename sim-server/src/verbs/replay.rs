@@ -42,6 +42,7 @@ pub fn replay(args: &ReplayArgs) -> Verbed {
         answer_timeout_s: defaults.answer_timeout_s,
         join_timeout_s: defaults.join_timeout_s,
         played: Some(&args.log),
+        announced: true,
     }
     .run(&mut source)
 }

@@ -15,7 +15,7 @@ use crate::cli::RunArgs;
 use crate::confine::{self, Gate};
 use crate::error::VerbError;
 use crate::report::RunReport;
-use crate::run::{Children, Progress, Run, RunSetup, Spawn, Stop};
+use crate::run::{Children, Outcome, Progress, Run, RunSetup, Spawn, Stop};
 use crate::source::FrameSource;
 
 /// Who starts the participants.
@@ -35,10 +35,41 @@ pub(super) struct RunSession<'a> {
     pub join_timeout_s: f64,
     /// The log that is played, if one is: it must not be written over.
     pub played: Option<&'a Path>,
+    /// Whether a first line says what is run.
+    pub announced: bool,
+}
+
+/// A run that was made, before anybody is told of it.
+pub(super) struct Made {
+    pub header: LogHeader,
+    pub name: RunName,
+    pub out_dir: PathBuf,
+    pub outcome: Outcome,
+    /// Participants that ended badly after the run: seat and how.
+    pub ended_badly: Vec<(usize, String)>,
+    /// How far the kernel confines each participant.
+    pub gates: Vec<Gate>,
 }
 
 impl RunSession<'_> {
     pub(super) fn run(self, source: &mut dyn FrameSource) -> Verbed {
+        let made = self.make(source)?;
+        let Made { header, name, out_dir, outcome, ended_badly, gates } = &made;
+        let report = RunReport::new(header, name, out_dir, outcome, ended_badly, source)
+            .with_gates(header, gates);
+        if self.args.json {
+            print_json(&report);
+        } else {
+            outln!("{report}");
+        }
+        Ok(report.exit())
+    }
+
+    /// Makes the run, from the first join to the last goodbye.
+    ///
+    /// # Errors
+    /// [`VerbError`] before the run; losses in it are part of its outcome.
+    pub(super) fn make(&self, source: &mut dyn FrameSource) -> Result<Made, VerbError> {
         let args = self.args;
         let header = source.header().clone();
         let name = match &args.run {
@@ -59,7 +90,9 @@ impl RunSession<'_> {
         self.check_not_over_played(&header, &out_dir)?;
         remove_older_results(&header, &out_dir)?;
         let (run_id, key) = RunSetup::draw().map_err(VerbError::Random)?;
-        self.first_line(&header, &name, source.ticks());
+        if self.announced {
+            self.first_line(&header, &name, source.ticks());
+        }
         // Before anybody is started: who is confined may use what is there.
         let link = ServerLink::create(&domain, args.wait)?;
         let mut children = match self.starting {
@@ -95,14 +128,7 @@ impl RunSession<'_> {
             summary.pid.is_some() && summary.lost.is_none()
         });
         drop(domain);
-        let report = RunReport::new(&header, &name, &out_dir, &outcome, &ended_badly, source)
-            .with_gates(&header, &gates);
-        if args.json {
-            print_json(&report);
-        } else {
-            outln!("{report}");
-        }
-        Ok(report.exit())
+        Ok(Made { header, name, out_dir, outcome, ended_badly, gates })
     }
 
     /// How long an answer, and joining, may take, s.
@@ -130,13 +156,11 @@ impl RunSession<'_> {
 
     fn first_line(&self, header: &LogHeader, name: &RunName, ticks: u64) {
         let config = &header.config;
-        let seed = match header.seed() {
-            Some(seed) => format!("seed {seed}"),
-            None => "recorded by a robot (no seed)".to_owned(),
-        };
         let line = format!(
-            "{seed} · scenario {} · {ticks} ticks of {} s · run {name}",
-            config.scenario, config.dt_s
+            "{} · scenario {} · {ticks} ticks of {} s · run {name}",
+            header.seed_in_words(),
+            config.scenario,
+            config.dt_s
         );
         if self.args.json {
             errln!("{line}");

@@ -1,17 +1,20 @@
 //! `verify`: simulate a log's run again and compare every bit.
 
-use crate::output::outln;
-use rusty_contract::digest::hex;
+mod clients;
+
+use crate::output::{errln, outln};
+use rusty_contract::digest::{ObservableDigest, hex};
 use rusty_contract::log::{Ending, LogReader, Read, ReadEntry, Source, TickRecord, Trailer};
 use rusty_contract::{Exit, Frame, LogHeader, RunDigest, TruthKey};
 use rusty_geometry::Twist;
-use rusty_sim::Sim;
 use serde::Serialize;
 
+use self::clients::Clients;
 use super::{Verbed, print_json};
-use crate::cli::LogArgs;
+use crate::cli::VerifyArgs;
 use crate::compare::{self, Mismatch};
 use crate::error::VerbError;
+use crate::source::{Course, record_of};
 
 /// What a verification found.
 #[derive(Debug, Serialize)]
@@ -28,6 +31,8 @@ struct Verdict {
     digest: String,
     /// The first value that differs: the log's and the one expected.
     first_difference: Option<Mismatch>,
+    /// With `--clients`: whose answers were compared, and how many.
+    clients: Option<Clients>,
     /// What else there is to say.
     remarks: Vec<String>,
 }
@@ -36,9 +41,12 @@ struct Verdict {
 /// as far as it goes but cut off.
 ///
 /// # Errors
-/// [`VerbError`] if it is no log.
-pub fn verify(args: &LogArgs) -> Verbed {
-    let verdict = check(&args.log)?;
+/// [`VerbError`] if it is no log, or a participant cannot be run again.
+pub fn verify(args: &VerifyArgs) -> Verbed {
+    let mut verdict = check(&args.log)?;
+    if args.clients {
+        verdict.hear(clients::run(&args.log)?);
+    }
     if args.json {
         print_json(&verdict);
     } else {
@@ -51,26 +59,44 @@ pub fn verify(args: &LogArgs) -> Verbed {
     })
 }
 
+impl Verdict {
+    /// Takes in what the clients answered: of two differences the earlier one
+    /// stands, and the frame's comes before the answers to it.
+    fn hear(&mut self, mut clients: Clients) {
+        self.remarks.append(&mut clients.remarks);
+        self.complete &= !clients.interrupted;
+        if let Some(theirs) = clients.first_difference.take() {
+            self.bit_exact = false;
+            let earlier = self.first_difference.as_ref().is_none_or(|m| theirs.tick < m.tick);
+            self.first_difference =
+                if earlier { Some(theirs) } else { self.first_difference.take() };
+        }
+        self.clients = Some(clients);
+    }
+}
+
 fn print(v: &Verdict) {
     for remark in &v.remarks {
-        outln!("{remark}");
+        errln!("{remark}");
     }
     if let Some(m) = &v.first_difference {
-        outln!("not bit-exact: tick {}, {}", m.tick, m.field);
-        outln!("  the log has   {}", m.a);
-        outln!("  expected was  {}", m.b);
+        let (tick, place) = (m.tick, m.place());
+        outln!("not bit-exact: tick {tick}, {place}: the log has {}, expected was {}", m.a, m.b);
     } else if !v.bit_exact {
-        outln!("not bit-exact, see above");
-    } else if v.re_simulated {
-        outln!("bit-exact: {} ticks, digest {}", v.ticks, v.digest);
+        outln!("not bit-exact: {}", v.remarks.join("; "));
     } else {
-        outln!("intact: {} ticks, digest {}", v.ticks, v.digest);
+        let how = if v.re_simulated { "bit-exact" } else { "intact" };
+        let mut line = format!("{how}: {} ticks, digest {}", v.ticks, v.digest);
+        for p in v.clients.iter().flat_map(|c| &c.participants) {
+            line += &format!(", {} answers of {}", p.compared, p.name);
+        }
+        outln!("{line}");
     }
 }
 
 /// The simulation that runs beside the log.
 struct Again {
-    sim: Sim,
+    course: Course,
     driver: Option<usize>,
     command: Option<Twist>,
     frame: Box<Frame>,
@@ -78,29 +104,15 @@ struct Again {
 
 impl Again {
     fn new(header: &LogHeader) -> Result<Option<Self>, VerbError> {
-        if !matches!(header.source, Source::Simulated) {
-            return Ok(None);
-        }
+        let Some(course) = Course::of(header)? else { return Ok(None) };
         let driver = header.answering().position(|p| p.role == rusty_contract::Role::Driver);
-        let sim = Sim::new(header.config.clone())?;
-        Ok(Some(Self { sim, driver, command: None, frame: Frame::boxed() }))
+        Ok(Some(Self { course, driver, command: None, frame: Frame::boxed() }))
     }
 
     /// The next tick as it should be.
-    fn next(&mut self, key: &TruthKey) -> TickRecord {
-        let _ = self.sim.step(self.command, &mut self.frame);
-        self.frame.seal(key, Some(self.sim.truth()));
-        let f = &self.frame;
-        let truth = self.sim.truth();
-        TickRecord {
-            tick: f.tick(),
-            stamp_s: Some(f.time_s()),
-            ticks: f.ticks(),
-            command: f.command(),
-            truth: Some([truth.x(), truth.y(), truth.theta()]),
-            ranges_m: f.ranges_m().map(<[f64]>::to_vec),
-            replies: Vec::new(),
-        }
+    fn next(&mut self) -> Result<TickRecord, VerbError> {
+        let truth = self.course.step(self.command, &mut self.frame)?;
+        Ok(record_of(&self.frame, truth))
     }
 
     /// What the log's driver said becomes the next command. A damaged record may
@@ -122,13 +134,16 @@ fn check(path: &std::path::Path) -> Result<Verdict, VerbError> {
         ticks: 0,
         digest: String::new(),
         first_difference: None,
+        clients: None,
         remarks: Vec::new(),
     };
     if again.is_none() {
-        verdict.remarks.push(
-            "a recording cannot be simulated again: checksums and digests were checked".to_owned(),
-        );
+        let what = if header.is_blind() { "a blind log" } else { "a recording" };
+        verdict
+            .remarks
+            .push(format!("{what} cannot be simulated again: checksums and digests were checked"));
     }
+    let mut observable = ObservableDigest::default();
     let key = TruthKey::from_bytes([0; 32]);
     let mut digest = RunDigest::default();
     let mut frame = Frame::boxed();
@@ -139,8 +154,9 @@ fn check(path: &std::path::Path) -> Result<Verdict, VerbError> {
                 let record = entry.record;
                 record.write_frame(&mut frame, header.config.dt_s, &key);
                 record.absorb(&frame, &mut digest);
+                observable.absorb(&frame);
                 if let Some(again) = again.as_mut().filter(|_| verdict.first_difference.is_none()) {
-                    let expected = again.next(&key);
+                    let expected = again.next()?;
                     verdict.first_difference =
                         compare::frames(&record, &expected, header.config.dt_s);
                     again.hear(&record);
@@ -152,6 +168,7 @@ fn check(path: &std::path::Path) -> Result<Verdict, VerbError> {
     };
     verdict.bit_exact &= verdict.first_difference.is_none();
     verdict.digest = digest.run_hex();
+    compare_observable(&mut verdict, &header, &observable);
     match ending {
         Ending::Complete(trailer) => compare_trailer(&mut verdict, &trailer, &digest),
         Ending::Cut { ticks, at_byte, problem } => {
@@ -171,6 +188,21 @@ fn note_damage(verdict: &mut Verdict, entry: &ReadEntry) {
         let (tick, at_byte) = (verdict.ticks, entry.at_byte);
         let remark = format!("tick {tick}: the checksum of its record (byte {at_byte}) fails");
         verdict.remarks.push(remark);
+    }
+}
+
+/// A blind log says which frames it was made of.
+fn compare_observable(verdict: &mut Verdict, header: &LogHeader, found: &ObservableDigest) {
+    let Source::Blind { observable_digest, ticks, .. } = &header.source else { return };
+    if *ticks != verdict.ticks {
+        let remark = format!("the log has {} of the {ticks} ticks that were sealed", verdict.ticks);
+        verdict.remarks.push(remark);
+    } else if *observable_digest != found.hex() {
+        verdict.bit_exact = false;
+        verdict.remarks.push(format!(
+            "the header's observable digest is {observable_digest}, the frames give {}",
+            found.hex()
+        ));
     }
 }
 

@@ -1,5 +1,7 @@
 //! All that determines the bits of a run, but the commands of a driver.
 
+use std::fmt::Debug;
+
 use rusty_geometry::world_spec::MAX_NAME_CHARS;
 use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
@@ -40,6 +42,49 @@ impl RunConfig {
         (tick + 1) as f64 * self.dt_s
     }
 
+    /// Whether a run with this configuration can go on with `after` in the
+    /// middle. Seed, number of ticks, script, the noise of the LiDAR and the
+    /// true parameters of the robot may change. What participants rely on from
+    /// the start on, and what is past, may not.
+    ///
+    /// # Errors
+    /// [`FieldError`] names the first field that must stay as it was.
+    pub fn check_change(&self, after: &Self) -> Result<(), FieldError> {
+        let kept = |field: &str, was: &dyn Debug, is: &dyn Debug| {
+            // `Debug` of a number tells all its bits but those of a NaN.
+            let (was, is) = (format!("{was:?}"), format!("{is:?}"));
+            if was == is {
+                return Ok(());
+            }
+            let long = |text: String| text.chars().take(80).collect::<String>();
+            let problem = format!("was {} when the run began, and must stay so", long(was));
+            let remedy = "start another run with it (`sim-server launch --set …`)";
+            Err(FieldError::new(field, long(is), problem, remedy))
+        };
+        kept("scenario", &self.scenario, &after.scenario)?;
+        kept("dt_s", &self.dt_s, &after.dt_s)?;
+        kept("scan_every", &self.scan_every, &after.scan_every)?;
+        kept("start", &self.start, &after.start)?;
+        let (a, b) = (&self.robot, &after.robot);
+        kept("robot.wheel_radius_m", &a.wheel_radius_m, &b.wheel_radius_m)?;
+        kept("robot.track_m", &a.track_m, &b.track_m)?;
+        kept("robot.body_radius_m", &a.body_radius_m, &b.body_radius_m)?;
+        kept("robot.ticks_per_rev", &a.ticks_per_rev, &b.ticks_per_rev)?;
+        kept("robot.wheel_limit_rad_s", &a.wheel_limit_rad_s, &b.wheel_limit_rad_s)?;
+        let (a, b) = (&self.lidar, &after.lidar);
+        kept("lidar.beams", &a.beams, &b.beams)?;
+        kept("lidar.first_bearing_rad", &a.first_bearing_rad, &b.first_bearing_rad)?;
+        kept("lidar.fov_rad", &a.fov_rad, &b.fov_rad)?;
+        kept("lidar.range_max_m", &a.range_max_m, &b.range_max_m)?;
+        kept("lidar.sensor_in_body", &a.sensor_in_body, &b.sensor_in_body)?;
+        let driven = |c: &Self| matches!(c.script, ScriptConfig::Driver {});
+        if driven(self) != driven(after) {
+            // A driver has, or would need, a place in the roster.
+            kept("script.kind", &self.script.kind(), &after.script.kind())?;
+        }
+        kept("world", &self.world, &after.world)
+    }
+
     /// Checks every field, the world included.
     ///
     /// # Errors
@@ -65,5 +110,69 @@ impl RunConfig {
         self.world.check().map_err(|e| {
             FieldError::new("world", &self.world.name, e.to_string(), "mend the world file")
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::PatrolConfig;
+
+    fn config() -> RunConfig {
+        RunConfig {
+            scenario: "test".to_owned(),
+            seed: 1,
+            ticks: 10,
+            dt_s: 0.02,
+            scan_every: 5,
+            start: SE2::new(6.0, 4.5, 0.0),
+            robot: RobotConfig::default(),
+            lidar: LidarConfig::default(),
+            script: ScriptConfig::default(),
+            world: rusty_geometry::apartment().spec().clone(),
+        }
+    }
+
+    fn changed(change: impl Fn(&mut RunConfig)) -> Result<(), FieldError> {
+        let mut after = config();
+        change(&mut after);
+        config().check_change(&after)
+    }
+
+    #[test]
+    fn noise_and_script_may_change_in_the_middle_and_what_was_told_may_not() {
+        let free: [fn(&mut RunConfig); 7] = [
+            |c| c.seed = 2,
+            |c| c.ticks = 20,
+            |c| c.robot.slip_std = 0.1,
+            |c| c.robot.radius_bias_right = 0.1,
+            |c| c.lidar.range_std_m = 0.1,
+            |c| c.lidar.dropout = 0.1,
+            |c| c.script = ScriptConfig::Patrol(PatrolConfig::default()),
+        ];
+        assert!(free.iter().all(|change| changed(change).is_ok()));
+        let kept: [fn(&mut RunConfig); 16] = [
+            |c| c.scenario.push('x'),
+            |c| c.dt_s = 0.1,
+            |c| c.scan_every = 4,
+            |c| c.start = SE2::new(6.0, 4.5, -0.0),
+            |c| c.robot.wheel_radius_m = 0.034,
+            |c| c.robot.track_m = 0.17,
+            |c| c.robot.body_radius_m = 0.1,
+            |c| c.robot.ticks_per_rev = 4095,
+            |c| c.robot.wheel_limit_rad_s = 19.0,
+            |c| c.lidar.beams = 181,
+            |c| c.lidar.first_bearing_rad = 0.0,
+            |c| c.lidar.fov_rad = 3.0,
+            |c| c.lidar.range_max_m = 9.0,
+            |c| c.lidar.sensor_in_body = SE2::new(0.1, 0.0, 0.0),
+            |c| c.script = ScriptConfig::Driver {},
+            |c| c.world.walls.truncate(3),
+        ];
+        for (i, change) in kept.iter().enumerate() {
+            assert!(changed(change).is_err(), "change {i}");
+        }
+        let error = changed(kept[9]).unwrap_err().to_string();
+        assert!(error.starts_with("lidar.beams = 181: was 180 when the run began"), "{error}");
     }
 }

@@ -1,5 +1,6 @@
 //! What a log says about its run before the first tick.
 
+use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
 
 use crate::config::RunConfig;
@@ -21,11 +22,18 @@ pub struct LogHeader {
 }
 
 /// Where the frames of a log come from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Source {
     /// The world made them; it can make them again.
     Simulated,
+    /// The world made them, and something of it changed in the middle.
+    Forked {
+        /// The first tick for which the header's configuration holds.
+        at_tick: u64,
+        /// The configuration up to there: what everyone was told of.
+        before: Box<RunConfig>,
+    },
     /// A robot made them; they can only be read.
     Recorded {
         /// Format of the recording.
@@ -34,6 +42,21 @@ pub enum Source {
         file: String,
         /// What a reader should know of the conversion.
         remarks: Vec<String>,
+    },
+    /// Sealed: frames and replies of another log, without its truth. See
+    /// [`crate::blind`].
+    Blind {
+        /// What it was: a simulation or a recording.
+        of: String,
+        /// [Observable digest](crate::digest::ObservableDigest) of all its
+        /// frames, 32 hexadecimal digits.
+        observable_digest: String,
+        /// How many frames those are.
+        ticks: u64,
+        /// Whether `start` in the configuration is where the robot started.
+        start_known: bool,
+        /// Whether `world` in the configuration is where it drove.
+        world_known: bool,
     },
 }
 
@@ -58,8 +81,55 @@ impl LogHeader {
     #[must_use]
     pub fn seed(&self) -> Option<u64> {
         match self.source {
-            Source::Simulated => Some(self.config.seed),
-            Source::Recorded { .. } => None,
+            Source::Simulated | Source::Forked { .. } => Some(self.config.seed),
+            Source::Recorded { .. } | Source::Blind { .. } => None,
+        }
+    }
+
+    /// What participants are told of before the first tick: where the world
+    /// changes in the middle of the run, as it was at the start.
+    #[must_use]
+    pub fn told(&self) -> &RunConfig {
+        match &self.source {
+            Source::Forked { before, .. } => before,
+            _ => &self.config,
+        }
+    }
+
+    /// Whether the truth was taken out of this log.
+    #[must_use]
+    pub fn is_blind(&self) -> bool {
+        matches!(self.source, Source::Blind { .. })
+    }
+
+    /// Where the robot starts, if this log may say so.
+    #[must_use]
+    pub fn known_start(&self) -> Option<SE2> {
+        let hidden = matches!(self.source, Source::Blind { start_known: false, .. });
+        (!hidden).then_some(self.config.start)
+    }
+
+    /// The walls, if this log may say so.
+    #[must_use]
+    pub fn known_world(&self) -> Option<&WorldSpec> {
+        let hidden = matches!(self.source, Source::Blind { world_known: false, .. });
+        (!hidden).then_some(&self.config.world)
+    }
+
+    /// Seed, or why there is none, in words.
+    #[must_use]
+    pub fn seed_in_words(&self) -> String {
+        let seed = self.config.seed;
+        match &self.source {
+            Source::Simulated => format!("seed {seed}"),
+            Source::Forked { at_tick, before } if before.seed == seed => {
+                format!("seed {seed}, forked at tick {at_tick}")
+            }
+            Source::Forked { at_tick, before } => {
+                format!("seed {}, and {seed} from tick {at_tick} on", before.seed)
+            }
+            Source::Recorded { .. } => "recorded by a robot (no seed)".to_owned(),
+            Source::Blind { .. } => "blind (no seed, no truth)".to_owned(),
         }
     }
 }

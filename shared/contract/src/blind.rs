@@ -1,0 +1,142 @@
+//! Blind logs: frames to hand out, and the key that stays at home.
+//!
+//! Sealing splits a log in two. The *blind log* has the same frames (their
+//! observable bytes, with one exception: the flag that a truth is known is 0),
+//! the same stamps and replies, and a header without what the frames do not
+//! show. The [`BlindKey`] has the rest: the header as it was, and the truths.
+//!
+//! | in the header   | becomes                                                           |
+//! |-----------------|-------------------------------------------------------------------|
+//! | `source`        | [`Source::Blind`]: no name of a file, no remarks                   |
+//! | `seed`          | 0, and no seed is told                                            |
+//! | `robot`         | the nominal robot: no slip, no bias                               |
+//! | `lidar`         | as everyone was told of it at the start                           |
+//! | `script`        | an empty list: a plan says where the robot was to be              |
+//! | `start`         | the origin, unless somebody who answers was told the initial pose |
+//! | `world`         | no walls, unless somebody who answers was given the map           |
+//!
+//! Name of the scenario, roster with its commands, time step and number of ticks
+//! stay. So do the commands as applied: they are in the frames. Where
+//! a script steered on the truth they tell something of it to whoever knows the
+//! script; and whoever knows scenario and seed can make the run again.
+
+mod key;
+
+pub use key::{BlindKey, BlindKeyError, KeyTick};
+
+use rusty_geometry::{SE2, WorldSpec};
+
+use crate::config::{RobotConfig, ScriptConfig};
+use crate::log::{LogHeader, Source};
+use crate::scenario::{Access, Participant};
+
+/// The header of the blind log of a log with this header, whose frames have
+/// this number and observable digest (hexadecimal). A header that is blind stays
+/// as it is.
+#[must_use]
+pub fn blind_header(
+    header: &LogHeader,
+    observable_digest: String,
+    ticks: u64,
+    writer: &str,
+) -> LogHeader {
+    let of = match &header.source {
+        Source::Simulated | Source::Forked { .. } => "simulation".to_owned(),
+        Source::Recorded { .. } => "recording".to_owned(),
+        Source::Blind { .. } => return header.clone(),
+    };
+    let given =
+        |what: fn(&Participant) -> Access| header.answering().any(|p| what(p) == Access::Given);
+    let start_known = given(|p| p.initial_pose);
+    let world_known = given(|p| p.map);
+    let mut config = header.config.clone();
+    config.seed = 0;
+    config.lidar = header.told().lidar;
+    config.robot = RobotConfig { slip_std: 0.0, radius_bias_right: 0.0, ..config.robot };
+    config.script = ScriptConfig::Commands { file: None, list: Vec::new() };
+    if !start_known {
+        config.start = SE2::identity();
+    }
+    if !world_known {
+        let name = "hidden".to_owned();
+        config.world = WorldSpec { name, bounds: [-1.0, -1.0, 1.0, 1.0], walls: Vec::new() };
+    }
+    let source = Source::Blind { of, observable_digest, ticks, start_known, world_known };
+    LogHeader { writer: writer.to_owned(), source, config, ..header.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::join::Start;
+    use crate::{OnLoss, RunConfig, Scenario};
+
+    fn header() -> LogHeader {
+        let s = Scenario::default();
+        LogHeader {
+            writer: "test".to_owned(),
+            source: Source::Simulated,
+            config: RunConfig {
+                scenario: s.name,
+                seed: 77,
+                ticks: s.ticks,
+                dt_s: s.dt_s,
+                scan_every: s.scan_every,
+                start: s.start,
+                robot: RobotConfig { radius_bias_right: 0.01, ..s.robot },
+                lidar: s.lidar,
+                script: s.script,
+                world: rusty_geometry::places::apartment().spec().clone(),
+            },
+            roster: s.participants,
+            on_loss: OnLoss::Abort,
+        }
+    }
+
+    fn told(header: &LogHeader) -> Start {
+        Start::new(header, 0, &header.roster[0])
+    }
+
+    #[test]
+    fn of_a_fork_the_lidar_is_told_as_it_was_at_the_start() {
+        let before = header().config;
+        let mut forked = header();
+        let source = Source::Forked { at_tick: 5, before: Box::new(before.clone()) };
+        forked.source = source;
+        forked.config.lidar.dropout = 0.375;
+        forked.config.seed = 9_876_543_210;
+        assert_eq!(told(&forked).lidar, before.lidar);
+        let blind = blind_header(&forked, "0".repeat(32), 9, "sealer");
+        assert_eq!(told(&blind), told(&forked));
+        let json = serde_json::to_string(&blind).unwrap();
+        assert!(!json.contains("0.375") && !json.contains("9876543210"), "{json}");
+        let json = serde_json::to_string(&forked).unwrap();
+        assert_eq!(serde_json::from_str::<LogHeader>(&json).unwrap(), forked);
+    }
+
+    #[test]
+    fn who_was_told_is_told_again_and_nobody_else() {
+        let open = header();
+        let blind = blind_header(&open, "0".repeat(32), 9, "sealer");
+        assert_eq!(blind.seed(), None);
+        assert_eq!(blind.config.seed, 0);
+        let robot = blind.config.robot;
+        assert_eq!((robot.slip_std, robot.radius_bias_right), (0.0, 0.0));
+        assert_eq!(robot.nominal(), open.config.robot.nominal());
+        assert_eq!(told(&blind), told(&open));
+
+        let mut hidden = header();
+        hidden.roster[0].initial_pose = Access::Hidden;
+        hidden.roster[0].map = Access::Hidden;
+        let mut blind = blind_header(&hidden, "0".repeat(32), 9, "sealer");
+        assert_eq!(blind.config.start, SE2::identity());
+        assert!(blind.config.world.walls.is_empty() && blind.config.world.check().is_ok());
+        assert_eq!(told(&blind), told(&hidden));
+        // Someone who comes later cannot be told either.
+        blind.roster[0].initial_pose = Access::Given;
+        blind.roster[0].map = Access::Given;
+        let start = told(&blind);
+        assert_eq!((start.map, start.initial_pose), (None, None));
+        assert_eq!(blind_header(&blind, "1".repeat(32), 8, "again"), blind);
+    }
+}

@@ -1,0 +1,70 @@
+//! The course of a simulated run: its world, and what changes in the middle.
+
+use rusty_contract::log::{Source, TickRecord};
+use rusty_contract::{Frame, LogHeader, RunConfig};
+use rusty_geometry::{SE2, Twist};
+use rusty_sim::{Sim, SimError};
+
+/// A world that follows the header of a log, tick by tick.
+pub struct Course {
+    sim: Sim,
+    /// What holds from which tick on, until it does.
+    change: Option<(u64, RunConfig)>,
+}
+
+impl Course {
+    /// A world that stays as it is.
+    ///
+    /// # Errors
+    /// [`SimError`] if the configuration cannot be used.
+    pub fn unchanging(config: &RunConfig) -> Result<Self, SimError> {
+        Ok(Self { sim: Sim::new(config.clone())?, change: None })
+    }
+
+    /// The course of a run with this header, before its first tick; `None`
+    /// where no world made the frames.
+    ///
+    /// # Errors
+    /// [`SimError`] if the configuration, or the change, cannot be used.
+    pub fn of(header: &LogHeader) -> Result<Option<Self>, SimError> {
+        let config = header.config.clone();
+        match &header.source {
+            Source::Simulated => Ok(Some(Self::unchanging(&config)?)),
+            Source::Forked { at_tick, before } => {
+                let sim = Sim::new((**before).clone())?;
+                // What cannot be used is said before the first tick.
+                sim.clone().reconfigure(config.clone())?;
+                Ok(Some(Self { sim, change: Some((*at_tick, config)) }))
+            }
+            Source::Recorded { .. } | Source::Blind { .. } => Ok(None),
+        }
+    }
+
+    /// The next tick, written into `frame`, unsealed; the true pose after it.
+    ///
+    /// # Errors
+    /// [`SimError`] if the change cannot be used.
+    pub fn step(&mut self, driver: Option<Twist>, frame: &mut Frame) -> Result<SE2, SimError> {
+        let tick = self.sim.tick();
+        if let Some((_, config)) = self.change.take_if(|(at_tick, _)| *at_tick <= tick) {
+            self.sim.reconfigure(config)?;
+        }
+        // Whether the robot was blocked shows in the truth.
+        let _ = self.sim.step(driver, frame);
+        Ok(self.sim.truth())
+    }
+}
+
+/// What a log would have of this frame, but for the replies.
+#[must_use]
+pub fn record_of(frame: &Frame, truth: SE2) -> TickRecord {
+    TickRecord {
+        tick: frame.tick(),
+        stamp_s: Some(frame.time_s()),
+        ticks: frame.ticks(),
+        command: frame.command(),
+        truth: Some([truth.x(), truth.y(), truth.theta()]),
+        ranges_m: frame.ranges_m().map(<[f64]>::to_vec),
+        replies: Vec::new(),
+    }
+}

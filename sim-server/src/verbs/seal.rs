@@ -1,0 +1,36 @@
+//! `seal`: a log without its truth to hand out, and the key to keep.
+
+use rusty_contract::Exit;
+
+use super::launch::writer;
+use super::{Verbed, print_json};
+use crate::cli::SealArgs;
+use crate::output::{errln, outln};
+
+/// Seals a log: exit 0, or 3 if the log has no end.
+///
+/// # Errors
+/// [`VerbError`](crate::error::VerbError) names file, problem and remedy.
+pub fn seal(args: &SealArgs) -> Verbed {
+    let sealed = crate::seal::seal(&args.log, &args.output, &args.key_file, &writer())?;
+    let ticks = sealed.ticks;
+    if let Some(cut) = &sealed.cut {
+        let log = args.log.display();
+        errln!("{log}: cut {cut}; its {ticks} complete ticks are sealed, without an end");
+    }
+    if args.json {
+        print_json(&sealed);
+    } else {
+        let word =
+            |known: bool| if known { "kept: an answering participant has it" } else { "out" };
+        outln!("blind      {} (to hand out)", sealed.blind);
+        outln!("key        {} (to keep)", sealed.key_file);
+        outln!("ticks      {ticks}, {} with a truth", sealed.ticks_with_truth);
+        outln!("start      {}", word(sealed.start_known));
+        outln!("world      {}", word(sealed.world_known));
+        outln!("observable {}", sealed.observable_digest);
+        outln!("play it    sim-server replay {} --add NAME=COMMAND", sealed.blind);
+        outln!("score it   score --log RUN.log --key-file {}", sealed.key_file);
+    }
+    Ok(if sealed.complete { Exit::Done } else { Exit::Lost })
+}
