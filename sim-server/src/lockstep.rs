@@ -77,6 +77,12 @@ impl Lockstep {
         &self.seats
     }
 
+    /// Places of those who are lost: whoever is among them is told so by the
+    /// next frame, should it still be there.
+    pub fn lost(&self) -> impl Iterator<Item = usize> {
+        self.seats.iter().enumerate().filter(|(_, s)| s.loss().is_some()).map(|(i, _)| i)
+    }
+
     /// How the run ends or ended.
     #[must_use]
     pub fn phase(&self) -> Phase {

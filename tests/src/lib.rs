@@ -6,6 +6,10 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
 
+mod dice;
+
+pub use dice::{Dice, cases};
+
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
@@ -142,8 +146,15 @@ impl Process {
 
     /// Waits for the end, under the watchdog.
     #[track_caller]
-    pub fn wait(mut self) -> Ended {
-        let deadline = Instant::now() + WATCHDOG;
+    pub fn wait(self) -> Ended {
+        self.wait_within(WATCHDOG)
+    }
+
+    /// The same under a shorter one: for what must not come about by a timeout
+    /// of the run.
+    #[track_caller]
+    pub fn wait_within(mut self, limit: Duration) -> Ended {
+        let deadline = Instant::now() + limit;
         let status = loop {
             if let Some(status) = self.child.try_wait().unwrap() {
                 break status;
@@ -201,8 +212,14 @@ pub fn nothing_left(run: &RunName) {
 
 /// Waits under the watchdog until `done` says so.
 #[track_caller]
-pub fn until(what: &str, mut done: impl FnMut() -> bool) {
-    let deadline = Instant::now() + WATCHDOG;
+pub fn until(what: &str, done: impl FnMut() -> bool) {
+    until_within(WATCHDOG, what, done);
+}
+
+/// The same under a shorter one.
+#[track_caller]
+pub fn until_within(limit: Duration, what: &str, mut done: impl FnMut() -> bool) {
+    let deadline = Instant::now() + limit;
     while !done() {
         assert!(Instant::now() < deadline, "{what}: never happened");
         std::thread::sleep(Duration::from_millis(2));

@@ -82,8 +82,25 @@ impl ClientLink {
         timeout: Duration,
         stop: &AtomicBool,
     ) -> Result<Self, LinkError> {
+        Self::join_launched(run, None, request, policy, timeout, stop)
+    }
+
+    /// The same for a participant that was started by the run's server. One
+    /// that is started by hand waits for its server to come; `launcher` has
+    /// come, and once it is gone there is nothing to wait for.
+    ///
+    /// # Errors
+    /// As [`join`](Self::join); [`LinkError::ServerGone`] if the launcher is.
+    pub fn join_launched(
+        run: &RunName,
+        launcher: Option<&Peer>,
+        request: &JoinRequest,
+        policy: WaitPolicy,
+        timeout: Duration,
+        stop: &AtomicBool,
+    ) -> Result<Self, LinkError> {
         let deadline = Instant::now() + timeout;
-        let joined = Lobby::find(run, deadline, stop).and_then(|lobby| {
+        let joined = Lobby::find(run, launcher, deadline, stop).and_then(|lobby| {
             let start = lobby.ask(request, deadline, stop)?;
             Self::open(lobby, policy, start)
         });
@@ -152,16 +169,15 @@ impl ClientLink {
     /// Waits for the next frame, for at most `at_most`.
     ///
     /// # Errors
-    /// [`LinkError::ServerGone`], [`LinkError::Stopped`].
+    /// [`LinkError::ServerGone`], [`LinkError::Stopped`];
+    /// [`LinkError::Dropped`] once the run goes on without this participant.
     pub fn wait_frame(&self, at_most: Duration, stop: &AtomicBool) -> Result<Incoming, LinkError> {
         let mut waiter = Waiter::new(self.policy, self.waiting_since_ns);
         let mut deadline = None;
         let mut looks = 0u32;
         loop {
-            if let Some(sample) =
-                self.frames.receive().map_err(LinkError::transport("receive a frame"))?
-            {
-                return Ok(Incoming::Frame(BorrowedFrame { sample, taken_ns: monotonic_ns() }));
+            if let Some(frame) = self.next_frame()? {
+                return Ok(Incoming::Frame(frame));
             }
             if stop.load(Ordering::Relaxed) {
                 return Err(LinkError::Stopped);
@@ -176,11 +192,9 @@ impl ClientLink {
             // no need to.
             if self.server.is_dead() {
                 // Its last frame may have come between the two looks.
-                return match self.frames.receive() {
-                    Ok(Some(sample)) => {
-                        Ok(Incoming::Frame(BorrowedFrame { sample, taken_ns: monotonic_ns() }))
-                    }
-                    _ => Err(LinkError::ServerGone { pid: self.server.pid() }),
+                return match self.next_frame()? {
+                    Some(frame) => Ok(Incoming::Frame(frame)),
+                    None => Err(LinkError::ServerGone { pid: self.server.pid() }),
                 };
             }
             let now = Instant::now();
@@ -196,6 +210,17 @@ impl ClientLink {
             waiter.block(&mut fds, until - now);
             services::drain(&self.woken);
         }
+    }
+
+    /// The next frame, if there is one and it is meant for this participant.
+    fn next_frame(&self) -> Result<Option<BorrowedFrame>, LinkError> {
+        let sample = self.frames.receive().map_err(LinkError::transport("receive a frame"))?;
+        let Some(sample) = sample else { return Ok(None) };
+        let frame = BorrowedFrame { sample, taken_ns: monotonic_ns() };
+        if frame.run_id == self.start.run_id && frame.has_lost(self.start.participant) {
+            return Err(LinkError::Dropped { name: self.start.name.clone() });
+        }
+        Ok(Some(frame))
     }
 
     /// Answers a frame. The answer is the acknowledgement.

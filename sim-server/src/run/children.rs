@@ -193,6 +193,8 @@ fn start_one(
         .args(&participant.command[1..])
         .args(["--run", spawn.run.as_str(), "--name", name])
         .args(["--wait", &spawn.wait.to_string()])
+        // Should this process be killed, they need not wait for their run.
+        .args(["--launcher", &std::process::id().to_string()])
         .stdin(if holds_key { Stdio::piped() } else { Stdio::null() })
         .stdout(out)
         .stderr(err)

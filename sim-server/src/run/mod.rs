@@ -173,6 +173,7 @@ impl<'a> Run<'a> {
             }
         };
         frame.run_id = self.setup.run_id;
+        frame.set_lost(self.lockstep.lost());
         frame.seal(&self.key, truth);
         self.digest.absorb_frame(&frame, truth);
         let digest = frame.digest();
@@ -217,6 +218,7 @@ impl<'a> Run<'a> {
         let mut frame = self.link.loan()?;
         frame.end(phase, self.lockstep.ticks_done());
         frame.run_id = self.setup.run_id;
+        frame.set_lost(self.lockstep.lost());
         let digest = frame.digest();
         let now = self.link.publish(frame)?;
         self.lockstep.published(digest, now);

@@ -5,11 +5,12 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::Parser;
+use rustix::process::Signal;
 use rusty_clients::dead_reckoning::DeadReckoning;
 use rusty_contract::answer::Message;
 use rusty_contract::{Answer, Estimate, Exit, JoinRequest, Phase, Reply, RunName};
 use rusty_geometry::{SE2, Twist};
-use rusty_link::{BorrowedFrame, ClientLink, Incoming, LinkError, WaitPolicy};
+use rusty_link::{BorrowedFrame, ClientLink, Incoming, LinkError, Peer, WaitPolicy};
 
 #[derive(Parser)]
 struct Cli {
@@ -22,7 +23,10 @@ struct Cli {
     /// What to do instead of dead reckoning: slow, abstain, nan-estimate,
     /// nan-command, future-tick, old-tick, double, wrong-digest,
     /// pause (sleeps once, for sleep-us), exit, abort, panic, hang, goodbye, wrong-layout,
-    /// wrong-protocol, covariance, linger
+    /// wrong-protocol, covariance, linger; kill-holding, kill-answered, kill-released,
+    /// kill-last, kill-goodbye (SIGKILL: before the answer, after it, with the frame given
+    /// back, before and after the goodbye), kill-joining (SIGKILL sleep-us after it began to
+    /// join), stop-holding, stop-answered (SIGSTOP once)
     #[arg(long, default_value = "")]
     mode: String,
     /// From which tick on
@@ -36,6 +40,8 @@ struct Cli {
     late_ms: u64,
     #[arg(long)]
     key_stdin: bool,
+    #[arg(long)]
+    launcher: Option<u32>,
 }
 
 fn main() -> Exit {
@@ -48,12 +54,22 @@ fn main() -> Exit {
         "wrong-protocol" => request.protocol += 1,
         _ => {}
     }
-    let joined = ClientLink::join(&cli.run, &request, cli.wait, Duration::from_secs(20), &stop);
+    if cli.mode == "kill-joining" {
+        let after = Duration::from_micros(cli.sleep_us);
+        std::thread::spawn(move || {
+            std::thread::sleep(after);
+            signal_self(Signal::KILL);
+        });
+    }
+    let launcher = cli.launcher.map(Peer::new);
+    let timeout = Duration::from_secs(20);
+    let joined =
+        ClientLink::join_launched(&cli.run, launcher.as_ref(), &request, cli.wait, timeout, &stop);
     match joined.and_then(|mut link| take_part(&cli, &mut link, &stop)) {
         Ok(()) => Exit::Done,
         Err(e) => {
             eprintln!("probe: {e}");
-            Exit::Failed
+            if matches!(e, LinkError::Dropped { .. }) { Exit::Lost } else { Exit::Failed }
         }
     }
 }
@@ -68,10 +84,16 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
             continue;
         };
         if frame.phase() != Phase::Tick {
-            if cli.mode == "linger" {
-                std::thread::sleep(Duration::from_secs(600));
+            match cli.mode.as_str() {
+                "linger" => std::thread::sleep(Duration::from_secs(600)),
+                "kill-last" => signal_self(Signal::KILL),
+                _ => {}
             }
-            return link.send_raw(Answer::carrying(&Message::Goodbye));
+            link.send_raw(Answer::carrying(&Message::Goodbye))?;
+            if cli.mode == "kill-goodbye" {
+                signal_self(Signal::KILL);
+            }
+            return Ok(());
         }
         let pose = odometry.advance(frame.ticks());
         let mut reply = Reply::from(pose);
@@ -91,6 +113,10 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
             return link.send_raw(Answer::carrying(&Message::Goodbye));
         } else {
             misbehave(cli, link, &frame, reply)?;
+            drop(frame);
+            if cli.mode == "kill-released" {
+                signal_self(Signal::KILL);
+            }
         }
     }
 }
@@ -116,6 +142,8 @@ fn misbehave(
         "pause" if frame.tick() == cli.at => {
             std::thread::sleep(Duration::from_micros(cli.sleep_us));
         }
+        "kill-holding" => signal_self(Signal::KILL),
+        "stop-holding" if frame.tick() == cli.at => signal_self(Signal::STOP),
         "exit" => std::process::exit(7),
         "abort" => std::process::abort(),
         "panic" => panic!("on request"),
@@ -125,6 +153,17 @@ fn misbehave(
     if matches!(cli.mode.as_str(), "future-tick" | "old-tick" | "wrong-digest") {
         link.send_raw(raw)
     } else {
-        link.answer(frame, &Message::Reply(reply))
+        link.answer(frame, &Message::Reply(reply))?;
+        match cli.mode.as_str() {
+            "kill-answered" => signal_self(Signal::KILL),
+            "stop-answered" if frame.tick() == cli.at => signal_self(Signal::STOP),
+            _ => {}
+        }
+        Ok(())
     }
+}
+
+/// SIGKILL and SIGSTOP leave no time for a further step.
+fn signal_self(signal: Signal) {
+    rusty_tests::send_signal(std::process::id(), signal);
 }
