@@ -56,7 +56,8 @@ fn a_stopped_estimator_that_comes_back_is_told_and_leaves() {
         after.lost("second", "stalled", "is stopped by a signal; `kill -CONT");
         assert_eq!((&after.report["ended"], &after.report["ticks"]), (&"done".into(), &400.into()));
         let out = folder();
-        let calm = launch("calm", out.path(), &["--ticks", "400", "--add", "second=dead-reckoning"]);
+        let calm =
+            launch("calm", out.path(), &["--ticks", "400", "--add", "second=dead-reckoning"]);
         assert_eq!(after.report["world_digest"], calm["world_digest"]);
         assert_eq!(after.verifies(0)["digest"], after.report["digest"]);
     }
