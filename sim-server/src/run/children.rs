@@ -43,6 +43,19 @@ pub enum ChildrenError {
         /// What it said.
         error: std::io::Error,
     },
+    /// There is no place for what it prints.
+    #[error(
+        "participant {name:?}: what it prints cannot be kept: {path}: {error}; give a folder \
+         that can be written with --out"
+    )]
+    Talk {
+        /// Whose.
+        name: String,
+        /// The file.
+        path: String,
+        /// What the operating system said.
+        error: std::io::Error,
+    },
 }
 
 struct Running {
@@ -185,8 +198,11 @@ fn start_one(
         error,
     };
     let talk = spawn.out_dir.join(format!("{name}.txt"));
-    let out = File::create(&talk).map_err(error)?;
-    let err = out.try_clone().map_err(error)?;
+    let (out, err) = open_talk(&talk).map_err(|error| ChildrenError::Talk {
+        name: name.clone(),
+        path: talk.display().to_string(),
+        error,
+    })?;
     let holds_key = participant.role.holds_key();
     let mut command = Command::new(&program);
     command
@@ -209,6 +225,13 @@ fn start_one(
         let _ = writeln!(pipe, "{}", spawn.key.to_hex());
     }
     Ok(Running { seat, child, status: None, talk })
+}
+
+/// The file of what a participant prints, for its stdout and its stderr.
+fn open_talk(path: &Path) -> std::io::Result<(File, File)> {
+    let out = File::create(path)?;
+    let err = out.try_clone()?;
+    Ok((out, err))
 }
 
 /// A path is taken as it is; a bare name is looked up beside the server, in
