@@ -160,7 +160,7 @@ impl Drop for Named<'_> {
 fn roster(estimators: usize, slow_us: u64) -> Vec<String> {
     let slow = format!("{} --mode slow --sleep-us {slow_us}", binary("probe-client").display());
     let one = |k: usize| {
-        let command = if k % 2 == 0 && slow_us > 0 { &slow } else { "dead-reckoning" };
+        let command = if k.is_multiple_of(2) && slow_us > 0 { &slow } else { "dead-reckoning" };
         ["--add".to_owned(), format!("e{k}={command}")]
     };
     (2..=estimators).flat_map(one).collect()
