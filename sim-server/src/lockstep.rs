@@ -51,6 +51,8 @@ pub struct Lockstep {
     /// Digest of the frame of that tick.
     digest: u64,
     phase: Phase,
+    /// Whoever was there has been told how the run ends.
+    last_word_is_out: bool,
     unsaid: Vec<Loss>,
 }
 
@@ -67,6 +69,7 @@ impl Lockstep {
             tick: 0,
             digest: 0,
             phase: Phase::Done,
+            last_word_is_out: false,
             unsaid: Vec::new(),
         }
     }
@@ -148,7 +151,7 @@ impl Lockstep {
             State::Awaiting { since_ns } => Some(since_ns),
             _ => None,
         };
-        let ending = matches!(self.state, State::Ending { since_ns: Some(_) });
+        let ending = self.last_word_is_out;
         let seat = &mut self.seats[place];
         seat.waiting_since_ns = answer.sent_ns;
         let message = match answer.message() {
@@ -259,7 +262,10 @@ impl Lockstep {
             seat.slow_said = false;
         }
         self.state = match self.state {
-            State::Ending { .. } => State::Ending { since_ns: Some(now_ns) },
+            State::Ending { .. } => {
+                self.last_word_is_out = true;
+                State::Ending { since_ns: Some(now_ns) }
+            }
             _ => State::Awaiting { since_ns: now_ns },
         };
     }
