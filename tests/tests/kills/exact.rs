@@ -3,10 +3,11 @@
 use std::fs;
 use std::time::Duration;
 
+use rustix::process::Signal;
 use rusty_link::Domain;
 use rusty_tests::*;
 
-use crate::common::{GO_ON, participants, with_probe};
+use crate::common::{GO_ON, Live, participants, with_probe};
 
 const TIMEOUTS: [&str; 4] = ["--answer-timeout", "60", "--join-timeout", "60"];
 const LIMIT: Duration = Duration::from_secs(40);
@@ -60,6 +61,30 @@ fn one_that_dies_while_it_joins_is_dead_and_not_missing() {
         let after = with_probe("launch", "joining", &mode, &[&ticks, &TIMEOUTS]).ends_with(1);
         after.lost("dead-reckoning", "dead", "its process was killed by signal 9");
     }
+}
+
+#[test]
+fn one_that_was_launched_does_not_wait_for_a_server_that_was_killed_meanwhile() {
+    let place = folder();
+    let script = place.path().join("late.sh");
+    let go = place.path().join("go");
+    let wait = format!("while [ ! -e {:?} ]; do sleep 0.02; done", go);
+    let late = format!("exec {:?} --join-timeout 600 \"$@\"", binary("dead-reckoning"));
+    fs::write(&script, format!("{wait}\n{late}\n")).unwrap();
+    let add = format!("late=sh {}", script.display());
+    // Nobody else is there to sweep.
+    let alone = ["--without", "dead-reckoning", "--without", "score", "--without", "logger"];
+    let live = Live::start("launch", "late", &[&["--add", &add], &alone, &TIMEOUTS]);
+    live.pid_of("late");
+    until("it is served", || Domain::traces(&live.run).len() > 3);
+    live.server.signal(Signal::KILL);
+    assert_eq!(live.server.wait_within(LIMIT).code, None);
+    assert!(!Domain::traces(&live.run).is_empty());
+    fs::write(go, "").unwrap();
+    until_within(LIMIT, "it has ended", || participants(&live.run).is_empty());
+    nothing_left(&live.run);
+    let said = fs::read_to_string(live.out.path().join("late.txt")).unwrap();
+    assert!(said.contains("is gone: it ended without a last word"), "{said}");
 }
 
 /// A log of two estimators, played by `probe-server`.
