@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 use rusty_contract::tally::TallyEntry;
 use rusty_contract::{JoinReply, Phase, RunDigest, TruthKey};
 use rusty_geometry::Twist;
-use rusty_link::{Domain, JoinCall, LinkError, Peer, PeerState, ServerLink, monotonic_ns};
+use rusty_link::{JoinCall, LinkError, Peer, PeerState, ServerLink, monotonic_ns};
 
 use crate::lockstep::{Lockstep, Loss, SeatState, SeatSummary, Step};
 use crate::source::{FrameSource, SourceError};
@@ -74,25 +74,24 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// Opens the services in `domain` and waits for nobody yet.
-    ///
-    /// # Errors
-    /// [`LinkError`] if shared memory is not to be had.
+    /// A run over `link`, which waits for nobody yet. The link is made before
+    /// any participant is started: one that is killed while it makes the first
+    /// file of a domain leaves a name that nobody can use, the server included.
+    #[must_use]
     pub fn new(
         setup: RunSetup,
-        domain: &Domain,
+        link: ServerLink,
         source: &'a mut dyn FrameSource,
         children: &'a mut Children,
         stop: &'a AtomicBool,
         progress: Progress,
-    ) -> Result<Self, LinkError> {
-        let link = ServerLink::create(domain, setup.wait)?;
+    ) -> Self {
         let header = source.header();
         let rules = setup.rules(source.ticks());
         let lockstep = Lockstep::new(rules, &header.roster, monotonic_ns());
         let seats = header.roster.len();
         let has_key_holders = header.roster.iter().any(|p| p.role.holds_key());
-        Ok(Self {
+        Self {
             key: setup.key.clone(),
             setup,
             source,
@@ -111,7 +110,7 @@ impl<'a> Run<'a> {
             has_key_holders,
             ended: false,
             looks: 0,
-        })
+        }
     }
 
     /// Runs to the end.

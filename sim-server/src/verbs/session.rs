@@ -7,7 +7,7 @@ use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
 use rusty_contract::{FieldError, LogHeader, Role, RunName, TruthKey};
-use rusty_link::Domain;
+use rusty_link::{Domain, ServerLink};
 
 use super::{Verbed, print_json};
 use crate::cli::RunArgs;
@@ -60,6 +60,7 @@ impl RunSession<'_> {
         remove_older_results(&header, &out_dir)?;
         let (run_id, key) = RunSetup::draw().map_err(VerbError::Random)?;
         self.first_line(&header, &name, source.ticks());
+        let link = ServerLink::create(&domain, args.wait)?;
         let mut children = match self.starting {
             Starting::Launch => {
                 let spawn = Spawn { run: &name, wait: args.wait, key: &key, out_dir: &out_dir };
@@ -83,7 +84,7 @@ impl RunSession<'_> {
             out_dir: Some(out_dir.clone()),
         };
         let progress = Progress::new(source.ticks(), args.quiet || args.json);
-        let run = Run::new(setup, &domain, source, &mut children, stop.flag(), progress)?;
+        let run = Run::new(setup, link, source, &mut children, stop.flag(), progress);
         let outcome = run.drive()?;
         let ended_badly = children.finish(|seat| {
             let summary = &outcome.seats[seat];
