@@ -8,8 +8,8 @@ use rusty_link::WaitPolicy;
 
 /// How a participant takes part: in a run (`--run`), or on a log (`--log`).
 #[derive(Args, Clone, Debug, Default)]
-#[command(after_help = "A launcher appends --run, --name, --wait and, for scorers and loggers, \
-    --key-stdin.\nExit codes: 0 done, 1 failed, 2 wrong usage, 3 data was lost, 4 not bit-exact.")]
+#[command(after_help = "A launcher appends --run, --name, --wait, --launcher and, for scorers \
+    and loggers, --key-stdin.\nExit codes: 0 done, 1 failed, 2 wrong usage, 3 data was lost, 4 not bit-exact.")]
 pub struct ClientArgs {
     /// Join the run of this name
     #[arg(long, value_name = "NAME", required_unless_present = "log", conflicts_with = "log")]
@@ -30,6 +30,11 @@ pub struct ClientArgs {
     /// How long to wait for the run to appear, s
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     pub join_timeout: f64,
+
+    /// Process of the server that started this one: once it is gone, do not
+    /// wait for the run
+    #[arg(long, value_name = "PID")]
+    pub launcher: Option<u32>,
 
     /// File or folder to write to: an estimator on a log writes its answers
     /// there as CSV (default: stdout), a scorer or logger its files

@@ -79,6 +79,7 @@ impl ClientError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::Argument(_) => Exit::Usage,
+            Self::Link(LinkError::Dropped { .. }) => Exit::Lost,
             _ => Exit::Failed,
         }
     }

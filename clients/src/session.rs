@@ -9,7 +9,7 @@ use std::time::Duration;
 use rusty_contract::answer::Message;
 use rusty_contract::config::check_seconds;
 use rusty_contract::{Brief, Exit, Frame, JoinRequest, Phase, Reply, Start, Tally, TruthKey};
-use rusty_link::{BorrowedFrame, ClientLink, Domain, Incoming, LinkError};
+use rusty_link::{BorrowedFrame, ClientLink, Domain, Incoming, LinkError, Peer};
 use signal_hook::flag::{register, register_conditional_shutdown};
 
 use crate::log_session::LogSession;
@@ -84,7 +84,11 @@ impl Session {
                 let request = JoinRequest::new(&name, std::process::id(), awake_ns, version);
                 check_seconds("--join-timeout", args.join_timeout)?;
                 let timeout = Duration::from_secs_f64(args.join_timeout);
-                let link = ClientLink::join(run, &request, args.wait, timeout, &stop)?;
+                let launcher = args.launcher.map(Peer::new);
+                let launcher = launcher.as_ref();
+                let wait = args.wait;
+                let link =
+                    ClientLink::join_launched(run, launcher, &request, wait, timeout, &stop)?;
                 let start = link.start().clone();
                 (Source::Live(Box::new(link)), start)
             }

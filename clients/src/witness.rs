@@ -54,7 +54,8 @@ pub enum Ending {
     LogEnd,
     /// The log it reads was cut off.
     LogCut,
-    /// The server is gone without a word, or this process was asked to stop.
+    /// The server is gone without a word, the run went on without this
+    /// participant, or this process was asked to stop.
     Broken,
 }
 
@@ -91,9 +92,9 @@ fn watch<W: Witness>(session: &mut Session, args: &ClientArgs) -> Result<Exit, C
     let broken = loop {
         let frame = match session.next_frame() {
             Ok(frame) => frame,
-            Err(ClientError::Link(e @ (LinkError::ServerGone { .. } | LinkError::Stopped))) => {
-                break Some(e);
-            }
+            Err(ClientError::Link(
+                e @ (LinkError::ServerGone { .. } | LinkError::Dropped { .. } | LinkError::Stopped),
+            )) => break Some(e),
             Err(e) => return Err(e),
         };
         if let Some(frame) = &frame {
@@ -111,10 +112,10 @@ fn watch<W: Witness>(session: &mut Session, args: &ClientArgs) -> Result<Exit, C
             None => break None,
         }
     };
-    if let (Some(e), Some(frame)) = (&broken, waiting) {
+    if let Some(e) = &broken {
         crate::error::say(format_args!("{}: {e}", args.name()));
         // The last tick counts if it was completed before the end.
-        let _ = complete(session, &mut witness, &mut state, &frame);
+        let _ = waiting.map(|frame| complete(session, &mut witness, &mut state, &frame));
     }
     let ending = match (broken, session.ending()) {
         (Some(_), _) | (None, None) => Ending::Broken,

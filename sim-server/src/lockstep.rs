@@ -56,6 +56,8 @@ pub struct Lockstep {
     /// Digest of the frame of that tick.
     digest: u64,
     phase: Phase,
+    /// Whoever was there has been told how the run ends.
+    last_word_is_out: bool,
     /// What happened and nobody was told yet.
     unsaid: VecDeque<Step>,
 }
@@ -73,6 +75,7 @@ impl Lockstep {
             tick: 0,
             digest: 0,
             phase: Phase::Done,
+            last_word_is_out: false,
             unsaid: VecDeque::new(),
         }
     }
@@ -81,6 +84,12 @@ impl Lockstep {
     #[must_use]
     pub fn seats(&self) -> &[Seat] {
         &self.seats
+    }
+
+    /// Places of those who are lost: whoever is among them is told so by the
+    /// next frame, should it still be there.
+    pub fn lost(&self) -> impl Iterator<Item = usize> {
+        self.seats.iter().enumerate().filter(|(_, s)| s.loss().is_some()).map(|(i, _)| i)
     }
 
     /// How the run ends or ended.
@@ -177,7 +186,10 @@ impl Lockstep {
             seat.slow_said = false;
         }
         self.state = match self.state {
-            State::Ending { .. } => State::Ending { since_ns: Some(now_ns) },
+            State::Ending { .. } => {
+                self.last_word_is_out = true;
+                State::Ending { since_ns: Some(now_ns) }
+            }
             _ => State::Awaiting { since_ns: now_ns },
         };
     }

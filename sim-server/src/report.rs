@@ -86,7 +86,8 @@ impl RunReport {
         remarks.extend(outcome.source_error.iter().map(ToString::to_string));
         let there = |file: &str| {
             let path = out_dir.join(file);
-            path.exists().then(|| path.display().to_string())
+            // What was in the way of a file (a folder) is none of this run's.
+            (path.exists() && !path.is_dir()).then(|| path.display().to_string())
         };
         let has = |role| header.roster.iter().any(|p| p.role == role);
         let scores_file = has(rusty_contract::Role::Scorer).then(|| there("score.json")).flatten();

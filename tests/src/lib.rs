@@ -6,7 +6,10 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
 
+mod dice;
 pub mod fuzz;
+
+pub use dice::{Dice, cases};
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -144,8 +147,15 @@ impl Process {
 
     /// Waits for the end, under the watchdog.
     #[track_caller]
-    pub fn wait(mut self) -> Ended {
-        let deadline = Instant::now() + WATCHDOG;
+    pub fn wait(self) -> Ended {
+        self.wait_within(WATCHDOG)
+    }
+
+    /// The same under a shorter one: for what must not come about by a timeout
+    /// of the run.
+    #[track_caller]
+    pub fn wait_within(mut self, limit: Duration) -> Ended {
+        let deadline = Instant::now() + limit;
         let status = loop {
             if let Some(status) = self.child.try_wait().unwrap() {
                 break status;
@@ -194,17 +204,34 @@ pub fn launch_to(tag: &str, out: &Path, args: &[&str], code: i32) -> Value {
     ended.json()
 }
 
-/// Fails if the run has left anything in shared memory or its folder.
+/// Fails if the run has left anything in shared memory or its folder. Another
+/// server that starts, or `clean`, sweeps beside it: one that looks at a folder
+/// in the moment in which it goes makes it once more, takes its lock, and
+/// removes it. What is still there after that was left.
 #[track_caller]
 pub fn nothing_left(run: &RunName) {
-    let traces = Domain::traces(run);
-    assert!(traces.is_empty(), "left behind: {traces:?}");
+    const SWEEPER: Duration = Duration::from_secs(5);
+    let deadline = Instant::now() + SWEEPER;
+    loop {
+        let traces = Domain::traces(run);
+        if traces.is_empty() {
+            return;
+        }
+        assert!(Instant::now() < deadline, "left behind: {traces:?}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
 }
 
 /// Waits under the watchdog until `done` says so.
 #[track_caller]
-pub fn until(what: &str, mut done: impl FnMut() -> bool) {
-    let deadline = Instant::now() + WATCHDOG;
+pub fn until(what: &str, done: impl FnMut() -> bool) {
+    until_within(WATCHDOG, what, done);
+}
+
+/// The same under a shorter one.
+#[track_caller]
+pub fn until_within(limit: Duration, what: &str, mut done: impl FnMut() -> bool) {
+    let deadline = Instant::now() + limit;
     while !done() {
         assert!(Instant::now() < deadline, "{what}: never happened");
         std::thread::sleep(Duration::from_millis(2));

@@ -5,7 +5,7 @@
 //! |      0 |    8 | `run_id`       | u64       | this run, drawn afresh at every start                  |
 //! |      8 |    8 | `published_ns` | u64       | monotonic clock at send: a hint for waiting, no data   |
 //! |     16 |    4 | `phase`        | u32       | 0 tick; otherwise why the run ended, see [`Phase`]     |
-//! |     20 |    4 | `reserved`     | u32       | zero                                                   |
+//! |     20 |    4 | `lost`         | u32       | bit k: nobody waits for place k of the roster any more |
 //! |     24 |    8 | `digest`       | u64       | XXH3-64 of the observable part                         |
 //! |     32 |   32 | `sealed`       | `[u8; 32]`  | the true pose and the digest, enciphered               |
 //! |     64 |    8 | `tick`         | u64       | from 0                                                 |
@@ -21,7 +21,7 @@
 //! The *observable part* is `tick` up to the last range in use: bytes 64 to
 //! 120 + 8·beams. It is all an estimator may know, it is all the digest
 //! covers, and so the digest is the same in every run of the same seed. Run
-//! id, clock and ciphertext differ from run to run and are no data.
+//! id, clock, losses and ciphertext differ from run to run and are no data.
 
 use bytemuck::{Pod, Zeroable};
 use rusty_geometry::{EncoderTicks, SE2, Twist};
@@ -52,7 +52,7 @@ pub struct Frame {
     /// Monotonic clock of the sender, ns: a hint for waiting.
     pub published_ns: u64,
     phase: u32,
-    reserved: u32,
+    lost: u32,
     digest: u64,
     sealed: SealedTruth,
     tick: u64,
@@ -72,7 +72,7 @@ field_table! {
         run_id: "u64" at 0, 8;
         published_ns: "u64" at 8, 8;
         phase: "u32" at 16, 4;
-        reserved: "u32" at 20, 4;
+        lost: "u32" at 20, 4;
         digest: "u64" at 24, 8;
         sealed: "[u8; 32]" at 32, 32;
         tick: "u64" at 64, 8;
@@ -112,7 +112,7 @@ impl Frame {
     /// until [`write_scan`](Self::write_scan).
     pub fn begin(&mut self, tick: u64, time_s: f64, ticks: EncoderTicks, command: Twist) {
         self.phase = Phase::Tick as u32;
-        self.reserved = 0;
+        self.lost = 0;
         self.tick = tick;
         self.time_s = time_s;
         self.left_ticks = ticks.left;
@@ -153,6 +153,20 @@ impl Frame {
         self.phase = phase as u32;
         self.digest = self.observable_digest();
         self.sealed = SealedTruth::zeroed();
+    }
+
+    /// Says who is lost, by places in the roster. Call it after
+    /// [`begin`](Self::begin) or [`end`](Self::end), which clear it.
+    pub fn set_lost(&mut self, places: impl Iterator<Item = usize>) {
+        let bits = places.filter_map(|place| 1u32.checked_shl(place as u32));
+        self.lost = bits.fold(0, |all, bit| all | bit);
+    }
+
+    /// Whether the run goes on without the participant at this place of the
+    /// roster: what it answers is not looked at any more.
+    #[must_use]
+    pub fn has_lost(&self, participant: u32) -> bool {
+        1u32.checked_shl(participant).is_some_and(|bit| self.lost & bit != 0)
     }
 
     /// What this frame is. An unknown number is read as [`Phase::Aborted`]:
@@ -275,6 +289,19 @@ mod tests {
         assert_eq!(frame.observable_digest(), digest);
         frame.ranges_m[2] = f64::from_bits(frame.ranges_m[2].to_bits() ^ 1);
         assert_ne!(frame.observable_digest(), digest);
+    }
+
+    #[test]
+    fn who_is_lost_can_be_read_and_is_no_data() {
+        let mut frame = sample();
+        frame.seal(&TruthKey::from_bytes([3; 32]), None);
+        let digest = frame.digest();
+        frame.set_lost([0, 15, 31, 32, usize::MAX].into_iter());
+        assert_eq!(frame.observable_digest(), digest);
+        let lost: Vec<u32> = (0..100).filter(|place| frame.has_lost(*place)).collect();
+        assert_eq!(lost, [0, 15, 31]);
+        frame.end(Phase::Done, 8);
+        assert!(!frame.has_lost(0));
     }
 
     #[test]

@@ -26,27 +26,33 @@
 //! follows, each check under the name of its rule.
 //!
 //! 1. **Start.** A launcher starts the client with its own arguments and then
-//!    `--run NAME --name NAME --wait balanced|spin|block`; scorers and loggers
-//!    also get `--key-stdin`, and the key, 64 hexadecimal digits, as the first
-//!    line of their standard input.
+//!    `--run NAME --name NAME --wait balanced|spin|block --launcher PID`;
+//!    scorers and loggers also get `--key-stdin`, and the key, 64 hexadecimal
+//!    digits, as the first line of their standard input. Once that process is
+//!    gone there is nothing left to join.
 //! 2. **Find the run.** Its folder is `/tmp/rusty-<uid>/<run>`; the file `lock`
 //!    in it holds `<server pid> <nonce>` and is locked (`flock`) for as long as
 //!    the server lives. The transport is iceoryx2 with that folder as root path
 //!    and a prefix made of run, user and nonce (`rusty_link`, `Domain`). Its
-//!    six services are `join` (request-response of bytes), `frames`, `tallies`
-//!    and `answers` (publish-subscribe of [`Frame`], [`Tally`], [`Answer`]),
-//!    `wake-clients` and `wake-server` (events); `join` is created last, so
-//!    where it is, all are.
+//!    services are `join` and `control` (request-response of bytes), `frames`,
+//!    `tallies` and `answers` (publish-subscribe of [`Frame`], [`Tally`],
+//!    [`Answer`]), `wake-clients` and `wake-server` (events); `join` is created
+//!    last, so where it is, all are.
 //! 3. **Ask.** Send a [`JoinRequest`] as JSON. The reply is a [`JoinReply`]:
 //!    a [`Start`], or a [`Refusal`]: print its reason and end, code not 0.
+//!    Where `catch_up` of the `Start` is set, this client comes back into a run:
+//!    the first so many frames (and tallies) come by the services it names, in
+//!    order, and all later ones as usual.
 //! 4. **Ready.** Open the ports on `frames` and `answers` (scorers and loggers:
 //!    `tallies`), then send an answer of kind 7. The first frame is published
 //!    when everyone has; frames do not wait for ports that open later.
 //! 5. **Take a frame** whose `run_id` is that of `Start`. Frames of other runs
 //!    are skipped. Ticks only grow: *a frame whose tick is not greater than the
 //!    last one taken was seen before and is skipped, without an answer.*
-//! 6. **Answer it**, exactly once: `run_id` and `participant` of `Start`, `tick`
-//!    and `digest` of the frame, and a [`Reply`]. The answer is the
+//!    A frame whose `lost` has the bit of one's own place says that the run
+//!    goes on without this client: say so and end, with code 3.
+//! 6. **Answer it**, exactly once: `run_id`, `participant` and `ticket` of
+//!    `Start`, `tick` and `digest` of the frame, and a [`Reply`]. The answer is the
 //!    acknowledgement; nothing happens until all awaited have answered.
 //!    Estimators estimate or abstain, a driver gives a command (without one
 //!    the robot stands), scorers and loggers say taken. What is not asked for

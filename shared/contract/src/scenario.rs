@@ -132,9 +132,9 @@ pub struct Participant {
     /// Its role.
     #[serde(default = "estimator")]
     pub role: Role,
-    /// Program and arguments. `launch` appends `--run`, `--name`, `--wait` and,
-    /// for scorers and loggers, `--key-stdin`. A bare
-    /// program name is looked up beside the server, then on the path. Empty:
+    /// Program and arguments. `launch` appends `--run`, `--name`, `--wait`,
+    /// `--launcher` and, for scorers and loggers, `--key-stdin`. A bare program
+    /// name is looked up beside the server, then on the path. Empty:
     /// started by hand.
     #[serde(default)]
     pub command: Vec<String>,

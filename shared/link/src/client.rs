@@ -85,8 +85,25 @@ impl ClientLink {
         timeout: Duration,
         stop: &AtomicBool,
     ) -> Result<Self, LinkError> {
+        Self::join_launched(run, None, request, policy, timeout, stop)
+    }
+
+    /// The same for a participant that was started by the run's server. One
+    /// that is started by hand waits for its server to come; `launcher` has
+    /// come, and once it is gone there is nothing to wait for.
+    ///
+    /// # Errors
+    /// As [`join`](Self::join); [`LinkError::ServerGone`] if the launcher is.
+    pub fn join_launched(
+        run: &RunName,
+        launcher: Option<&Peer>,
+        request: &JoinRequest,
+        policy: WaitPolicy,
+        timeout: Duration,
+        stop: &AtomicBool,
+    ) -> Result<Self, LinkError> {
         let deadline = Instant::now() + timeout;
-        let joined = Lobby::find(run, deadline, stop).and_then(|lobby| {
+        let joined = Lobby::find(run, launcher, deadline, stop).and_then(|lobby| {
             let start = lobby.ask(request, deadline, stop)?;
             Self::open(lobby, policy, start)
         });
@@ -159,7 +176,8 @@ impl ClientLink {
     /// Waits for the next frame, for at most `at_most`.
     ///
     /// # Errors
-    /// [`LinkError::ServerGone`], [`LinkError::Stopped`].
+    /// [`LinkError::ServerGone`], [`LinkError::Stopped`];
+    /// [`LinkError::Dropped`] once the run goes on without this participant.
     pub fn wait_frame(
         &mut self,
         at_most: Duration,
@@ -185,9 +203,9 @@ impl ClientLink {
             // no need to.
             if self.server.is_dead() {
                 // Its last frame may have come between the two looks.
-                return match self.next_frame() {
-                    Ok(Some(frame)) => Ok(Incoming::Frame(frame)),
-                    _ => Err(LinkError::ServerGone { pid: self.server.pid() }),
+                return match self.next_frame()? {
+                    Some(frame) => Ok(Incoming::Frame(frame)),
+                    None => Err(LinkError::ServerGone { pid: self.server.pid() }),
                 };
             }
             let now = Instant::now();
@@ -205,6 +223,7 @@ impl ClientLink {
         }
     }
 
+    /// The next frame, if there is one and it is meant for this participant.
     fn next_frame(&mut self) -> Result<Option<BorrowedFrame>, LinkError> {
         let borrowed = |sample| BorrowedFrame { sample, taken_ns: monotonic_ns() };
         let again = match self.refeed.as_mut().filter(|refeed| !refeed.is_over()) {
@@ -217,7 +236,12 @@ impl ClientLink {
         let sample = self.frames.receive().map_err(LinkError::transport("receive a frame"))?;
         // No tick of the run is out while this one catches up, but its last
         // word may be.
-        Ok(sample.filter(|s| !again || is_last_word(&s.payload().0)).map(borrowed))
+        let sample = sample.filter(|s| !again || is_last_word(&s.payload().0));
+        let Some(frame) = sample.map(borrowed) else { return Ok(None) };
+        if frame.run_id == self.start.run_id && frame.has_lost(self.start.participant) {
+            return Err(LinkError::Dropped { name: self.start.name.clone() });
+        }
+        Ok(Some(frame))
     }
 
     /// Answers a frame. The answer is the acknowledgement.

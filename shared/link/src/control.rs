@@ -46,7 +46,7 @@ pub fn control(
 ) -> Result<ControlReply, LinkError> {
     let never = AtomicBool::new(false);
     let now = Instant::now();
-    let lobby = Lobby::find(run, now, &never)?;
+    let lobby = Lobby::find(run, None, now, &never)?;
     let json = serde_json::to_vec(&request).map_err(LinkError::transport("write a request"))?;
     let deadline = now.checked_add(timeout).unwrap_or(now);
     let reply = lobby.exchange("control", &json, deadline, &never)?;

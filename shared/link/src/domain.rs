@@ -26,7 +26,7 @@ use crate::lock::{
     SWEEP_TIME, check_own_folder, ensure_own_folder, is_current, prefix_of, read_lock, read_pid,
     take_lock,
 };
-use crate::sweep::{memory_files, sweep_folder, sweep_memory};
+use crate::sweep::{memory_files, memory_without_run, remove_memory, sweep_folder, sweep_memory};
 
 /// One run's place on this machine.
 #[derive(Debug)]
@@ -170,6 +170,25 @@ impl Domain {
             }
         }
         Ok(swept)
+    }
+
+    /// Removes shared memory of this user's runs that has no folder any more,
+    /// and says what it was: what a process left that was killed while it
+    /// opened its ports in a run that others swept. For a person to ask for,
+    /// not for a start to do: where two containers share memory but not `/tmp`,
+    /// the other's runs have no folder here.
+    ///
+    /// # Errors
+    /// [`DomainError::Io`] names what could not be removed.
+    pub fn sweep_orphans() -> Result<Vec<PathBuf>, DomainError> {
+        let mut names = Ok(Vec::new());
+        let orphans = memory_without_run(|| {
+            names = Self::names();
+            names.iter().flatten().map(prefix_of).collect()
+        });
+        names?;
+        orphans.iter().try_for_each(|path| remove_memory(path))?;
+        Ok(orphans)
     }
 
     /// The domain of this name, whatever its state.
@@ -350,5 +369,23 @@ mod tests {
         let view = Domain::find(&alive).unwrap();
         assert!(!view.sweep_if_dead().unwrap());
         assert!(living.folder().exists());
+    }
+
+    #[test]
+    fn memory_without_a_folder_is_an_orphan_unless_it_is_not_ours() {
+        let living = Domain::create(&name("kept")).unwrap();
+        let file = |text: &str| {
+            let path = Path::new("/dev/shm").join(text);
+            fs::write(&path, "x").unwrap();
+            path
+        };
+        let orphan = file(&format!("{}0a1b2c_x", prefix_of(&name("orphan"))));
+        let kept = file(&format!("{}x", living.memory_prefix()));
+        let strange = file(&format!("rusty-nail-{}", std::process::id()));
+        assert!(Domain::sweep_orphans().unwrap().contains(&orphan));
+        assert!(!orphan.exists() && kept.exists() && strange.exists());
+        fs::remove_file(strange).unwrap();
+        drop(living);
+        assert!(!kept.exists());
     }
 }

@@ -41,6 +41,16 @@ pub enum LinkError {
         /// Its process.
         pid: u32,
     },
+    /// The run goes on without this participant.
+    #[error(
+        "{name:?} was dropped from this run: the server did not wait for it any longer, or could \
+         not use its answer (its own report says which), and went on; it cannot come back into \
+         the run"
+    )]
+    Dropped {
+        /// Its name.
+        name: String,
+    },
     /// Somebody asked this process to stop.
     #[error("stopped on request")]
     Stopped,

@@ -25,14 +25,22 @@ pub(crate) struct Lobby {
 }
 
 impl Lobby {
-    /// Looks for the run until it is there or `deadline` is over.
+    /// Looks for the run until it is there, the server that launched this
+    /// process for it is gone, or `deadline` is over.
     pub(crate) fn find(
         run: &RunName,
+        launcher: Option<&Peer>,
         deadline: Instant,
         stop: &AtomicBool,
     ) -> Result<Self, LinkError> {
         loop {
-            match Self::enter(run) {
+            let entered = Self::enter(run);
+            // Asked last: the run that was entered may be a later one of the
+            // same name.
+            if let Some(server) = launcher.filter(|server| server.is_dead()) {
+                return Err(LinkError::ServerGone { pid: server.pid() });
+            }
+            match entered {
                 Ok(lobby) => return Ok(lobby),
                 Err(e) if Instant::now() >= deadline => return Err(e),
                 // Not there yet, or still being set up.

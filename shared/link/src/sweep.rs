@@ -1,10 +1,12 @@
 //! Removing what a run has on this machine: memory, sockets, folder.
 
 use std::fs;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::domain_error::{DomainError, io};
+use crate::lock::{MEMORY, PREFIX_LENGTH};
 
 /// Where the kernel keeps named shared memory.
 pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
@@ -19,12 +21,38 @@ pub(crate) fn memory_files(prefix: &str) -> Vec<PathBuf> {
         .collect()
 }
 
+/// Memory of this user's runs that belongs to none of `runs`: names that begin
+/// as ours do, but not with one of these prefixes.
+pub(crate) fn memory_without_run(runs: impl FnOnce() -> Vec<String>) -> Vec<PathBuf> {
+    let me = rustix::process::getuid().as_raw();
+    let mut files = memory_files(MEMORY);
+    files.retain(|path| {
+        let name = path.file_name().unwrap_or_default().as_encoded_bytes();
+        let is_ours = name.len() > PREFIX_LENGTH
+            && name[MEMORY.len()..PREFIX_LENGTH].iter().all(u8::is_ascii_hexdigit);
+        is_ours && fs::symlink_metadata(path).is_ok_and(|m| m.is_file() && m.uid() == me)
+    });
+    // Asked for after the files: a run that starts meanwhile has its folder
+    // before its memory.
+    let runs = runs();
+    files.retain(|path| {
+        let name = path.file_name().unwrap_or_default().as_encoded_bytes();
+        !runs.iter().any(|prefix| name.starts_with(prefix.as_bytes()))
+    });
+    files
+}
+
 /// Removes all named shared memory that begins with `prefix`.
 pub(crate) fn sweep_memory(prefix: &str) -> Result<(), DomainError> {
     for path in memory_files(prefix) {
-        gone(fs::remove_file(&path)).map_err(io(&path, "remove"))?;
+        remove_memory(&path)?;
     }
     Ok(())
+}
+
+/// Removes one name; whoever has it mapped keeps what it mapped.
+pub(crate) fn remove_memory(path: &Path) -> Result<(), DomainError> {
+    gone(fs::remove_file(path)).map_err(io(path, "remove"))
 }
 
 /// Empties the folder; with `whole`, removes lock and folder too.

@@ -52,6 +52,7 @@ impl Client {
             .args(&kit.command[1..])
             .args(["--run", run.as_str(), "--name", &kit.name])
             .args(["--wait", &kit.wait.to_string()])
+            .args(["--launcher", &std::process::id().to_string()])
             .stdin(if holds_key { Stdio::piped() } else { Stdio::null() })
             .stdout(out)
             .stderr(err)

@@ -13,7 +13,7 @@ impl Lockstep {
         if answer.run_id != self.rules.run_id || place >= self.seats.len() {
             return;
         }
-        let ending = matches!(self.state, State::Ending { since_ns: Some(_) });
+        let ending = self.last_word_is_out;
         let seat = &mut self.seats[place];
         if answer.ticket != seat.ticket || matches!(seat.state, SeatState::Away { .. }) {
             // Somebody who has the seat no more, or never had it.

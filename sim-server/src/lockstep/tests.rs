@@ -203,6 +203,26 @@ fn who_says_ready_again_and_again_does_not_keep_the_run_from_ending() {
 }
 
 #[test]
+fn who_hears_the_last_word_before_it_was_heard_may_say_goodbye() {
+    let mut m = Lockstep::new(rules(9, OnLoss::Abort), &roster(), 0);
+    for (i, name) in ["a", "b"].iter().enumerate() {
+        assert_eq!(m.join(&JoinRequest::new(name, 100 + i as u32, 0, "test"), 0), Ok(i));
+    }
+    m.died(0, "killed");
+    assert!(matches!(m.next(1, quiet), Step::Lost(_)));
+    assert_eq!(m.next(1, quiet), Step::End(Phase::Aborted));
+    m.published(0, 1);
+    // Its ports were open in time for the last word; both answers come at once.
+    m.answer(&say(1, 0, 0, Message::Ready), 2);
+    m.answer(&say(1, 0, 0, Message::Goodbye), 2);
+    assert_eq!(m.next(2, quiet), Step::End(Phase::Aborted));
+    m.published(0, 2);
+    m.died(2, "ended");
+    assert_eq!(m.next(3, quiet), Step::Finished);
+    assert_eq!(m.seats()[1].loss(), None);
+}
+
+#[test]
 fn who_is_lost_comes_back_and_is_given_everything_again() {
     let mut m = gathered(5, OnLoss::Restart);
     for tick in 0..2 {

@@ -45,6 +45,19 @@ pub enum ChildrenError {
         /// What it said.
         error: std::io::Error,
     },
+    /// There is no place for what it prints.
+    #[error(
+        "participant {name:?}: what it prints cannot be kept: {path}: {error}; give a folder \
+         that can be written with --out"
+    )]
+    Talk {
+        /// Whose.
+        name: String,
+        /// The file.
+        path: String,
+        /// What the operating system said.
+        error: std::io::Error,
+    },
 }
 
 struct Running {
@@ -214,8 +227,11 @@ fn start_one(
         error,
     };
     let talk = spawn.out_dir.join(format!("{name}.txt"));
-    let out = File::create(&talk).map_err(error)?;
-    let err = out.try_clone().map_err(error)?;
+    let (out, err) = open_talk(&talk).map_err(|error| ChildrenError::Talk {
+        name: name.clone(),
+        path: talk.display().to_string(),
+        error,
+    })?;
     let holds_key = participant.role.holds_key();
     let confined = spawn.gates.get(seat).is_some_and(Gate::confines);
     let mut command = if confined {
@@ -229,6 +245,8 @@ fn start_one(
         .args(&participant.command[1..])
         .args(["--run", spawn.run.as_str(), "--name", name])
         .args(["--wait", &spawn.wait.to_string()])
+        // Should this process be killed, they need not wait for their run.
+        .args(["--launcher", &std::process::id().to_string()])
         .stdin(if holds_key { Stdio::piped() } else { Stdio::null() })
         .stdout(out)
         .stderr(err)
@@ -250,6 +268,13 @@ fn spawn_with_key(command: &mut Command, key: Option<&str>) -> std::io::Result<C
         let _ = writeln!(pipe, "{key}");
     }
     Ok(child)
+}
+
+/// The file of what a participant prints, for its stdout and its stderr.
+fn open_talk(path: &Path) -> std::io::Result<(File, File)> {
+    let out = File::create(path)?;
+    let err = out.try_clone()?;
+    Ok((out, err))
 }
 
 /// A path is taken as it is; a bare name is looked up beside the server, in

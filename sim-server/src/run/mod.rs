@@ -100,7 +100,10 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// A run over `link` that waits for nobody yet.
+    /// A run over `link`, which waits for nobody yet. The link is made before
+    /// any participant is started: one that is killed while it makes the first
+    /// file of a domain leaves a name that nobody can use, the server included.
+    #[must_use]
     pub fn new(
         setup: RunSetup,
         link: ServerLink,
@@ -216,6 +219,7 @@ impl<'a> Run<'a> {
             }
         };
         frame.run_id = self.setup.run_id;
+        frame.set_lost(self.lockstep.lost());
         frame.seal(&self.key, truth);
         self.digest.absorb_frame(&frame, truth);
         let digest = frame.digest();
@@ -266,6 +270,7 @@ impl<'a> Run<'a> {
         let mut frame = self.link.loan()?;
         frame.end(phase, self.lockstep.ticks_done());
         frame.run_id = self.setup.run_id;
+        frame.set_lost(self.lockstep.lost());
         let digest = frame.digest();
         let now = self.link.publish(frame)?;
         self.lockstep.published(digest, now);

@@ -14,6 +14,8 @@ use crate::cli::JsonArgs;
 /// [`VerbError`](crate::error::VerbError) names what could not be removed.
 pub fn clean(args: &JsonArgs) -> Verbed {
     let swept: Vec<String> = Domain::sweep_dead()?.iter().map(ToString::to_string).collect();
+    let orphans = Domain::sweep_orphans()?;
+    let orphans: Vec<String> = orphans.iter().map(|path| path.display().to_string()).collect();
     let alive: Vec<(String, u32)> = Domain::list()?
         .into_iter()
         .filter_map(|(run, state)| match state {
@@ -24,14 +26,14 @@ pub fn clean(args: &JsonArgs) -> Verbed {
     if args.json {
         let alive: Vec<_> =
             alive.iter().map(|(run, pid)| json!({ "run": run, "pid": pid })).collect();
-        print_json(&json!({ "removed": swept, "alive": alive }));
+        print_json(&json!({ "removed": swept, "orphans": orphans, "alive": alive }));
         return Ok(Exit::Done);
     }
-    if swept.is_empty() {
+    if swept.is_empty() && orphans.is_empty() {
         outln!("nothing to remove");
     }
-    for run in swept {
-        outln!("removed {run}");
+    for what in swept.iter().chain(&orphans) {
+        outln!("removed {what}");
     }
     for (run, pid) in alive {
         outln!("alive   {run} (process {pid})");

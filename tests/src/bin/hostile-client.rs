@@ -16,7 +16,7 @@ use rustix::process::{Pid, Signal};
 use rusty_clients::dead_reckoning::DeadReckoning;
 use rusty_contract::answer::Message;
 use rusty_contract::{Answer, Exit, JoinRequest, Phase, Reply, RunName};
-use rusty_link::{ClientLink, Domain, Incoming, LinkError, WaitPolicy};
+use rusty_link::{ClientLink, Domain, Incoming, LinkError, Peer, WaitPolicy};
 
 #[derive(Parser)]
 struct Cli {
@@ -29,6 +29,8 @@ struct Cli {
     name: String,
     #[arg(long, default_value_t)]
     wait: WaitPolicy,
+    #[arg(long)]
+    launcher: Option<u32>,
     /// The scenario of this run
     #[arg(long, default_value = ".")]
     scenario: PathBuf,
@@ -65,7 +67,9 @@ fn main() -> Exit {
     let Some(run) = &cli.run else { return Exit::Usage };
     let stop = AtomicBool::new(false);
     let request = JoinRequest::new(&cli.name, std::process::id(), cli.wait.awake_ns(), "hostile");
-    let joined = ClientLink::join(run, &request, cli.wait, Duration::from_secs(20), &stop);
+    let (launcher, timeout) = (cli.launcher.map(Peer::new), Duration::from_secs(20));
+    let joined =
+        ClientLink::join_launched(run, launcher.as_ref(), &request, cli.wait, timeout, &stop);
     match joined.and_then(|mut link| take_part(&cli, &inherited, &mut link, &stop)) {
         Ok(()) => Exit::Done,
         Err(e) => {

@@ -7,11 +7,12 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::Parser;
+use rustix::process::Signal;
 use rusty_clients::dead_reckoning::DeadReckoning;
 use rusty_contract::answer::Message;
 use rusty_contract::{Answer, Estimate, Exit, JoinRequest, Phase, Reply, RunName};
 use rusty_geometry::{SE2, Twist};
-use rusty_link::{BorrowedFrame, ClientLink, Incoming, LinkError, WaitPolicy, monotonic_ns};
+use rusty_link::{BorrowedFrame, ClientLink, Incoming, LinkError, Peer, WaitPolicy, monotonic_ns};
 
 #[derive(Parser)]
 struct Cli {
@@ -30,7 +31,11 @@ struct Cli {
     /// wrong-name, silent-refusal, any-run (answers frames of other runs),
     /// integrates (a frame shown twice counts twice), chance, skew (a lopsided
     /// covariance), bad-code (ends with 5), last-word (answers it),
-    /// orphan (goes on without a server), needs-map (panics without)
+    /// orphan (goes on without a server), needs-map (panics without);
+    /// kill-holding, kill-answered, kill-released,
+    /// kill-last, kill-goodbye (SIGKILL: before the answer, after it, with the frame given
+    /// back, before and after the goodbye), kill-joining (SIGKILL sleep-us after it began to
+    /// join), stop-holding, stop-answered (SIGSTOP once)
     #[arg(long, default_value = "")]
     mode: String,
     /// From which tick on
@@ -44,6 +49,8 @@ struct Cli {
     late_ms: u64,
     #[arg(long)]
     key_stdin: bool,
+    #[arg(long)]
+    launcher: Option<u32>,
 }
 
 fn main() -> Exit {
@@ -59,14 +66,24 @@ fn main() -> Exit {
         "wrong-name" => request.name.push('x'),
         _ => {}
     }
-    let joined = ClientLink::join(&cli.run, &request, cli.wait, Duration::from_secs(20), &stop);
+    if cli.mode == "kill-joining" {
+        let after = Duration::from_micros(cli.sleep_us);
+        std::thread::spawn(move || {
+            std::thread::sleep(after);
+            signal_self(Signal::KILL);
+        });
+    }
+    let launcher = cli.launcher.map(Peer::new);
+    let timeout = Duration::from_secs(20);
+    let joined =
+        ClientLink::join_launched(&cli.run, launcher.as_ref(), &request, cli.wait, timeout, &stop);
     match joined.and_then(|mut link| take_part(&cli, &mut link, &stop)) {
         Ok(()) if cli.mode == "bad-code" => std::process::exit(5),
         Ok(()) => Exit::Done,
         Err(LinkError::Refused(_)) if cli.mode == "silent-refusal" => Exit::Done,
         Err(e) => {
             eprintln!("probe: {e}");
-            Exit::Failed
+            if matches!(e, LinkError::Dropped { .. }) { Exit::Lost } else { Exit::Failed }
         }
     }
 }
@@ -96,13 +113,7 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
             continue;
         }
         if frame.phase() != Phase::Tick {
-            if cli.mode == "last-word" {
-                link.answer(&frame, &Message::Reply(Reply::Abstain))?;
-            }
-            if cli.mode == "linger" {
-                std::thread::sleep(Duration::from_secs(600));
-            }
-            return link.send_raw(Answer::carrying(&Message::Goodbye));
+            return say_goodbye(cli, link, &frame);
         }
         let pose = odometry.advance(frame.ticks());
         let step_m = frame.command().v_m_s * start.dt_s;
@@ -131,8 +142,27 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
             return link.send_raw(Answer::carrying(&Message::Goodbye));
         } else {
             misbehave(cli, link, &frame, reply)?;
+            drop(frame);
+            if cli.mode == "kill-released" {
+                signal_self(Signal::KILL);
+            }
         }
     }
+}
+
+/// After the last frame.
+fn say_goodbye(cli: &Cli, link: &mut ClientLink, frame: &BorrowedFrame) -> Result<(), LinkError> {
+    match cli.mode.as_str() {
+        "last-word" => link.answer(frame, &Message::Reply(Reply::Abstain))?,
+        "linger" => std::thread::sleep(Duration::from_secs(600)),
+        "kill-last" => signal_self(Signal::KILL),
+        _ => {}
+    }
+    link.send_raw(Answer::carrying(&Message::Goodbye))?;
+    if cli.mode == "kill-goodbye" {
+        signal_self(Signal::KILL);
+    }
+    Ok(())
 }
 
 /// Answers one frame, or not, as the mode says.
@@ -163,6 +193,8 @@ fn misbehave(
         "pause" if frame.tick() == cli.at => {
             std::thread::sleep(Duration::from_micros(cli.sleep_us));
         }
+        "kill-holding" => signal_self(Signal::KILL),
+        "stop-holding" if frame.tick() == cli.at => signal_self(Signal::STOP),
         "exit" => std::process::exit(7),
         "fickle-and-mortal" if link.start().catch_up.is_none() => std::process::exit(7),
         "abort" => std::process::abort(),
@@ -173,7 +205,13 @@ fn misbehave(
     if matches!(cli.mode.as_str(), "future-tick" | "old-tick" | "wrong-digest") {
         link.send_raw(raw)
     } else {
-        link.answer(frame, &Message::Reply(reply))
+        link.answer(frame, &Message::Reply(reply))?;
+        match cli.mode.as_str() {
+            "kill-answered" => signal_self(Signal::KILL),
+            "stop-answered" if frame.tick() == cli.at => signal_self(Signal::STOP),
+            _ => {}
+        }
+        Ok(())
     }
 }
 
@@ -191,4 +229,9 @@ fn forge(link: &mut ClientLink, frame: &BorrowedFrame) -> Result<(), LinkError> 
         }
     }
     Ok(())
+}
+
+/// SIGKILL and SIGSTOP leave no time for a further step.
+fn signal_self(signal: Signal) {
+    rusty_tests::send_signal(std::process::id(), signal);
 }

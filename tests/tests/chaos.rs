@@ -1,0 +1,214 @@
+//! The same run under whatever a machine can do to it: everyone stopped and
+//! continued in turn, other work on the cores, slow answers, every way of
+//! waiting, several paces, one to eight estimators. The world keeps its
+//! digest, and so does the run with the same roster.
+//!
+//! `RUSTY_CHAOS=150 cargo test --test chaos` draws more combinations. One that
+//! fails says how to repeat it alone.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use common::*;
+use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+use rusty_tests::*;
+
+/// The run: the Apartment, steered, a scan every fifth tick.
+const RUN: [&str; 5] = ["apartment", "--ticks", "300", "--answer-timeout", "100"];
+/// How many combinations.
+const USUAL: u64 = 30;
+const MOST: usize = 8;
+
+/// What is done to a run.
+#[derive(Debug)]
+struct Chaos {
+    number: u64,
+    estimators: usize,
+    wait: &'static str,
+    pace: &'static str,
+    /// Threads that do nothing but take time.
+    busy: usize,
+    /// Longest sleep before an answer of every second estimator, µs.
+    slow_us: u64,
+    scorer: bool,
+    /// Who is stopped, how long after it was seen, and for how long.
+    stops: Vec<(&'static str, Duration, Duration)>,
+}
+
+/// How many stops hit a process of a run.
+static HITS: AtomicU64 = AtomicU64::new(0);
+
+impl Chaos {
+    fn draw(number: u64) -> Self {
+        let mut dice = Dice::of("chaos", number);
+        let wait = ["balanced", "spin", "block"][(number % 3) as usize];
+        // Those who never sleep need the cores for themselves.
+        let spins = wait == "spin";
+        let all: &[&'static str] = &["sim-server", "dead-reckoning", "e2", "score", "logger"];
+        let first = all[(number % 5) as usize];
+        let mut stops = Vec::new();
+        for _ in 0..1 + dice.below(3) {
+            let who = if stops.is_empty() { first } else { *dice.pick(all) };
+            let (after, during) = (Duration::from_millis(150), Duration::from_millis(60));
+            stops.push((who, dice.time(after), dice.time(during)));
+        }
+        Self {
+            number,
+            estimators: if spins {
+                1 + (number / 3 % 2) as usize
+            } else {
+                1 + number as usize % MOST
+            },
+            wait,
+            pace: *dice.pick(&["max", "max", "50", "20"][..]),
+            busy: if spins { 0 } else { dice.below(4) as usize },
+            slow_us: if spins { 0 } else { *dice.pick(&[0, 0, 300, 2000]) },
+            scorer: stops.iter().any(|(who, ..)| *who == "score") || dice.below(4) == 0,
+            stops,
+        }
+    }
+
+    fn args(&self) -> Vec<String> {
+        let mut args = ["--pace", self.pace, "--wait", self.wait].map(str::to_owned).to_vec();
+        args.extend(roster(self.estimators, self.slow_us));
+        if !self.scorer {
+            args.extend(["--without", "score"].map(str::to_owned));
+        }
+        args
+    }
+
+    fn run(&self) {
+        let args = self.args();
+        let args: Vec<&str> = args.iter().map(String::as_str).collect();
+        let live = Live::start("launch", "chaos", &[&RUN, &args]);
+        let over = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let _over = Raise(&over);
+            for _ in 0..self.busy {
+                scope.spawn(|| {
+                    while !over.load(Ordering::Relaxed) {
+                        std::hint::spin_loop();
+                    }
+                });
+            }
+            for stop in &self.stops {
+                self.stop(&live, *stop);
+            }
+            let after = live.ends_with(0);
+            assert_eq!(text(&after.report, "world_digest"), calm(1).0, "{self:?}");
+            assert_eq!(text(&after.report, "digest"), calm(self.estimators).1, "{self:?}");
+            assert_eq!(after.report["losses"].as_array().map(Vec::len), Some(0));
+        });
+    }
+
+    /// Stops a process once and lets it go on, if it is there and still runs.
+    fn stop(&self, live: &Live, (who, after, during): (&str, Duration, Duration)) {
+        let server = live.server.pid();
+        let ended = || fs::read(format!("/proc/{server}/cmdline")).map_or(true, |c| c.is_empty());
+        let log = live.log();
+        let mut pid = (who == "sim-server").then_some(server);
+        while !ended() && (pid.is_none() || !log.exists()) {
+            let mut all = participants(&live.run).into_iter();
+            pid = pid.or_else(|| all.find(|(_, n)| n == who).map(|(pid, _)| pid));
+            if self.estimators == 1 && who == "e2" {
+                return;
+            }
+        }
+        // Held by a descriptor, its number cannot become another's.
+        let Some(number) = pid.and_then(|pid| Pid::from_raw(pid as i32)) else { return };
+        let Ok(pidfd) = pidfd_open(number, PidfdFlags::empty()) else { return };
+        std::thread::sleep(after);
+        if pidfd_send_signal(&pidfd, Signal::STOP).is_err() {
+            return;
+        }
+        std::thread::sleep(during);
+        let stat = fs::read_to_string(format!("/proc/{number}/stat")).unwrap_or_default();
+        if stat.rsplit(')').next().is_some_and(|rest| rest.trim_start().starts_with('T')) {
+            HITS.fetch_add(1, Ordering::Relaxed);
+        }
+        let _ = pidfd_send_signal(&pidfd, Signal::CONT);
+    }
+}
+
+/// Raised when it goes, whatever happens.
+struct Raise<'a>(&'a AtomicBool);
+
+impl Drop for Raise<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Says how to repeat a combination, if it fails.
+struct Named<'a>(&'a Chaos);
+
+impl Drop for Named<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            println!("{:?} fails; again: RUSTY_CHAOS_CASE={}", self.0, self.0.number);
+        }
+    }
+}
+
+/// Arguments for so many estimators: dead reckoning, and others after it of
+/// which every second one may be slow.
+fn roster(estimators: usize, slow_us: u64) -> Vec<String> {
+    let slow = format!("{} --mode slow --sleep-us {slow_us}", binary("probe-client").display());
+    let one = |k: usize| {
+        let command = if k.is_multiple_of(2) && slow_us > 0 { &slow } else { "dead-reckoning" };
+        ["--add".to_owned(), format!("e{k}={command}")]
+    };
+    (2..=estimators).flat_map(one).collect()
+}
+
+/// World digest and run digest of an undisturbed run with so many estimators.
+fn calm(estimators: usize) -> &'static (String, String) {
+    static CALM: [OnceLock<(String, String)>; MOST] = [const { OnceLock::new() }; MOST];
+    CALM[estimators - 1].get_or_init(|| digests(folder().path(), estimators, &[]))
+}
+
+fn digests(out: &Path, estimators: usize, more: &[&str]) -> (String, String) {
+    let roster = roster(estimators, 0);
+    let mut args: Vec<&str> = RUN.to_vec();
+    args.extend(["--without", "score", "--without", "logger"]);
+    args.extend(roster.iter().map(String::as_str).chain(more.iter().copied()));
+    let report = launch("calm", out, &args);
+    (text(&report, "world_digest").to_owned(), text(&report, "digest").to_owned())
+}
+
+#[test]
+fn whatever_happens_on_the_machine_changes_no_bit() {
+    binaries();
+    let range = cases("RUSTY_CHAOS", USUAL);
+    let next = AtomicU64::new(range.start);
+    let turns = || {
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            if !range.contains(&number) {
+                return;
+            }
+            let chaos = Chaos::draw(number);
+            let _named = Named(&chaos);
+            chaos.run();
+        }
+    };
+    std::thread::scope(|scope| [(); 2].map(|()| scope.spawn(turns)).map(|t| t.join().unwrap()));
+    let hits = HITS.load(Ordering::Relaxed);
+    println!("{range:?}: one digest; {hits} stops hit a process");
+    assert!(range.end - range.start < 10 || hits > 0);
+}
+
+#[test]
+fn another_seed_is_another_run() {
+    let (world, run) = digests(folder().path(), 1, &["--seed", "43"]);
+    assert_ne!(world, calm(1).0);
+    assert_ne!(run, calm(1).1);
+    // A further estimator is another run in the same world.
+    assert_eq!(calm(2).0, calm(1).0);
+    assert_ne!(calm(2).1, calm(1).1);
+}
