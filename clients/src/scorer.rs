@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use rusty_contract::score::ScoreTable;
-use rusty_contract::{Brief, Exit, RunDigest, ScoreReport, Start};
+use rusty_contract::{Brief, Effects, Exit, RunDigest, ScoreReport, Start};
 
 use crate::logger::output_folder;
 use crate::scoring::{RunTrace, png, score, svg};
@@ -20,6 +20,8 @@ pub struct Scorer {
     seed: Option<u64>,
     blind: bool,
     digest: RunDigest,
+    /// Which answers are in effect.
+    effects: Effects,
 }
 
 impl Witness for Scorer {
@@ -36,11 +38,15 @@ impl Witness for Scorer {
             trace: RunTrace::new(&brief.header),
             seed: brief.header.seed(),
             digest: RunDigest::default(),
+            effects: Effects::of(&brief.header),
         })
     }
 
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
-        let estimates = step.replies.iter().map(|r| r.estimate().map(|e| e.pose_in_world));
+        // A late estimate is judged as late as it is.
+        let (tick, has_scan) = (step.frame.tick(), step.frame.ranges_m().is_some());
+        self.effects.close(tick, has_scan, step.replies.iter().copied());
+        let estimates = self.effects.replies().map(|r| r.estimate().map(|e| e.pose_in_world));
         self.trace.push(step.frame.time_s(), step.truth, step.frame.ranges_m(), estimates);
         self.digest = step.digest;
         Ok(())

@@ -18,7 +18,7 @@
 //!
 //! Where losses are made good (`on_loss = "restart"`), time stands still while
 //! a seat is away: its program is started again, joins, is fed every tick from
-//! the first one on by a way of its own, and answers each ([`comeback`]).
+//! the first one on by a way of its own, and answers each (`lockstep/comeback.rs`).
 
 mod comeback;
 mod hear;
@@ -331,12 +331,6 @@ impl Lockstep {
     /// The replies to the current tick: answering seats only, roster order.
     pub fn replies(&self) -> impl ExactSizeIterator<Item = (usize, Reply)> {
         self.answering.iter().map(|&i| (i, self.seats[i].reply.unwrap_or(Reply::Missing)))
-    }
-
-    /// The driver's command in reply to the current tick.
-    #[must_use]
-    pub fn driver_command(&self) -> Option<rusty_geometry::Twist> {
-        self.seats.iter().find(|s| s.driver).and_then(|s| s.reply?.command())
     }
 }
 

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use rusty_contract::score::{Score, ScoreTable};
-use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport};
+use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, Timing};
 use serde::Serialize;
 
 use crate::confine::Gate;
@@ -53,6 +53,8 @@ pub struct RunReport {
     pub losses: Vec<Loss>,
     /// Who was lost and came back.
     pub restarts: Vec<Loss>,
+    /// What came of modelled compute times, where there are any.
+    pub timings: Vec<Timing>,
     /// Participants that ended badly after the run, and why the run ended
     /// early, in words.
     pub remarks: Vec<String>,
@@ -130,6 +132,7 @@ impl RunReport {
             gates: BTreeMap::new(),
             losses: outcome.losses.clone(),
             restarts: outcome.restarts.clone(),
+            timings: outcome.timings.clone(),
             remarks,
             scores,
             unscored,
@@ -189,6 +192,14 @@ impl std::fmt::Display for RunReport {
         }
         for (name, gate) in self.gates.iter().filter(|(_, gate)| **gate != Gate::NotAsked) {
             writeln!(f, "gate     {name}: {gate}")?;
+        }
+        for t in &self.timings {
+            let (name, latest) = (&t.name, t.latest_ticks);
+            write!(f, "timing   {name}: answers take effect up to {latest} ticks later")?;
+            match t.budget_s {
+                Some(budget_s) => writeln!(f, "; {} overruns of {budget_s} s", t.overruns)?,
+                None => writeln!(f)?,
+            }
         }
         for loss in &self.losses {
             writeln!(f, "lost     {loss}")?;

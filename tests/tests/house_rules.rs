@@ -211,3 +211,40 @@ fn the_documented_layouts_are_the_real_ones() {
         assert_eq!(documented(source), real, "{source}");
     }
 }
+
+/// The tests that PROMISES.md names: path and function.
+fn promised() -> Vec<(String, String)> {
+    let text = read("PROMISES.md");
+    let quoted = text.split('`').skip(1).step_by(2);
+    let test = |words: &str| {
+        let (path, name) = words.split_once(".rs::")?;
+        Some((format!("{path}.rs"), name.to_owned()))
+    };
+    quoted.filter_map(test).collect()
+}
+
+#[test]
+fn every_promise_names_a_test_that_is_there() {
+    let tests = promised();
+    assert!(tests.len() > 30, "{} tests are named", tests.len());
+    for (path, name) in tests {
+        let head = format!("fn {name}(");
+        let source = read(&path);
+        let at = source.find(&head).unwrap_or_else(|| panic!("{path} has no test {name}"));
+        let before = source[..at].trim_end();
+        assert!(before.ends_with("#[test]"), "{path}: {name} is no test");
+    }
+}
+
+#[test]
+fn every_promise_has_a_test() {
+    let text = read("PROMISES.md");
+    for row in text.lines().filter(|l| l.starts_with("| ")) {
+        let cells: Vec<&str> = row.split(" | ").collect();
+        if cells[0] == "| promise" {
+            continue;
+        }
+        let held = cells.last().unwrap_or(&"");
+        assert!(held.contains(".rs::") || held.contains("compile-fail"), "nothing holds {row}");
+    }
+}

@@ -91,6 +91,7 @@ pub mod sandbox;
 pub mod scenario;
 pub mod score;
 pub mod tally;
+pub mod timing;
 pub mod truth;
 
 pub use answer::{Answer, AnswerError, Estimate, Reply};
@@ -106,6 +107,7 @@ pub use sandbox::Sandbox;
 pub use scenario::{OnLoss, Participant, Role, Scenario};
 pub use score::ScoreReport;
 pub use tally::{MAX_PARTICIPANTS, Tally};
+pub use timing::{ComputeTime, Effects, Timing};
 pub use truth::{KeyError, SealedTruth, Truth, TruthKey};
 
 /// The version of the protocol between server and participants. It changes

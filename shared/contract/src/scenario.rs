@@ -10,6 +10,7 @@ use crate::config::{FieldError, LidarConfig, RobotConfig, ScriptConfig, at_least
 use crate::names::{NameError, check_participant_name};
 use crate::sandbox::Sandbox;
 use crate::tally::MAX_PARTICIPANTS;
+use crate::timing::ComputeTime;
 
 /// A scenario file (TOML). Every field has a default; an empty file is the
 /// Apartment patrol with dead reckoning, scorer and logger.
@@ -156,6 +157,9 @@ pub struct Participant {
     /// scenario's folder.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<String>,
+    /// How long it is modelled to take for an answer, in simulated time.
+    #[serde(default, skip_serializing_if = "ComputeTime::is_none")]
+    pub compute: ComputeTime,
 }
 
 fn estimator() -> Role {
@@ -179,6 +183,7 @@ impl Participant {
             initial_pose: Access::Given,
             sandbox: Sandbox::None,
             files: Vec::new(),
+            compute: ComputeTime::default(),
         }
     }
 
@@ -290,6 +295,13 @@ impl Scenario {
                 let problem = format!("cannot be had by a {}: it is told the truth", p.role);
                 let remedy = "leave it out: the sandbox is for those who answer or look on";
                 return Err(FieldError::new(field, p.sandbox, problem, remedy).into());
+            }
+            p.compute.check(&format!("participant[{i}].compute"))?;
+            if !p.answers() && !p.compute.is_none() {
+                let field = format!("participant[{i}].compute");
+                let problem = "can be modelled only where answers are part of the run";
+                let remedy = "leave it out, or give it to an estimator or driver";
+                return Err(FieldError::new(field, p.role, problem, remedy).into());
             }
             if !names.insert(&p.name) {
                 let field = format!("participant[{i}].name");

@@ -14,8 +14,6 @@ pub struct Seat {
     pub awaited: bool,
     /// Whether its replies are part of the run.
     pub answering: bool,
-    /// Whether its command moves the robot.
-    pub driver: bool,
     /// Where it stands.
     pub state: SeatState,
     /// Its process, once it has joined.
@@ -188,7 +186,6 @@ impl Seat {
             role: participant.role,
             awaited: participant.is_awaited(),
             answering: participant.answers(),
-            driver: participant.answers() && participant.role == Role::Driver,
             state: SeatState::Absent,
             pid: 0,
             awake_ns: 0,

@@ -2,8 +2,7 @@
 
 use rusty_contract::answer::Message;
 use rusty_contract::tally::TallyEntry;
-use rusty_contract::{Answer, CatchUp, Reply, RunDigest};
-use rusty_geometry::Twist;
+use rusty_contract::{Answer, CatchUp, Effects, Reply, RunDigest};
 use rusty_link::{Feed, LinkError};
 
 use super::Run;
@@ -14,8 +13,8 @@ use crate::source::FrameSource;
 pub(super) struct Feeding {
     feed: Feed,
     source: Box<dyn FrameSource>,
-    /// The driver's command for its next tick.
-    driver: Option<Twist>,
+    /// Which answers were in effect then.
+    effects: Effects,
     digest: RunDigest,
     /// It has been said that this one does not repeat itself.
     differs: bool,
@@ -61,7 +60,7 @@ impl Run<'_> {
         self.feedings[seat] = Some(Feeding {
             feed: self.link.feed(&service)?,
             source,
-            driver: None,
+            effects: Effects::of(self.source.header()),
             digest: RunDigest::default(),
             differs: false,
         });
@@ -72,7 +71,7 @@ impl Run<'_> {
     pub(super) fn feed(&mut self, seat: usize, tick: u64) -> Result<(), LinkError> {
         let Some(feeding) = &mut self.feedings[seat] else { return Ok(()) };
         let mut frame = feeding.feed.loan()?;
-        let truth = match feeding.source.make(feeding.driver, &mut frame) {
+        let truth = match feeding.source.make(feeding.effects.command(), &mut frame) {
             Ok(truth) => truth,
             Err(e) => {
                 self.progress.say(&e.to_string());
@@ -84,14 +83,12 @@ impl Run<'_> {
         frame.run_id = self.setup.run_id;
         frame.seal(&self.key, truth);
         feeding.digest.absorb_frame(&frame, truth);
-        let digest = frame.digest();
+        let (digest, has_scan) = (frame.digest(), frame.ranges_m().is_some());
         let now = feeding.feed.publish(frame)?;
         if tick < self.history.ticks() {
             let replies = self.history.replies(tick);
             feeding.close(self.setup.run_id, tick, &replies, self.lockstep.answering())?;
-            let driver =
-                self.lockstep.answering().iter().position(|&i| self.lockstep.seats()[i].driver);
-            feeding.driver = driver.and_then(|i| replies.get(i)?.command());
+            feeding.effects.close(tick, has_scan, replies.into_iter());
         }
         self.lockstep.fed(seat, digest, now);
         self.link.stay_awake(now);

@@ -25,8 +25,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use rusty_contract::tally::TallyEntry;
-use rusty_contract::{OnLoss, Phase, RunDigest, TruthKey};
-use rusty_geometry::Twist;
+use rusty_contract::{Effects, OnLoss, Phase, RunDigest, Timing, TruthKey};
 use rusty_link::{LinkError, Peer, PeerState, ServerLink, monotonic_ns};
 
 use self::clock::{Clock, May};
@@ -54,6 +53,8 @@ pub struct Outcome {
     pub losses: Vec<Loss>,
     /// Who was lost and came back.
     pub restarts: Vec<Loss>,
+    /// What came of modelled compute times.
+    pub timings: Vec<Timing>,
     /// What else there is to say of it.
     pub remarks: Vec<String>,
     /// From the first frame to the last answer, s.
@@ -76,7 +77,10 @@ pub struct Run<'a> {
     digest: RunDigest,
     /// The digests up to the last tick that is complete.
     closed: RunDigest,
-    driver: Option<Twist>,
+    /// Which answers are in effect.
+    effects: Effects,
+    /// Whether the frame of the current tick has a scan.
+    has_scan: bool,
     losses: Vec<Loss>,
     restarts: Vec<Loss>,
     remarks: Vec<String>,
@@ -117,6 +121,7 @@ impl<'a> Run<'a> {
         let lockstep = Lockstep::new(rules, &header.roster, monotonic_ns());
         let seats = header.roster.len();
         let has_key_holders = header.roster.iter().any(|p| p.role.holds_key());
+        let effects = Effects::of(header);
         let clock = Clock::new(setup.pace, setup.dt_s, setup.paused);
         Self {
             key: setup.key.clone(),
@@ -130,7 +135,8 @@ impl<'a> Run<'a> {
             peers: (0..seats).map(|_| None).collect(),
             digest: RunDigest::default(),
             closed: RunDigest::default(),
-            driver: None,
+            effects,
+            has_scan: false,
             losses: Vec::new(),
             restarts: Vec::new(),
             remarks: Vec::new(),
@@ -209,7 +215,7 @@ impl<'a> Run<'a> {
             return Ok(());
         }
         let mut frame = self.link.loan()?;
-        let truth = match self.source.make(self.driver, &mut frame) {
+        let truth = match self.source.make(self.effects.command(), &mut frame) {
             Ok(truth) => truth,
             Err(e) => {
                 self.progress.say(&e.to_string());
@@ -220,6 +226,7 @@ impl<'a> Run<'a> {
         };
         frame.run_id = self.setup.run_id;
         frame.set_lost(self.lockstep.lost());
+        self.has_scan = frame.ranges_m().is_some();
         frame.seal(&self.key, truth);
         self.digest.absorb_frame(&frame, truth);
         let digest = frame.digest();
@@ -243,7 +250,7 @@ impl<'a> Run<'a> {
         if self.setup.on_loss == OnLoss::Restart {
             self.history.push(lockstep.replies().map(|(_, reply)| reply));
         }
-        self.driver = lockstep.driver_command();
+        self.effects.close(tick, self.has_scan, lockstep.replies().map(|(_, reply)| reply));
         let seats = lockstep.seats();
         self.source.closed(&mut lockstep.replies().map(|(i, r)| (seats[i].name.as_str(), r)));
         if self.has_key_holders {
@@ -289,6 +296,7 @@ impl<'a> Run<'a> {
             seats: self.lockstep.seats().iter().map(|s| s.summary()).collect(),
             losses: self.losses,
             restarts: self.restarts,
+            timings: self.effects.timings(),
             remarks: self.remarks,
             elapsed_s: self.progress.elapsed_s(self.began),
             source_error: self.source_error,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rusty_contract::log::{LogReader, Read, Source, TickRecord};
 use rusty_contract::score::Score;
-use rusty_contract::{Exit, Frame, LogHeader, Reply, Role, RunConfig};
+use rusty_contract::{Effects, Exit, Frame, LogHeader, Reply, RunConfig};
 use rusty_geometry::{SE2, Twist, trig};
 use rusty_sim::SimError;
 use serde::Serialize;
@@ -176,20 +176,19 @@ fn check_past(log: &Path, header: &LogHeader, at_tick: u64) -> Result<(), ForkEr
     let name = log.display().to_string();
     let mut reader = LogReader::open(log)?;
     let Some(mut course) = Course::of(header)? else { return Ok(()) };
-    let driver = header.answering().position(|p| p.role == Role::Driver);
-    let (mut frame, mut command) = (Frame::boxed(), None);
+    let (mut frame, mut effects) = (Frame::boxed(), Effects::of(header));
     for tick in 0..at_tick {
         let record = match reader.read()? {
             Read::Tick(entry) if entry.intact => entry.record,
             Read::Tick(_) => return Err(ForkError::Damaged { log: name, tick }),
             Read::End(_) => return Err(ForkError::NoSuchTick { log: name, at_tick, ticks: tick }),
         };
-        let truth = course.step(command, &mut frame)?;
+        let truth = course.step(effects.command(), &mut frame)?;
         let again = record_of(&frame, truth);
         if let Some(found) = compare::frames(&record, &again, header.config.dt_s) {
             return Err(ForkError::OtherPast { log: name, at_tick, found: Box::new(found) });
         }
-        command = driver.and_then(|i| record.replies.get(i)?.command());
+        effects.close(tick, frame.ranges_m().is_some(), record.replies.iter().copied());
     }
     Ok(())
 }

@@ -5,8 +5,7 @@ mod clients;
 use crate::output::{errln, outln};
 use rusty_contract::digest::{ObservableDigest, hex};
 use rusty_contract::log::{Ending, LogReader, Read, ReadEntry, Source, TickRecord, Trailer};
-use rusty_contract::{Exit, Frame, LogHeader, RunDigest, TruthKey};
-use rusty_geometry::Twist;
+use rusty_contract::{Effects, Exit, Frame, LogHeader, Reply, RunDigest, TruthKey};
 use serde::Serialize;
 
 use self::clients::Clients;
@@ -97,29 +96,28 @@ fn print(v: &Verdict) {
 /// The simulation that runs beside the log.
 struct Again {
     course: Course,
-    driver: Option<usize>,
-    command: Option<Twist>,
+    effects: Effects,
     frame: Box<Frame>,
 }
 
 impl Again {
     fn new(header: &LogHeader) -> Result<Option<Self>, VerbError> {
         let Some(course) = Course::of(header)? else { return Ok(None) };
-        let driver = header.answering().position(|p| p.role == rusty_contract::Role::Driver);
-        Ok(Some(Self { course, driver, command: None, frame: Frame::boxed() }))
+        Ok(Some(Self { course, effects: Effects::of(header), frame: Frame::boxed() }))
     }
 
     /// The next tick as it should be.
     fn next(&mut self) -> Result<TickRecord, VerbError> {
-        let truth = self.course.step(self.command, &mut self.frame)?;
+        let truth = self.course.step(self.effects.command(), &mut self.frame)?;
         Ok(record_of(&self.frame, truth))
     }
 
-    /// What the log's driver said becomes the next command. A damaged record may
-    /// hold something that no driver could say.
+    /// What the log's driver said becomes a command. A damaged record may hold
+    /// something that no driver could say.
     fn hear(&mut self, record: &TickRecord) {
-        let reply = self.driver.and_then(|i| record.replies.get(i));
-        self.command = reply.filter(|r| r.check().is_ok()).and_then(|r| r.command());
+        let sound = |reply: &Reply| if reply.check().is_ok() { *reply } else { Reply::Missing };
+        let (tick, has_scan) = (self.frame.tick(), self.frame.ranges_m().is_some());
+        self.effects.close(tick, has_scan, record.replies.iter().map(sound));
     }
 }
 
