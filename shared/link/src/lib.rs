@@ -9,7 +9,7 @@
 //! * [`wait`]: look at the data, yield, then block for a bounded while;
 //! * [`server`]: the side that loans frames and collects answers;
 //! * [`feed`]: how one who comes back is given the ticks it missed;
-//! * [`control`]: how somebody else says when ticks may happen;
+//! * [`mod@control`]: how somebody else says when ticks may happen;
 //! * [`client`]: the side that borrows frames and answers.
 //!
 //! Wake-ups are hints. Nothing here waits without a bound, and after every
