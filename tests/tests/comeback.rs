@@ -74,6 +74,20 @@ fn with_probe(tag: &str, mode: &str, code: i32) -> (Value, tempfile::TempDir) {
 }
 
 #[test]
+fn one_can_come_back_more_often_than_there_are_ports() {
+    let run = |mode: &str| {
+        let out = folder();
+        let probe = format!("probe={} --mode {mode} --at 0", binary("probe-client").display());
+        let args = ["--add", &probe, "--ticks", "200", COME_BACK[0], COME_BACK[1]];
+        launch_to("mayfly", out.path(), &args, 0)
+    };
+    let report = run("mayfly");
+    // A port of the transport is one of 64.
+    assert!(report["restarts"].as_array().unwrap().len() > 64, "{}", report["restarts"]);
+    assert_eq!(report["digest"], run("none")["digest"]);
+}
+
+#[test]
 fn one_that_always_dies_at_the_same_place_is_given_up() {
     let (report, _out) = with_probe("hopeless", "exit", 1);
     assert_eq!(report["ended"], "aborted");

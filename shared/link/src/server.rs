@@ -214,6 +214,13 @@ impl ServerLink {
         self.waiter = Waiter::new(self.policy, now_ns);
     }
 
+    /// Gives back what participants that were killed had opened: each port has
+    /// one of a bounded number of places. What cannot be given back now will be
+    /// at the next call, or goes with the run.
+    pub fn forget_the_dead(&self) {
+        let _ = self.node.try_cleanup_dead_nodes();
+    }
+
     /// A way of its own for one who comes back into the run.
     ///
     /// # Errors

@@ -136,15 +136,17 @@ impl Children {
         Some(how)
     }
 
-    /// Ends what is left of the participant on `seat` and starts it once more.
-    /// Says whether there was one to start: others were started by hand.
+    /// Ends what is left of the participant on `seat` and starts it once more,
+    /// with `between` in between. Says whether there was one to start: others
+    /// were started by hand.
     ///
     /// # Errors
     /// [`ChildrenError::Spawn`].
-    pub fn restart(&mut self, seat: usize) -> Result<bool, ChildrenError> {
+    pub fn restart(&mut self, seat: usize, between: impl FnOnce()) -> Result<bool, ChildrenError> {
         let Some(running) = self.0.iter_mut().find(|r| r.seat == seat) else { return Ok(false) };
         kill_group(running.child.id());
         let _ = running.child.wait();
+        between();
         let child = spawn_with_key(&mut running.again, running.key.as_deref());
         running.child = child.map_err(|error| ChildrenError::Spawn {
             name: running.name.clone(),

@@ -27,7 +27,8 @@ impl Run<'_> {
         self.progress.say(&format!("lost: {loss}; it is started again, the run waits for it"));
         self.peers[seat] = None;
         self.feedings[seat] = None;
-        match self.children.restart(seat) {
+        let link = &self.link;
+        match self.children.restart(seat, || link.forget_the_dead()) {
             Ok(true) => self.stop.covers(self.children),
             Ok(false) => {
                 let seconds = self.setup.join_timeout_s;

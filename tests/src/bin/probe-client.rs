@@ -27,7 +27,8 @@ struct Cli {
     /// pause (sleeps once, for sleep-us), exit, abort, panic, hang, goodbye, wrong-layout,
     /// wrong-protocol, wrong-pid, covariance, linger, flood (with answers that
     /// nobody asked for), forge (answers for all others), fickle-and-mortal
-    /// (says something else in every life, and exits in its first);
+    /// (says something else in every life, and exits in its first); mayfly
+    /// (exits at the third tick that is new to it, in every life);
     /// wrong-name, silent-refusal, any-run (answers frames of other runs),
     /// integrates (a frame shown twice counts twice), chance, skew (a lopsided
     /// covariance), bad-code (ends with 5), last-word (answers it),
@@ -196,6 +197,12 @@ fn misbehave(
         "kill-holding" => signal_self(Signal::KILL),
         "stop-holding" if frame.tick() == cli.at => signal_self(Signal::STOP),
         "exit" => std::process::exit(7),
+        "mayfly" => {
+            let seen = link.start().catch_up.as_ref().map_or(0, |c| c.ticks);
+            if frame.tick() >= seen + 2 {
+                std::process::exit(7);
+            }
+        }
         "fickle-and-mortal" if link.start().catch_up.is_none() => std::process::exit(7),
         "abort" => std::process::abort(),
         "panic" => panic!("on request"),
