@@ -1,7 +1,8 @@
 //! The same run under whatever a machine can do to it: everyone stopped and
 //! continued in turn, other work on the cores, slow answers, every way of
-//! waiting, several paces, one to eight estimators. The world keeps its
-//! digest, and so does the run with the same roster.
+//! waiting, several paces, pauses and single steps, kills of those who come
+//! back, one to eight estimators. The world keeps its digest, and so does the
+//! run with the same roster.
 //!
 //! `RUSTY_CHAOS=150 cargo test --test chaos` draws more combinations. One that
 //! fails says how to repeat it alone.
@@ -36,12 +37,18 @@ struct Chaos {
     /// Longest sleep before an answer of every second estimator, µs.
     slow_us: u64,
     scorer: bool,
+    /// It begins paused, and goes so many ticks before it is let go.
+    steps: Option<u64>,
+    /// Who is killed then, and comes back.
+    killed: Option<&'static str>,
     /// Who is stopped, how long after it was seen, and for how long.
     stops: Vec<(&'static str, Duration, Duration)>,
 }
 
 /// How many stops hit a process of a run.
 static HITS: AtomicU64 = AtomicU64::new(0);
+/// How many participants were killed.
+static DEATHS: AtomicU64 = AtomicU64::new(0);
 
 impl Chaos {
     fn draw(number: u64) -> Self {
@@ -57,8 +64,13 @@ impl Chaos {
             let (after, during) = (Duration::from_millis(150), Duration::from_millis(60));
             stops.push((who, dice.time(after), dice.time(during)));
         }
+        let steps = (dice.below(2) == 0).then(|| 1 + dice.below(200));
+        let may_die = ["dead-reckoning", "logger"];
+        let killed = steps.is_some().then(|| *dice.pick(&may_die[..]));
         Self {
             number,
+            steps,
+            killed,
             estimators: if spins {
                 1 + (number / 3 % 2) as usize
             } else {
@@ -76,6 +88,9 @@ impl Chaos {
     fn args(&self) -> Vec<String> {
         let mut args = ["--pace", self.pace, "--wait", self.wait].map(str::to_owned).to_vec();
         args.extend(roster(self.estimators, self.slow_us));
+        if self.steps.is_some() {
+            args.extend(["--paused", "--set", "on_loss=restart"].map(str::to_owned));
+        }
         if !self.scorer {
             args.extend(["--without", "score"].map(str::to_owned));
         }
@@ -96,6 +111,9 @@ impl Chaos {
                     }
                 });
             }
+            if let Some(steps) = self.steps {
+                self.step_by_step(&live, steps);
+            }
             for stop in &self.stops {
                 self.stop(&live, *stop);
             }
@@ -103,7 +121,22 @@ impl Chaos {
             assert_eq!(text(&after.report, "world_digest"), calm(1).0, "{self:?}");
             assert_eq!(text(&after.report, "digest"), calm(self.estimators).1, "{self:?}");
             assert_eq!(after.report["losses"].as_array().map(Vec::len), Some(0));
+            let back = after.report["restarts"].as_array().map(Vec::len);
+            assert_eq!(back, Some(usize::from(self.killed.is_some())), "{self:?}");
         });
+    }
+
+    /// Goes some ticks, loses somebody there, and is let go.
+    fn step_by_step(&self, live: &Live, steps: u64) {
+        let control = |wish: &[&str]| {
+            sim_server(&[&["control", live.run.as_str()], wish].concat()).code == Some(0)
+        };
+        until("the run takes steps", || control(&["step", &steps.to_string()]));
+        if let Some(who) = self.killed {
+            send_signal(live.pid_of(who), Signal::KILL);
+            DEATHS.fetch_add(1, Ordering::Relaxed);
+        }
+        assert!(control(&["step"]) && control(&["resume"]), "{self:?}");
     }
 
     /// Stops a process once and lets it go on, if it is there and still runs.
@@ -199,7 +232,8 @@ fn whatever_happens_on_the_machine_changes_no_bit() {
     };
     std::thread::scope(|scope| [(); 2].map(|()| scope.spawn(turns)).map(|t| t.join().unwrap()));
     let hits = HITS.load(Ordering::Relaxed);
-    println!("{range:?}: one digest; {hits} stops hit a process");
+    let deaths = DEATHS.load(Ordering::Relaxed);
+    println!("{range:?}: one digest; {hits} stops hit a process, {deaths} died and came back");
     assert!(range.end - range.start < 10 || hits > 0);
 }
 
