@@ -20,6 +20,7 @@ fn the_doctor_finds_the_bits_and_the_memory_in_order() {
     let profile = if cfg!(debug_assertions) { "debug" } else { "release" };
     assert_eq!(text(&found["build"], "profile"), profile);
     assert_eq!(found["shared_memory"]["writable"], true);
+    assert!(found["sandbox"]["landlock_abi"].is_u64(), "{}", found["sandbox"]);
     assert!(found["shared_memory"]["free_bytes"].as_u64().unwrap() > 0);
 
     let said = sim_server(&["doctor"]).expect(0).stdout;

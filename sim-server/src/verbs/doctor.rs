@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::{Verbed, print_json};
 use crate::cli::JsonArgs;
+use crate::confine;
 
 /// What the doctor found.
 #[derive(Debug, Serialize)]
@@ -20,6 +21,8 @@ struct Checkup {
     build: Build,
     /// Where frames would travel.
     shared_memory: Memory,
+    /// Whether participants can be confined (`sandbox = "required"`).
+    sandbox: Sandbox,
     /// What follows, in a sentence.
     verdict: String,
 }
@@ -60,6 +63,14 @@ struct Memory {
     free_bytes: u64,
 }
 
+/// The kernel's gate.
+#[derive(Debug, Serialize)]
+struct Sandbox {
+    landlock_abi: u32,
+    /// What is missing for `sandbox = "required"`; null: nothing.
+    lacks: Option<String>,
+}
+
 /// Simulates the golden runs, looks at shared memory, and says what holds:
 /// exit 0 if all does, 4 if a bit differs, 1 if shared memory cannot be used.
 ///
@@ -74,10 +85,12 @@ pub fn doctor(args: &JsonArgs) -> Verbed {
         problem: state.problem,
         free_bytes: state.free_bytes,
     };
+    let kernel = confine::kernel();
+    let sandbox = Sandbox { landlock_abi: kernel.landlock_abi, lacks: kernel.lacks() };
     let wrong = goldens.iter().filter(|golden| !golden.ok).count();
     let (exit, verdict) = judge(wrong, goldens.len(), &shared_memory);
     let checkup =
-        Checkup { same_bits: wrong == 0, goldens, build: build(), shared_memory, verdict };
+        Checkup { same_bits: wrong == 0, goldens, build: build(), shared_memory, sandbox, verdict };
     if args.json {
         print_json(&checkup);
     } else {
@@ -174,6 +187,8 @@ fn print(c: &Checkup) {
     let m = &c.shared_memory;
     let can = m.problem.as_deref().map_or("can be written", |problem| problem);
     outln!("shared memory  {}: {can}, {:.1} MB free", m.path, m.free_bytes as f64 / 1e6);
+    let gate = c.sandbox.lacks.as_deref().unwrap_or("participants can be confined");
+    outln!("sandbox        Landlock ABI {}: {gate}", c.sandbox.landlock_abi);
     outln!("\n{}", c.verdict);
 }
 
