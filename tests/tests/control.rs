@@ -2,9 +2,19 @@
 
 mod common;
 
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
 use common::Live;
+use rusty_contract::answer::Message;
+use rusty_contract::control::{ControlReply, ControlRequest};
+use rusty_contract::{Answer, JoinRequest, Phase, Reply};
+use rusty_link::{ClientLink, Incoming, WaitPolicy};
 use rusty_tests::*;
 use serde_json::Value;
+
+const ALONE: [&str; 6] =
+    ["--without", "dead-reckoning", "--without", "score", "--without", "logger"];
 
 const RUN: [&str; 4] = ["--ticks", "300", "--seed", "5"];
 
@@ -50,7 +60,7 @@ fn a_run_at_its_own_pace_can_be_paused_and_goes_on() {
     let status = control(&live, &["pause"]);
     assert_eq!(status["paused"], true);
     let then = control(&live, &["status"])["ticks_done"].as_u64().unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(100));
+    std::thread::sleep(Duration::from_millis(100));
     let now = control(&live, &["status"])["ticks_done"].as_u64().unwrap();
     assert_eq!(now, then);
     assert_eq!(control(&live, &["resume"])["paused"], false);
@@ -75,6 +85,32 @@ fn a_step_beyond_the_end_returns_at_the_end() {
     let live = under_control("beyond", &[&RUN, &["--paused"]]);
     assert_eq!(control(&live, &["step", "1000"])["ticks_done"], 300);
     live.ends_with(0);
+}
+
+#[test]
+fn a_participant_has_no_say_in_the_time_of_its_run() {
+    let roster = [&ALONE[..], &["--pace", "0.001", "--add", "me"]].concat();
+    let live = Live::start("serve", "no-say", &[&roster]);
+    let (stop, patience) = (AtomicBool::new(false), Duration::from_secs(60));
+    let request = JoinRequest::new("me", std::process::id(), 0, "test");
+    let mut link =
+        ClientLink::join(&live.run, &request, WaitPolicy::Block, patience, &stop).unwrap();
+    let Incoming::Frame(frame) = link.wait_frame(patience, &stop).unwrap() else {
+        panic!("no frame came");
+    };
+    for wish in [ControlRequest::Stop, ControlRequest::Pause, ControlRequest::Status] {
+        let reply = rusty_link::control(&live.run, wish, patience).unwrap();
+        assert!(matches!(reply, ControlReply::Refused(_)), "{reply:?}");
+    }
+    link.answer(&frame, &Message::Reply(Reply::Abstain)).unwrap();
+    assert_eq!(control(&live, &["stop"])["paused"], false);
+    let Incoming::Frame(last) = link.wait_frame(patience, &stop).unwrap() else {
+        panic!("no last word came");
+    };
+    assert_eq!(last.phase(), Phase::Interrupted);
+    link.send_raw(Answer::carrying(&Message::Goodbye)).unwrap();
+    drop((frame, last, link));
+    live.ends_with(3);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use rusty_contract::control::{ControlReply, ControlRequest};
 
 use crate::LinkError;
 use crate::lobby::Lobby;
-use crate::server::respond;
+use crate::server::{process_of, respond};
 use crate::services::Ipc;
 
 /// Somebody has a wish.
@@ -22,6 +22,12 @@ impl ControlCall {
     /// What is wrong with it, to be sent back.
     pub fn request(&self) -> Result<ControlRequest, String> {
         ControlRequest::from_bytes(self.0.payload())
+    }
+
+    /// The process that sent it; 0 if the transport does not say.
+    #[must_use]
+    pub fn pid(&self) -> u32 {
+        process_of(self.0.origin().value())
     }
 
     /// Answers it.

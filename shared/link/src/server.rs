@@ -45,7 +45,7 @@ const ANSWERS_AT_ONCE: usize = services::MAX_PORTS * services::BUFFER;
 
 /// The process that made the port with this number, as the transport has it;
 /// 0 if it does not say.
-fn process_of(port: u128) -> u32 {
+pub(crate) fn process_of(port: u128) -> u32 {
     // SAFETY: the number is that of a port, which the transport itself drew.
     let id = unsafe { UniqueId::from_raw_id(port) };
     let pid = <<Ipc as Service>::UniqueId as UniqueIdGenerator>::pid(id);

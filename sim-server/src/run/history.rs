@@ -3,8 +3,9 @@
 
 use rusty_contract::Reply;
 
-/// Replies of the answering seats, tick by tick. They are kept in the log's
-/// encoding: an estimate takes some 25 bytes, not 120.
+/// Replies of the answering seats, tick by tick. They are kept in memory for as
+/// long as the run lasts, in the log's encoding: an estimate takes some 25
+/// bytes, 100 with its covariance.
 #[derive(Debug, Default)]
 pub(super) struct History {
     bytes: Vec<u8>,

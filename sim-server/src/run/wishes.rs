@@ -2,6 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
+use rustix::process::{Pid, getpgid};
 use rusty_contract::control::{ControlReply, ControlRequest, ControlStatus};
 use rusty_link::{ControlCall, LinkError};
 
@@ -30,6 +31,11 @@ impl Run<'_> {
                     self.reply(call, &ControlReply::Refused(problem));
                     continue;
                 }
+                Ok(_) if self.is_of_a_participant(call.pid()) => {
+                    let problem = "a participant has no say in the time of its run".to_owned();
+                    self.reply(call, &ControlReply::Refused(problem));
+                    continue;
+                }
                 Ok(_) if self.ended => {
                     let problem = "it has ended".to_owned();
                     self.reply(call, &ControlReply::Refused(problem));
@@ -50,6 +56,17 @@ impl Run<'_> {
             self.reply(call, &status);
         }
         Ok(())
+    }
+
+    /// Whether this process has a seat, or belongs to one that was started here.
+    fn is_of_a_participant(&self, pid: u32) -> bool {
+        let group = i32::try_from(pid).ok().and_then(Pid::from_raw).and_then(|pid| {
+            let group = getpgid(Some(pid)).ok()?;
+            u32::try_from(group.as_raw_pid()).ok()
+        });
+        pid == 0
+            || self.lockstep.seats().iter().any(|s| s.pid == pid)
+            || self.children.groups().any(|leader| Some(leader) == group)
     }
 
     fn status(&self, ticks_done: u64) -> ControlReply {
