@@ -28,6 +28,7 @@ pub struct Session {
     /// The tick taken last. Ticks of a run only grow.
     last_tick: Option<u64>,
     ending: Option<Phase>,
+    is_behind: bool,
     failed: bool,
 }
 
@@ -102,7 +103,15 @@ impl Session {
                 return Err(ClientError::Unusable(remedy.to_owned()));
             }
         };
-        Ok(Self { source, start, stop, last_tick: None, ending: None, failed: false })
+        Ok(Self {
+            source,
+            start,
+            stop,
+            last_tick: None,
+            ending: None,
+            is_behind: false,
+            failed: false,
+        })
     }
 
     /// What this participant is told: time step, robot, LiDAR, and map and
@@ -157,6 +166,8 @@ impl Session {
                 Ok(Some(frame))
             }
             phase => {
+                // One who comes back may hear the last word before all ticks.
+                self.is_behind = frame.tick() > self.last_tick.map_or(0, |tick| tick + 1);
                 self.ending = Some(phase);
                 Ok(None)
             }
@@ -212,6 +223,11 @@ impl Session {
             Source::Live(_) => None,
             Source::Log(log) => Some(log.recorded_replies()),
         }
+    }
+
+    /// Whether the run ended before it had been given all ticks again.
+    pub(crate) fn is_behind(&self) -> bool {
+        self.is_behind
     }
 
     /// How the run ended, once it has.

@@ -119,6 +119,7 @@ fn watch<W: Witness>(session: &mut Session, args: &ClientArgs) -> Result<Exit, C
     }
     let ending = match (broken, session.ending()) {
         (Some(_), _) | (None, None) => Ending::Broken,
+        (None, Some(_)) if session.is_behind() => Ending::Broken,
         (None, Some(_)) if session.log_is_broken() => Ending::LogCut,
         (None, Some(_)) if session.recorded_replies().is_some() => Ending::LogEnd,
         (None, Some(phase)) => Ending::Told(phase),

@@ -134,7 +134,7 @@ impl Lockstep {
         let place = &mut self.seats[seat];
         match &place.state {
             SeatState::Absent => {}
-            SeatState::Away { since_ns, .. } => {
+            SeatState::Away { since_ns, called: true } => {
                 let since_ns = *since_ns;
                 place.catch_up =
                     Some(CatchingUp { ticks: published, next: 0, sent: None, since_ns });

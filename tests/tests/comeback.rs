@@ -7,6 +7,7 @@ use std::fs;
 
 use common::{Live, participants};
 use rustix::process::Signal;
+use rusty_contract::log::{Ending, LogReader, Read};
 use rusty_tests::*;
 use serde_json::Value;
 
@@ -120,4 +121,43 @@ fn one_started_by_hand_is_waited_for() {
     let after = live.ends_with(0);
     assert_eq!(text(&after.report, "digest"), digest);
     assert!(after.stderr.contains("start it again"), "{}", after.stderr);
+}
+
+#[test]
+fn a_run_that_ends_while_its_logger_catches_up_keeps_what_was_logged() {
+    let live = Live::start("launch", "cut-short", &[&COME_BACK, &TICKS, &["--paused"]]);
+    let control = |wish: &[&str]| {
+        sim_server(&[&["control", live.run.as_str()], wish].concat()).code == Some(0)
+    };
+    until("the run takes steps", || control(&["step", "250"]));
+    let records = |path: &std::path::Path| {
+        let mut reader = LogReader::open(path).unwrap();
+        let mut ticks = 0;
+        loop {
+            match reader.read().unwrap() {
+                Read::Tick(_) => ticks += 1,
+                Read::End(ending) => return (ticks, matches!(ending, Ending::Complete(_))),
+            }
+        }
+    };
+    // A tick after a while takes all before it to the disk.
+    until("the log is on the disk", || control(&["step"]) && records(&live.log()).0 > 250);
+    let saved = records(&live.log()).0;
+    let first = live.pid_of("logger");
+    send_signal(first, Signal::KILL);
+    until("another logger is there", || {
+        participants(&live.run).iter().any(|(pid, name)| name == "logger" && *pid != first)
+    });
+    // Wherever it is on its way back: the run ends.
+    let second = live.pid_of("logger");
+    send_signal(second, Signal::STOP);
+    assert!(control(&["stop"]));
+    send_signal(second, Signal::CONT);
+    let log = live.log();
+    let ended = live.server.wait();
+    let (ticks, complete) = records(&log);
+    assert!(ticks >= saved, "{saved} ticks were saved, {ticks} are left: {ended:#?}");
+    let report = ended.json();
+    assert!(!complete || report["ticks"] == ticks, "{report}");
+    assert!(!log.with_extension("log.again").exists());
 }

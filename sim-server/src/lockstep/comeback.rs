@@ -16,7 +16,7 @@ use rusty_contract::{Answer, OnLoss, Reply};
 
 use super::{CatchingUp, Lockstep, LossKind, SeatState, State, Step};
 
-/// So often in a row a participant may be lost without having answered
+/// So often in a row a participant is started again without having answered
 /// anything new in between: once is chance, three times is its own fault.
 const FRUITLESS: u32 = 3;
 
@@ -39,6 +39,11 @@ impl Lockstep {
     /// Somebody is being told this.
     pub(super) fn said(&mut self, step: Step, now_ns: u64) -> Step {
         if let Step::Restart(loss) = &step {
+            if matches!(self.state, State::Ending { .. } | State::Finished) {
+                // There is nothing left to come back to.
+                self.seats[loss.seat].state = SeatState::Lost(loss.clone());
+                return Step::Lost(loss.clone());
+            }
             let state = &mut self.seats[loss.seat].state;
             if let SeatState::Away { since_ns, called } = state {
                 (*since_ns, *called) = (now_ns, true);

@@ -120,6 +120,8 @@ impl Lockstep {
         place.catch_up = None;
         if may_restart {
             place.fruitless += 1;
+            // Nobody has the seat now.
+            place.pid = 0;
             place.state = SeatState::Away { since_ns: 0, called: false };
             self.unsaid.push_back(Step::Restart(loss));
             return;

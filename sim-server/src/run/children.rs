@@ -144,16 +144,15 @@ impl Children {
     /// [`ChildrenError::Spawn`].
     pub fn restart(&mut self, seat: usize, between: impl FnOnce()) -> Result<bool, ChildrenError> {
         let Some(running) = self.0.iter_mut().find(|r| r.seat == seat) else { return Ok(false) };
-        kill_group(running.child.id());
-        let _ = running.child.wait();
+        running.end();
         between();
+        running.status = None;
         let child = spawn_with_key(&mut running.again, running.key.as_deref());
         running.child = child.map_err(|error| ChildrenError::Spawn {
             name: running.name.clone(),
             program: running.program.display().to_string(),
             error,
         })?;
-        running.status = None;
         Ok(true)
     }
 
@@ -190,6 +189,13 @@ impl Children {
 }
 
 impl Running {
+    /// Kills it and its group. It may have left the group it was given.
+    fn end(&mut self) {
+        kill_group(self.child.id());
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+
     fn has_not_ended(&mut self) -> bool {
         if self.status.is_none() {
             self.status = self.child.try_wait().ok().flatten();
@@ -209,8 +215,7 @@ impl Drop for Children {
     fn drop(&mut self) {
         for running in &mut self.0 {
             if running.status.is_none() {
-                kill_group(running.child.id());
-                let _ = running.child.wait();
+                running.end();
             }
         }
     }

@@ -51,6 +51,11 @@ impl Clock {
         self.allowed = self.allowed.map(|n| n.saturating_sub(1));
     }
 
+    /// The pace counts anew from the next tick.
+    pub(super) fn stand_still(&mut self) {
+        self.origin = None;
+    }
+
     pub(super) fn pause(&mut self) {
         self.allowed = Some(0);
     }

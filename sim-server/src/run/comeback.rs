@@ -31,6 +31,7 @@ impl Run<'_> {
         match self.children.restart(seat, || link.forget_the_dead()) {
             Ok(true) => self.stop.covers(self.children),
             Ok(false) => {
+                self.link.forget_the_dead();
                 let seconds = self.setup.join_timeout_s;
                 self.progress.say(&format!(
                     "{name} was started by hand: start it again, within {seconds} s"
@@ -39,6 +40,7 @@ impl Run<'_> {
             // That it does not come back shows when its time is over.
             Err(e) => self.progress.say(&e.to_string()),
         }
+        self.clock.stand_still();
         self.restarts.push(loss);
     }
 
@@ -70,7 +72,11 @@ impl Run<'_> {
 
     /// Gives `seat` the next tick it missed.
     pub(super) fn feed(&mut self, seat: usize, tick: u64) -> Result<(), LinkError> {
-        let Some(feeding) = &mut self.feedings[seat] else { return Ok(()) };
+        let Some(feeding) = &mut self.feedings[seat] else {
+            // Whoever has catching up to do was given a feed when it joined.
+            self.lockstep.abort();
+            return Ok(());
+        };
         let mut frame = feeding.feed.loan()?;
         let truth = match feeding.source.make(feeding.effects.command(), &mut frame) {
             Ok(truth) => truth,

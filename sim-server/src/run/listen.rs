@@ -32,6 +32,9 @@ impl Run<'_> {
             || self.looks.is_multiple_of(LOOKS_BETWEEN_CHECKS)
             || self.lockstep.is_gathering()
         {
+            // First what came while this process did not run: who answered in
+            // time is not late because the server was stopped.
+            self.take_answers()?;
             self.take_wishes()?;
             self.take_joins()?;
             self.look_for_deaths()?;

@@ -48,7 +48,12 @@ impl Run<'_> {
                     continue;
                 }
                 Ok(ControlRequest::Status) => {}
-                Ok(ControlRequest::Pause) => self.clock.pause(),
+                Ok(ControlRequest::Pause) => {
+                    self.clock.pause();
+                    // Steps that were to come do not.
+                    self.steps.iter_mut().for_each(|s| s.when = s.when.min(self.begun));
+                    self.reply_to_steps(done);
+                }
                 Ok(ControlRequest::Resume) => self.clock.resume(),
                 Ok(ControlRequest::Stop) => self.stop.flag().store(true, Ordering::Relaxed),
             }
