@@ -239,7 +239,8 @@ fn every_promise_names_a_test_that_is_there() {
 #[test]
 fn every_promise_has_a_test() {
     let text = read("PROMISES.md");
-    for row in text.lines().filter(|l| l.starts_with("| ")) {
+    let promises = text.split("## The long runs").next().unwrap();
+    for row in promises.lines().filter(|l| l.starts_with("| ")) {
         let cells: Vec<&str> = row.split(" | ").collect();
         if cells[0] == "| promise" {
             continue;
