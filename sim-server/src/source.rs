@@ -84,12 +84,16 @@ pub struct Simulated {
 }
 
 impl Simulated {
-    /// The world of the configuration in this header, which its log will have.
+    /// The world of the configuration in this header, which its log will have;
+    /// that of a fork's header changes where the fork does.
     ///
     /// # Errors
     /// [`SimError`] if the configuration cannot be used.
     pub fn new(header: LogHeader) -> Result<Self, SimError> {
-        let course = Course::unchanging(&header.config)?;
+        let course = match Course::of(&header)? {
+            Some(course) => course,
+            None => Course::unchanging(&header.config)?,
+        };
         Ok(Self { header, course })
     }
 }

@@ -1,16 +1,16 @@
 //! `Client`: the process under test.
 
 use std::fs::File;
-use std::io::{Read as _, Write as _};
-use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
+use std::io::Read as _;
+use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, Command, ExitStatus};
 
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, getpgid, kill_process, waitid};
 use rusty_contract::{RunName, TruthKey};
 
 use super::Kit;
-use crate::run::{ChildrenError, find_program, kill_group};
+use crate::run::{ChildrenError, find_program, invite, kill_group, open_talk, spawn_with_key};
 
 /// The most of its words that are kept, bytes.
 const WORDS: u64 = 1 << 16;
@@ -29,8 +29,7 @@ impl Client {
         Self { child: None, status: None, talk: PathBuf::new() }
     }
 
-    /// Starts the client as `launch` starts a participant: `--run`, `--name`,
-    /// `--wait`, and the key on standard input for those who hold it.
+    /// Starts the client as `launch` starts a participant.
     pub(super) fn start(
         kit: &Kit,
         run: &RunName,
@@ -44,27 +43,13 @@ impl Client {
             error,
         };
         let talk = folder.join("talk.txt");
-        let out = File::create(&talk).map_err(error)?;
-        let err = out.try_clone().map_err(error)?;
+        let outputs = open_talk(&kit.name, &talk)?;
         let holds_key = kit.role.holds_key();
         let mut command = Command::new(&program);
-        command
-            .args(&kit.command[1..])
-            .args(["--run", run.as_str(), "--name", &kit.name])
-            .args(["--wait", &kit.wait.to_string()])
-            .args(["--launcher", &std::process::id().to_string()])
-            .stdin(if holds_key { Stdio::piped() } else { Stdio::null() })
-            .stdout(out)
-            .stderr(err)
-            .process_group(0);
-        if holds_key {
-            command.arg("--key-stdin");
-        }
-        let mut child = command.spawn().map_err(error)?;
-        if let Some(mut pipe) = child.stdin.take() {
-            // One that does not read its key cannot join, and that shows.
-            let _ = writeln!(pipe, "{}", key.to_hex());
-        }
+        command.args(&kit.command[1..]);
+        invite(&mut command, run, &kit.name, kit.wait, holds_key, outputs);
+        let key = holds_key.then(|| key.to_hex());
+        let child = spawn_with_key(&mut command, key.as_deref()).map_err(error)?;
         Ok(Self { child: Some(child), status: None, talk })
     }
 

@@ -234,11 +234,7 @@ fn start_one(
         error,
     };
     let talk = spawn.out_dir.join(format!("{name}.txt"));
-    let (out, err) = open_talk(&talk).map_err(|error| ChildrenError::Talk {
-        name: name.clone(),
-        path: talk.display().to_string(),
-        error,
-    })?;
+    let outputs = open_talk(name, &talk)?;
     let holds_key = participant.role.holds_key();
     let confined = spawn.gates.get(seat).is_some_and(Gate::confines);
     let mut command = if confined {
@@ -248,10 +244,26 @@ fn start_one(
     } else {
         Command::new(&program)
     };
+    command.args(&participant.command[1..]);
+    invite(&mut command, spawn.run, name, spawn.wait, holds_key, outputs);
+    let key = holds_key.then(|| spawn.key.to_hex());
+    let child = spawn_with_key(&mut command, key.as_deref()).map_err(error)?;
+    let name = name.clone();
+    Ok(Running { seat, child, status: None, talk, again: command, name, program, key })
+}
+
+/// Adds what every launched participant is told on its command line, and where
+/// it reads and prints.
+pub(crate) fn invite(
+    command: &mut Command,
+    run: &RunName,
+    name: &str,
+    wait: WaitPolicy,
+    holds_key: bool,
+    (out, err): (File, File),
+) {
     command
-        .args(&participant.command[1..])
-        .args(["--run", spawn.run.as_str(), "--name", name])
-        .args(["--wait", &spawn.wait.to_string()])
+        .args(["--run", run.as_str(), "--name", name, "--wait", &wait.to_string()])
         // Should this process be killed, they need not wait for their run.
         .args(["--launcher", &std::process::id().to_string()])
         .stdin(if holds_key { Stdio::piped() } else { Stdio::null() })
@@ -262,13 +274,10 @@ fn start_one(
     if holds_key {
         command.arg("--key-stdin");
     }
-    let key = holds_key.then(|| spawn.key.to_hex());
-    let child = spawn_with_key(&mut command, key.as_deref()).map_err(error)?;
-    let name = name.clone();
-    Ok(Running { seat, child, status: None, talk, again: command, name, program, key })
 }
 
-fn spawn_with_key(command: &mut Command, key: Option<&str>) -> std::io::Result<Child> {
+/// Starts it, and gives it the key's line where it reads one.
+pub(crate) fn spawn_with_key(command: &mut Command, key: Option<&str>) -> std::io::Result<Child> {
     let mut child = command.spawn()?;
     if let (Some(mut pipe), Some(key)) = (child.stdin.take(), key) {
         // A child that does not read its key cannot join, and that shows.
@@ -278,10 +287,13 @@ fn spawn_with_key(command: &mut Command, key: Option<&str>) -> std::io::Result<C
 }
 
 /// The file of what a participant prints, for its stdout and its stderr.
-fn open_talk(path: &Path) -> std::io::Result<(File, File)> {
-    let out = File::create(path)?;
-    let err = out.try_clone()?;
-    Ok((out, err))
+pub(crate) fn open_talk(name: &str, path: &Path) -> Result<(File, File), ChildrenError> {
+    let both = File::create(path).and_then(|out| Ok((out.try_clone()?, out)));
+    both.map_err(|error| ChildrenError::Talk {
+        name: name.to_owned(),
+        path: path.display().to_string(),
+        error,
+    })
 }
 
 /// A path is taken as it is; a bare name is looked up beside the server, in

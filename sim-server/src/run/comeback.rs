@@ -54,9 +54,7 @@ impl Run<'_> {
         let source = match self.source.again() {
             Ok(source) => source,
             Err(e) => {
-                self.progress.say(&e.to_string());
-                self.source_error = Some(e);
-                self.lockstep.abort();
+                self.end_for(e);
                 return Ok(None);
             }
         };
@@ -81,9 +79,7 @@ impl Run<'_> {
         let truth = match feeding.source.make(feeding.effects.command(), &mut frame) {
             Ok(truth) => truth,
             Err(e) => {
-                self.progress.say(&e.to_string());
-                self.source_error = Some(e);
-                self.lockstep.abort();
+                self.end_for(e);
                 return Ok(());
             }
         };

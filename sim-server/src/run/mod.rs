@@ -15,7 +15,7 @@ mod stop;
 mod wishes;
 
 pub use children::{Children, ChildrenError, Spawn};
-pub(crate) use children::{find_program, kill_group};
+pub(crate) use children::{find_program, invite, kill_group, open_talk, spawn_with_key};
 pub use pace::Pace;
 pub use progress::Progress;
 pub use start::RunSetup;
@@ -218,9 +218,7 @@ impl<'a> Run<'a> {
         let truth = match self.source.make(self.effects.command(), &mut frame) {
             Ok(truth) => truth,
             Err(e) => {
-                self.progress.say(&e.to_string());
-                self.source_error = Some(e);
-                self.lockstep.abort();
+                self.end_for(e);
                 return Ok(());
             }
         };
@@ -236,6 +234,13 @@ impl<'a> Run<'a> {
         self.begun = tick + 1;
         self.wake();
         Ok(())
+    }
+
+    /// The source has no more frames: the run ends, and says why.
+    fn end_for(&mut self, error: SourceError) {
+        self.progress.say(&error.to_string());
+        self.source_error = Some(error);
+        self.lockstep.abort();
     }
 
     fn wake(&self) {

@@ -228,12 +228,7 @@ impl FrameSource for Branch {
 
     fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
         // What is given again is compared with nothing.
-        let header = self.header.clone();
-        let course = match Course::of(&header)? {
-            Some(course) => course,
-            None => Course::unchanging(&header.config)?,
-        };
-        Ok(Box::new(Simulated { header, course }))
+        Ok(Box::new(Simulated::new(self.header.clone())?))
     }
 
     fn closed(&mut self, replies: &mut dyn Iterator<Item = (&str, Reply)>) {
