@@ -59,6 +59,18 @@ impl BorrowedFrame {
     }
 }
 
+/// The answers of a tick where they lie. They stay valid for as long as they
+/// are held.
+pub struct BorrowedTally(Sample<Ipc, WireTally, ()>);
+
+impl Deref for BorrowedTally {
+    type Target = Tally;
+
+    fn deref(&self) -> &Tally {
+        &self.0.payload().0
+    }
+}
+
 /// What a wait brought.
 pub enum Incoming {
     /// A frame.
@@ -295,15 +307,15 @@ impl ClientLink {
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn next_tally(&self) -> Result<Option<Box<Tally>>, LinkError> {
+    pub fn next_tally(&self) -> Result<Option<BorrowedTally>, LinkError> {
         if let Some(tally) = self.refeed.as_ref().map(Refeed::next_tally).transpose()?.flatten() {
-            return Ok(Some(tally));
+            return Ok(Some(BorrowedTally(tally)));
         }
         let Some(port) = &self.tallies else {
             return Ok(None);
         };
         let sample = port.receive().map_err(LinkError::transport("receive a tally"))?;
-        Ok(sample.map(|sample| Box::new(sample.payload().0)))
+        Ok(sample.map(BorrowedTally))
     }
 }
 

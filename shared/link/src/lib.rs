@@ -36,7 +36,7 @@ mod services;
 mod sweep;
 pub mod wait;
 
-pub use client::{BorrowedFrame, ClientLink, Incoming};
+pub use client::{BorrowedFrame, BorrowedTally, ClientLink, Incoming};
 pub use control::{ControlCall, control};
 pub use domain::{Domain, DomainError, RunState};
 pub use error::LinkError;
