@@ -22,6 +22,10 @@ pub struct BenchArgs {
 pub enum BenchVerb {
     /// A tick of the protocol beside the raw transport and the machine's floor
     Latency(LatencyArgs),
+    /// What waiting costs: a paused run, and one at the pace of real time
+    Idle(IdleArgs),
+    /// From starting a launch to its first frame, and what memory it takes
+    Start(StartArgs),
     /// Nothing but the machine: can what is measured on it be believed?
     Noise(BenchNoiseArgs),
 }
@@ -79,6 +83,31 @@ pub struct LatencyArgs {
     /// [default: where the kernel likes]
     #[arg(long, value_name = "CORE,…", value_delimiter = ',')]
     pub pin: Vec<usize>,
+    /// What all share.
+    #[command(flatten)]
+    pub common: BenchCommonArgs,
+}
+
+/// `bench idle`.
+#[derive(Args, Clone, Debug)]
+pub struct IdleArgs {
+    /// For how long each run is watched, s
+    #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
+    pub seconds: f64,
+    /// How everyone waits: balanced, spin (a core each) or block
+    #[arg(long, default_value_t, value_name = "HOW")]
+    pub wait: WaitPolicy,
+    /// What all share.
+    #[command(flatten)]
+    pub common: BenchCommonArgs,
+}
+
+/// `bench start`.
+#[derive(Args, Clone, Debug)]
+pub struct StartArgs {
+    /// Launches, after one that does not count
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    pub repeat: usize,
     /// What all share.
     #[command(flatten)]
     pub common: BenchCommonArgs,

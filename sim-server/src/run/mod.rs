@@ -57,6 +57,8 @@ pub struct Outcome {
     pub timings: Vec<Timing>,
     /// What else there is to say of it.
     pub remarks: Vec<String>,
+    /// The monotonic clock when the first frame went out, ns.
+    pub first_frame_ns: Option<u64>,
     /// From the first frame to the last answer, s.
     pub elapsed_s: f64,
     /// Why the source ended early, if it did.
@@ -90,6 +92,7 @@ pub struct Run<'a> {
     feedings: Vec<Option<Feeding>>,
     source_error: Option<SourceError>,
     began: Option<Instant>,
+    first_frame_ns: Option<u64>,
     clock: Clock,
     /// Ticks whose frame is out.
     begun: u64,
@@ -144,6 +147,7 @@ impl<'a> Run<'a> {
             feedings: (0..seats).map(|_| None).collect(),
             source_error: None,
             began: None,
+            first_frame_ns: None,
             clock,
             begun: 0,
             steps: Vec::new(),
@@ -229,6 +233,7 @@ impl<'a> Run<'a> {
         self.digest.absorb_frame(&frame, truth);
         let digest = frame.digest();
         let now = self.link.publish(frame)?;
+        self.first_frame_ns.get_or_insert(now);
         self.lockstep.published(digest, now);
         self.clock.tick();
         self.begun = tick + 1;
@@ -303,6 +308,7 @@ impl<'a> Run<'a> {
             restarts: self.restarts,
             timings: self.effects.timings(),
             remarks: self.remarks,
+            first_frame_ns: self.first_frame_ns,
             elapsed_s: self.progress.elapsed_s(self.began),
             source_error: self.source_error,
         }

@@ -2,14 +2,19 @@
 
 use std::time::{Duration, Instant};
 
+use rusty_contract::config::check_seconds;
 use rusty_contract::{Exit, FieldError, MAX_PARTICIPANTS, RunName};
 use rusty_link::{Domain, floor, raw};
 
 use super::Verbed;
-use crate::bench::latency::{self, Bare, Plan};
+use crate::bench::latency::{self, Plan};
 use crate::bench::noise::NoiseMeter;
 use crate::bench::report::{Printing, Report};
-use crate::cli::{BenchCommonArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, LatencyArgs};
+use crate::bench::stage::Bare;
+use crate::bench::{idle, start};
+use crate::cli::{
+    BenchCommonArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, IdleArgs, LatencyArgs, StartArgs,
+};
 use crate::error::VerbError;
 use crate::output::{errln, outln};
 use crate::run::Stop;
@@ -21,6 +26,8 @@ use crate::run::Stop;
 pub fn bench(what: &BenchVerb) -> Verbed {
     match what {
         BenchVerb::Latency(args) => latency(args),
+        BenchVerb::Idle(args) => idle(args),
+        BenchVerb::Start(args) => start(args),
         BenchVerb::Noise(args) => noise(args),
     }
 }
@@ -34,7 +41,7 @@ impl BenchCommonArgs {
 
 /// Looks at the machine for a while.
 fn noise(args: &BenchNoiseArgs) -> Verbed {
-    rusty_contract::config::check_seconds("--seconds", args.seconds)?;
+    check_seconds("--seconds", args.seconds)?;
     let until = Instant::now() + Duration::from_secs_f64(args.seconds);
     let mut meter = NoiseMeter::begin();
     while Instant::now() < until {
@@ -65,9 +72,7 @@ fn noise(args: &BenchNoiseArgs) -> Verbed {
 /// Ticks, raw rounds and the floor, in turns.
 fn latency(args: &LatencyArgs) -> Verbed {
     check(args)?;
-    let run = fresh_name()?;
-    let stop = Stop::listen(&run).map_err(VerbError::io("signals".as_ref()))?;
-    let _ = Domain::sweep_dead();
+    let (run, stop) = prepare()?;
     let plan = Plan {
         clients: args.clients.clone(),
         beams: args.beams.clone(),
@@ -81,8 +86,7 @@ fn latency(args: &LatencyArgs) -> Verbed {
     };
     let mut meter = NoiseMeter::begin();
     let Some(results) = plan.measure(&run, &stop, &mut meter)? else {
-        errln!("stopped; nothing of it is kept");
-        return Ok(Exit::Lost);
+        return Ok(stopped());
     };
     let report = Report::new("latency", meter.finish(), results);
     Ok(report.finish(args.common.printing(), latency::print))
@@ -104,10 +108,46 @@ fn check(args: &LatencyArgs) -> Result<(), FieldError> {
     Ok(())
 }
 
-/// A name that no other bench has.
-fn fresh_name() -> Result<RunName, VerbError> {
+/// What waiting costs.
+fn idle(args: &IdleArgs) -> Verbed {
+    check_seconds("--seconds", args.seconds)?;
+    let (run, stop) = prepare()?;
+    let meter = NoiseMeter::begin();
+    let Some(results) = idle::measure(&run, args.wait, args.seconds, &stop)? else {
+        return Ok(stopped());
+    };
+    let report = Report::new("idle", meter.finish(), results);
+    Ok(report.finish(args.common.printing(), idle::print))
+}
+
+/// From a start to the first frame.
+fn start(args: &StartArgs) -> Verbed {
+    if args.repeat == 0 {
+        let remedy = "give 1 or more";
+        return Err(FieldError::new("--repeat", 0, "measures nothing", remedy).into());
+    }
+    let (run, stop) = prepare()?;
+    let mut meter = NoiseMeter::begin();
+    let Some(results) = start::measure(&run, args.repeat, &stop, &mut meter)? else {
+        return Ok(stopped());
+    };
+    let report = Report::new("start", meter.finish(), results);
+    Ok(report.finish(args.common.printing(), start::print))
+}
+
+/// A name that no other bench has, and an ear for Ctrl-C.
+fn prepare() -> Result<(RunName, Stop), VerbError> {
     let random = getrandom::u32().map_err(VerbError::Random)?;
-    Ok(RunName::new(&format!("bench-{random:08x}"))?)
+    let run = RunName::new(&format!("bench-{random:08x}"))?;
+    let stop = Stop::listen(&run).map_err(VerbError::io("signals".as_ref()))?;
+    // What killed runs left goes first.
+    let _ = Domain::sweep_dead();
+    Ok((run, stop))
+}
+
+fn stopped() -> Exit {
+    errln!("stopped; nothing of it is kept");
+    Exit::Lost
 }
 
 /// A client without a protocol.

@@ -9,23 +9,19 @@
 //! within a repetition.
 
 mod calls;
-mod stage;
-mod stamps;
 mod table;
 
 pub use calls::SystemCalls;
-pub use stage::Bare;
-pub use stamps::UsePerRound;
 pub use table::print;
 
 use rusty_contract::{Participant, Role, RunConfig, RunName};
 use rusty_link::WaitPolicy;
 use serde::Serialize;
 
-use self::stage::Stage;
-use self::stamps::{Sample, Used};
 use super::noise::NoiseMeter;
 use super::quantiles::{Quantiles, Spread};
+use super::stage::{Bare, Stage, estimators, mix};
+use super::stamps::{Sample, UsePerRound, Used};
 use crate::error::VerbError;
 use crate::output::errln;
 use crate::run::Stop;
@@ -177,7 +173,7 @@ impl Plan {
             floor.push(c);
             noise.look();
         }
-        let system_calls = stage.system_calls(&case.launch)?;
+        let system_calls = self.system_calls(stage, &case.launch)?;
         if stage.is_stopped() {
             return Ok(None);
         }
@@ -200,15 +196,26 @@ impl Plan {
         }))
     }
 
+    /// Counts the system calls of a tick of `launch`, as these arguments
+    /// have it.
+    fn system_calls(&self, stage: &Stage<'_>, launch: &[String]) -> Result<SystemCalls, VerbError> {
+        // Its folder goes with the domain; the runs have a name of their own.
+        let (domain, _) = stage.domain()?;
+        let folder = domain.folder().join("out");
+        let mut args = launch.to_vec();
+        let run = format!("{}-calls", stage.run);
+        args.extend(["--run", &run, "--wait", &self.wait.to_string()].map(str::to_owned));
+        args.extend(["--quiet", "--out"].map(str::to_owned));
+        args.push(folder.display().to_string());
+        Ok(calls::count(&args, &folder, stage.stop))
+    }
+
     /// All combinations; without scans the number of beams does not matter.
     fn cases(&self) -> Result<Vec<Case>, VerbError> {
         let mut rosters: Vec<(Vec<Participant>, String)> =
             self.clients.iter().map(|n| (estimators(*n), count(*n, "estimator"))).collect();
         if self.mix {
-            let mut mix = estimators(1);
-            mix.push(Participant::new("score", Role::Scorer));
-            mix.push(Participant::new("logger", Role::Logger));
-            rosters.push((mix, "estimator, scorer, logger".to_owned()));
+            rosters.push((mix(), "estimator, scorer, logger".to_owned()));
         }
         let mut cases = Vec::new();
         for (roster, who) in &rosters {
@@ -225,16 +232,6 @@ impl Plan {
         }
         Ok(cases)
     }
-}
-
-/// So many dead reckonings.
-fn estimators(count: usize) -> Vec<Participant> {
-    let one = |i: usize| {
-        let mut participant = Participant::new(&format!("estimator-{i}"), Role::Estimator);
-        participant.command = vec!["dead-reckoning".to_owned()];
-        participant
-    };
-    (0..count).map(one).collect()
 }
 
 fn count(n: usize, noun: &str) -> String {

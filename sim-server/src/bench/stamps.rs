@@ -68,6 +68,11 @@ impl Stamps {
         Self { warm_up, rounds, stamps_ns, pids, before: None, after: None }
     }
 
+    /// Counts what these processes use, beside this one.
+    pub fn watch(&mut self, pids: Vec<u32>) {
+        self.pids = pids;
+    }
+
     /// How many rounds there must be: one more begins than counts.
     #[must_use]
     pub fn rounds_in_all(&self) -> usize {

@@ -15,7 +15,6 @@ use rusty_link::floor::FloorServer;
 use rusty_link::raw::RawServer;
 use rusty_link::{Domain, ServerLink, WaitPolicy};
 
-use super::calls::{SystemCalls, count};
 use super::stamps::{Sample, Stamps};
 use crate::confine;
 use crate::error::VerbError;
@@ -61,6 +60,26 @@ impl Bare {
     }
 }
 
+/// So many dead reckonings.
+#[must_use]
+pub fn estimators(count: usize) -> Vec<Participant> {
+    let one = |i: usize| {
+        let mut participant = Participant::new(&format!("estimator-{i}"), Role::Estimator);
+        participant.command = vec!["dead-reckoning".to_owned()];
+        participant
+    };
+    (0..count).map(one).collect()
+}
+
+/// An estimator, a scorer and a logger: what `launch` starts.
+#[must_use]
+pub fn mix() -> Vec<Participant> {
+    let mut mix = estimators(1);
+    mix.push(Participant::new("score", Role::Scorer));
+    mix.push(Participant::new("logger", Role::Logger));
+    mix
+}
+
 impl Stage<'_> {
     /// One run of `config` with the participants of `roster`: its ticks.
     /// `None` if somebody wanted it to stop.
@@ -72,13 +91,45 @@ impl Stage<'_> {
         config: &RunConfig,
         roster: &[Participant],
     ) -> Result<Option<Sample>, VerbError> {
+        let stamps = Stamps::new(self.warm_up, self.rounds, Vec::new());
+        let ticks = stamps.rounds_in_all() as u64;
+        let config = RunConfig { ticks, ..config.clone() };
+        Ok(self.drive(config, roster, (Pace::Max, false), stamps, |_| {})?.and_then(Stamps::finish))
+    }
+
+    /// One run, at a pace, paused or not, with somebody `beside` it who is told
+    /// the participants' processes once all are started. `None` if it was
+    /// interrupted.
+    ///
+    /// # Errors
+    /// [`VerbError`] if it cannot be set up, or somebody was lost in it.
+    pub fn drive(
+        &self,
+        config: RunConfig,
+        roster: &[Participant],
+        (pace, paused): (Pace, bool),
+        mut stamps: Stamps,
+        beside: impl FnOnce(&[u32]) + Send,
+    ) -> Result<Option<Stamps>, VerbError> {
         let (domain, key) = self.domain()?;
         let link = ServerLink::create(&domain, self.wait)?;
         let mut children = self.start(&domain, &key, roster)?;
-        let stamps = Stamps::new(self.warm_up, self.rounds, children.groups().collect());
-        let mut config = config.clone();
-        config.ticks = stamps.rounds_in_all() as u64;
-        let dt_s = config.dt_s;
+        let pids: Vec<u32> = children.groups().collect();
+        stamps.watch(pids.clone());
+        let (run_id, _) = RunSetup::draw().map_err(VerbError::Random)?;
+        let setup = RunSetup {
+            run: self.run.clone(),
+            run_id,
+            key,
+            wait: self.wait,
+            pace,
+            paused,
+            dt_s: config.dt_s,
+            join_timeout_s: PATIENCE_S,
+            answer_timeout_s: PATIENCE_S,
+            on_loss: OnLoss::Abort,
+            out_dir: Some(domain.folder().join("out")),
+        };
         let header = LogHeader {
             writer: concat!("sim-server ", env!("CARGO_PKG_VERSION")).to_owned(),
             source: Source::Simulated,
@@ -87,28 +138,16 @@ impl Stage<'_> {
             on_loss: OnLoss::Abort,
         };
         let mut timed = Timed { inner: Simulated::new(header)?, stamps };
-        let (run_id, _) = RunSetup::draw().map_err(VerbError::Random)?;
-        let setup = RunSetup {
-            run: self.run.clone(),
-            run_id,
-            key,
-            wait: self.wait,
-            pace: Pace::Max,
-            paused: false,
-            dt_s,
-            join_timeout_s: PATIENCE_S,
-            answer_timeout_s: PATIENCE_S,
-            on_loss: OnLoss::Abort,
-            out_dir: Some(domain.folder().join("out")),
-        };
-        let ticks = timed.ticks();
-        let progress = Progress::new(ticks, true);
+        let progress = Progress::new(timed.ticks(), true);
         let run = Run::new(setup, link, &mut timed, &mut children, self.stop, progress);
-        let outcome = run.drive()?;
+        let outcome = std::thread::scope(|scope| {
+            scope.spawn(|| beside(&pids));
+            run.drive()
+        })?;
         children.finish(|_| true);
         match outcome.phase {
             Phase::Interrupted => Ok(None),
-            Phase::Done => Ok(timed.stamps.finish()),
+            Phase::Done => Ok(Some(timed.stamps)),
             _ => {
                 let lost: Vec<String> = outcome.losses.iter().map(ToString::to_string).collect();
                 Err(VerbError::Bench(lost.join("; ")))
@@ -179,29 +218,15 @@ impl Stage<'_> {
 
     /// A domain with a folder for what participants print and write. It goes
     /// with the domain.
-    fn domain(&self) -> Result<(Domain, TruthKey), VerbError> {
+    ///
+    /// # Errors
+    /// [`VerbError`] names what could not be made.
+    pub fn domain(&self) -> Result<(Domain, TruthKey), VerbError> {
         let domain = Domain::create(self.run)?;
         let folder = domain.folder().join("out");
         fs::create_dir_all(&folder).map_err(VerbError::io(&folder))?;
         let (_, key) = RunSetup::draw().map_err(VerbError::Random)?;
         Ok((domain, key))
-    }
-
-    /// Counts the system calls of a tick of `launch`, as these arguments
-    /// have it.
-    ///
-    /// # Errors
-    /// [`VerbError`] if there is no place for what is counted.
-    pub fn system_calls(&self, launch: &[String]) -> Result<SystemCalls, VerbError> {
-        // Its folder goes with the domain; the runs have a name of their own.
-        let (domain, _) = self.domain()?;
-        let folder = domain.folder().join("out");
-        let mut args = launch.to_vec();
-        let run = format!("{}-calls", self.run);
-        args.extend(["--run", &run, "--wait", &self.wait.to_string()].map(str::to_owned));
-        args.extend(["--quiet", "--out"].map(str::to_owned));
-        args.push(folder.display().to_string());
-        Ok(count(&args, &folder, self.stop))
     }
 
     /// Whether somebody wants it to stop.
