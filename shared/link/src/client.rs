@@ -19,6 +19,12 @@ use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{LOOKS_BETWEEN_CHECKS, Waiter, may_sleep, monotonic_ns, readable};
 use crate::{Domain, LinkError, Peer, WaitPolicy};
 
+/// A frame that is sent so long after the last answer is one of a slow run, one
+/// that is paused or goes at a pace: staying awake for it would be in vain.
+const SLOW_NS: u64 = 4_000_000;
+/// How long a participant of a slow run stays awake.
+const SLOW_AWAKE_NS: u64 = 30_000;
+
 /// A participant's ports on a run.
 pub struct ClientLink {
     start: Start,
@@ -33,6 +39,8 @@ pub struct ClientLink {
     woken: Listener<Ipc>,
     /// When the current wait for a frame began.
     waiting_since_ns: u64,
+    /// The last frame was long in coming: the next will be, too.
+    is_slow: bool,
     _node: Node<Ipc>,
     domain: Domain,
 }
@@ -162,6 +170,7 @@ impl ClientLink {
             wake_server,
             woken,
             waiting_since_ns,
+            is_slow: false,
             _node: node,
             domain,
         };
@@ -192,10 +201,18 @@ impl ClientLink {
         stop: &AtomicBool,
     ) -> Result<Incoming, LinkError> {
         let mut waiter = Waiter::new(self.policy, self.waiting_since_ns);
+        if self.is_slow {
+            // Should it come at once for once, that costs a slice, and once.
+            waiter.at_most_awake(self.waiting_since_ns, SLOW_AWAKE_NS);
+        }
         let mut deadline = None;
         let mut looks = 0u32;
         loop {
             if let Some(frame) = self.next_frame()? {
+                // When it was sent, not when it was seen: who overslept has
+                // learnt nothing about the run.
+                let waited_ns = frame.published_ns.saturating_sub(self.waiting_since_ns);
+                self.is_slow = waited_ns >= SLOW_NS;
                 return Ok(Incoming::Frame(frame));
             }
             if stop.load(Ordering::Relaxed) {

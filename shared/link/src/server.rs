@@ -214,6 +214,13 @@ impl ServerLink {
         self.waiter = Waiter::new(self.policy, now_ns);
     }
 
+    /// Sleeps from now on until the next publication: there is no answer to wait
+    /// for, and requests wake the server by themselves. Nothing changes for a
+    /// server that never sleeps.
+    pub fn rest(&mut self) {
+        self.waiter.rest();
+    }
+
     /// Gives back what participants that were killed had opened: each port has
     /// one of a bounded number of places. What cannot be given back now will be
     /// at the next call, or goes with the run.

@@ -99,6 +99,22 @@ impl Waiter {
         Self { awake_until_ns: since_ns.saturating_add(policy.awake_ns()), slice: FIRST_SLICE }
     }
 
+    /// Sleeps from now on: what is waited for is known to be far, and whoever
+    /// brings it wakes this process in any case. One who never sleeps does not
+    /// begin to.
+    pub(crate) fn rest(&mut self) {
+        if self.awake_until_ns != u64::MAX {
+            self.awake_until_ns = 0;
+        }
+    }
+
+    /// Stays awake for no longer than `awake_ns` after `since_ns`.
+    pub(crate) fn at_most_awake(&mut self, since_ns: u64, awake_ns: u64) {
+        if self.awake_until_ns != u64::MAX {
+            self.awake_until_ns = self.awake_until_ns.min(since_ns.saturating_add(awake_ns));
+        }
+    }
+
     /// Whether it is still in its awake time; if so, the core was given away
     /// once.
     pub(crate) fn yielded(&self) -> bool {
@@ -135,6 +151,18 @@ mod tests {
         assert!(may_sleep(1_100, 900, 400));
         assert!(may_sleep(1_000, 1_000, 0));
         assert!(!may_sleep(u64::MAX, 0, u64::MAX));
+    }
+
+    #[test]
+    fn who_never_sleeps_does_not_begin_to() {
+        let (now, mut spin) = (monotonic_ns(), Waiter::new(WaitPolicy::Spin, 7));
+        spin.rest();
+        spin.at_most_awake(now, 0);
+        assert!(spin.yielded());
+        let mut balanced = Waiter::new(WaitPolicy::Balanced, now + 1_000_000_000);
+        assert!(balanced.yielded());
+        balanced.rest();
+        assert!(!balanced.yielded());
     }
 
     #[test]

@@ -38,6 +38,9 @@ use crate::source::{FrameSource, SourceError};
 /// How often it hears at full speed what somebody has to say, in ticks.
 const TICKS_BETWEEN_WISHES: u64 = 64;
 
+/// From how long on waiting for the clock is done asleep.
+const WORTH_SLEEPING_NS: u64 = 1_000_000;
+
 /// What came of a run.
 #[derive(Debug)]
 pub struct Outcome {
@@ -208,10 +211,14 @@ impl<'a> Run<'a> {
         if may != May::Now && !self.stop.flag().load(Ordering::Relaxed) {
             // The machine asks for this tick again. Whoever comes, fails or
             // dies meanwhile does not wait for the clock.
-            return self.listen(match may {
+            let wait_ns = match may {
                 May::In(early) => early.as_nanos() as u64,
                 _ => u64::MAX,
-            });
+            };
+            if wait_ns >= WORTH_SLEEPING_NS {
+                self.link.rest();
+            }
+            return self.listen(wait_ns);
         }
         self.began.get_or_insert(now);
         if self.stop.flag().load(Ordering::Relaxed) {

@@ -18,8 +18,6 @@ use serde::Serialize;
 
 use crate::run::{Stop, kill_group};
 
-/// Ticks of the two runs.
-const LENGTHS: [u64; 2] = [2_000, 12_000];
 /// Between two looks whether they are done.
 const LOOK: Duration = Duration::from_millis(10);
 
@@ -54,15 +52,16 @@ impl SystemCalls {
 }
 
 /// Counts the system calls of `sim-server launch ARGS`, to which the number of
-/// ticks is added. What `strace` writes goes into `folder`.
+/// ticks is added: a run of each of two `lengths`. What `strace` writes goes
+/// into `folder`.
 #[must_use]
-pub fn count(args: &[String], folder: &Path, stop: &Stop) -> SystemCalls {
-    let counts = LENGTHS.map(|ticks| count_once(args, ticks, folder, stop));
+pub fn count(args: &[String], lengths: [usize; 2], folder: &Path, stop: &Stop) -> SystemCalls {
+    let counts = lengths.map(|ticks| count_once(args, ticks, folder, stop));
     let [short, long] = match counts {
         [Ok(short), Ok(long)] => [short, long],
         [Err(why), _] | [_, Err(why)] => return SystemCalls::not_counted(why),
     };
-    let ticks = (LENGTHS[1] - LENGTHS[0]) as f64;
+    let ticks = lengths[1].saturating_sub(lengths[0]).max(1) as f64;
     let more = |(name, calls): (String, u64)| {
         let before = short.get(&name).copied().unwrap_or(0);
         (calls > before).then(|| (name, (calls - before) as f64 / ticks))
@@ -74,7 +73,7 @@ pub fn count(args: &[String], folder: &Path, stop: &Stop) -> SystemCalls {
 
 fn count_once(
     args: &[String],
-    ticks: u64,
+    ticks: usize,
     folder: &Path,
     stop: &Stop,
 ) -> Result<BTreeMap<String, u64>, String> {

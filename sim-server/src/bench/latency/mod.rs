@@ -207,7 +207,8 @@ impl Plan {
         args.extend(["--run", &run, "--wait", &self.wait.to_string()].map(str::to_owned));
         args.extend(["--quiet", "--out"].map(str::to_owned));
         args.push(folder.display().to_string());
-        Ok(calls::count(&args, &folder, stage.stop))
+        let lengths = [stage.warm_up, stage.warm_up + stage.rounds];
+        Ok(calls::count(&args, lengths, &folder, stage.stop))
     }
 
     /// All combinations; without scans the number of beams does not matter.
