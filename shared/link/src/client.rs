@@ -277,8 +277,9 @@ impl ClientLink {
         let mut answer = Answer::carrying(message);
         answer.tick = frame.tick();
         answer.digest_seen = frame.digest();
-        answer.compute_ns = monotonic_ns().saturating_sub(frame.taken_ns);
-        self.send(answer)?;
+        let now = monotonic_ns();
+        answer.compute_ns = now.saturating_sub(frame.taken_ns);
+        self.send(answer, now)?;
         if may_sleep(monotonic_ns(), frame.published_ns, self.start.server_awake_ns) {
             let _ = self.wake_server.notify();
         }
@@ -292,7 +293,7 @@ impl ClientLink {
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn send_raw(&mut self, answer: Answer) -> Result<(), LinkError> {
-        self.send(answer)?;
+        self.send(answer, monotonic_ns())?;
         let _ = self.wake_server.notify();
         Ok(())
     }
@@ -308,11 +309,11 @@ impl ClientLink {
         sent.map(|_| ()).map_err(LinkError::transport("send an answer"))
     }
 
-    fn send(&mut self, mut answer: Answer) -> Result<(), LinkError> {
+    fn send(&mut self, mut answer: Answer, now_ns: u64) -> Result<(), LinkError> {
         answer.run_id = self.start.run_id;
         answer.participant = self.start.participant;
         answer.ticket = self.start.ticket;
-        answer.sent_ns = monotonic_ns();
+        answer.sent_ns = now_ns;
         self.waiting_since_ns = answer.sent_ns;
         self.answers
             .send_copy(WireAnswer(answer))
