@@ -137,11 +137,13 @@ impl ServerLink {
         // Last, because clients take it as the sign that all others exist.
         let controls = services::exchange(&node, "control", true)?
             .server_builder()
+            .max_loaned_responses_per_request(1)
             .initial_max_slice_len(1 << 10)
             .create()
             .map_err(LinkError::transport("open the control port"))?;
         let joins = services::exchange(&node, "join", true)?
             .server_builder()
+            .max_loaned_responses_per_request(1)
             .initial_max_slice_len(1 << 12)
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
             .create()
