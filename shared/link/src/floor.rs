@@ -84,7 +84,7 @@ fn wait_while(
     policy: WaitPolicy,
     mut is_over: impl FnMut() -> bool,
 ) -> Option<u32> {
-    let mut waiter = Waiter::new(policy, monotonic_ns());
+    let waiter = Waiter::new(policy, monotonic_ns());
     let mut looks = 0u32;
     loop {
         let value = line.0.load(Ordering::Acquire);

@@ -80,12 +80,7 @@ pub(crate) fn may_sleep(now_ns: u64, since_ns: u64, awake_ns: u64) -> bool {
 pub(crate) struct Waiter {
     awake_until_ns: u64,
     slice: Duration,
-    yields: u32,
 }
-
-/// How often the clock is read while a waiter is awake, in looks: it costs as
-/// much as a look. The awake time becomes longer by a few looks, never shorter.
-const YIELDS_PER_CLOCK: u32 = 4;
 
 /// How often a process that never sleeps looks around itself, in looks for
 /// data.
@@ -101,11 +96,7 @@ impl Waiter {
 
     /// A wait that began at `since_ns`.
     pub(crate) fn new(policy: WaitPolicy, since_ns: u64) -> Self {
-        Self {
-            awake_until_ns: since_ns.saturating_add(policy.awake_ns()),
-            slice: FIRST_SLICE,
-            yields: 0,
-        }
+        Self { awake_until_ns: since_ns.saturating_add(policy.awake_ns()), slice: FIRST_SLICE }
     }
 
     /// Sleeps from now on: what is waited for is known to be far, and whoever
@@ -114,7 +105,6 @@ impl Waiter {
     pub(crate) fn rest(&mut self) {
         if self.awake_until_ns != u64::MAX {
             self.awake_until_ns = 0;
-            self.yields = 0;
         }
     }
 
@@ -127,10 +117,10 @@ impl Waiter {
 
     /// Whether it is still in its awake time; if so, the core was given away
     /// once.
-    pub(crate) fn yielded(&mut self) -> bool {
-        let within = !self.yields.is_multiple_of(YIELDS_PER_CLOCK);
-        if within || monotonic_ns() < self.awake_until_ns {
-            self.yields = self.yields.wrapping_add(1);
+    pub(crate) fn yielded(&self) -> bool {
+        // Read at every look: on a busy machine one yield can take longer than
+        // the whole awake time, and who sleeps is woken sooner.
+        if monotonic_ns() < self.awake_until_ns {
             std::thread::yield_now();
             true
         } else {
