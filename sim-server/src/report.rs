@@ -8,6 +8,7 @@ use rusty_contract::score::{Score, ScoreTable};
 use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, Timing};
 use serde::Serialize;
 
+use crate::bench::usage::Usage;
 use crate::confine::Gate;
 use crate::lockstep::{Loss, SeatSummary};
 use crate::run::Outcome;
@@ -36,6 +37,12 @@ pub struct RunReport {
     pub ticks_per_s: f64,
     /// That time, s.
     pub elapsed_s: f64,
+    /// The machine's monotonic clock when the first frame went out, ns: with
+    /// the moment before the start, what starting took.
+    pub first_frame_ns: Option<u64>,
+    /// The most memory that was resident in the server, bytes; 0 where the
+    /// kernel does not say.
+    pub peak_resident_bytes: u64,
     /// The server's process.
     pub server_pid: u32,
     /// The log; null without a logger.
@@ -124,6 +131,8 @@ impl RunReport {
             world_digest: outcome.digest.world_hex(),
             ticks_per_s: per_s,
             elapsed_s: outcome.elapsed_s,
+            first_frame_ns: outcome.first_frame_ns,
+            peak_resident_bytes: Usage::own().map_or(0, |usage| usage.peak_resident_bytes),
             server_pid: std::process::id(),
             log: has(rusty_contract::Role::Logger).then(|| there("run.log")).flatten(),
             scores_file,

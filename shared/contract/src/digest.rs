@@ -31,6 +31,9 @@ use crate::tally::MAX_PARTICIPANTS;
 /// Longest encoding of one reply: kind, estimate with covariance, command.
 const REPLY_BYTES: usize = 1 + 24 + 1 + 72 + 16;
 
+/// So many replies fit into the short buffer.
+const FEW: usize = 3;
+
 /// The two chains of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunDigest {
@@ -120,7 +123,17 @@ impl RunDigest {
 
     /// Absorbs the replies to the frame just absorbed, in roster order.
     pub fn absorb_replies(&mut self, replies: impl ExactSizeIterator<Item = Reply>) {
-        let mut bytes = Bytes::<{ 36 + MAX_PARTICIPANTS * REPLY_BYTES }>::new();
+        // Most runs have few who answer: a short buffer is soon emptied.
+        if replies.len() <= FEW {
+            self.absorb_within::<{ 36 + FEW * REPLY_BYTES }>(replies);
+        } else {
+            self.absorb_within::<{ 36 + MAX_PARTICIPANTS * REPLY_BYTES }>(replies);
+        }
+    }
+
+    /// With a buffer of `N` bytes, which must be enough for these replies.
+    fn absorb_within<const N: usize>(&mut self, replies: impl ExactSizeIterator<Item = Reply>) {
+        let mut bytes = Bytes::<N>::new();
         bytes.put(&self.run.to_le_bytes());
         bytes.put(&self.world.to_le_bytes());
         bytes.put(&(replies.len() as u32).to_le_bytes());
@@ -189,6 +202,21 @@ mod tests {
         assert_ne!(base.run(), digest_of(&[pose], &[]).run());
         let estimate = |p: SE2| [Reply::Estimate(p.into())];
         assert_ne!(digest_of(&[pose], &estimate(pose)), digest_of(&[pose], &estimate(nearly)));
+    }
+
+    #[test]
+    fn a_short_buffer_gives_the_digest_of_a_long_one() {
+        let estimate =
+            Estimate { pose_in_world: SE2::new(1.0, 2.0, 3.0), covariance: Some([0.5; 9]) };
+        let command = Twist { v_m_s: 0.5, omega_rad_s: -0.25 };
+        // As many as fit, each as long as it can be.
+        let longest = [Reply::Both(estimate, command); FEW];
+        let mut long = RunDigest::default();
+        long.absorb_within::<{ 36 + MAX_PARTICIPANTS * REPLY_BYTES }>(longest.into_iter());
+        let mut short = RunDigest::default();
+        short.absorb_replies(longest.into_iter());
+        assert_eq!(short, long);
+        assert_ne!(short, RunDigest::default());
     }
 
     #[test]

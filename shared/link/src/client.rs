@@ -16,12 +16,14 @@ use rusty_contract::{Answer, Frame, JoinRequest, RunName, Start, Tally};
 use crate::feed::{Refeed, is_last_word};
 use crate::lobby::Lobby;
 use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
-use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
+use crate::wait::{LOOKS_BETWEEN_CHECKS, Waiter, may_sleep, monotonic_ns, readable};
 use crate::{Domain, LinkError, Peer, WaitPolicy};
 
-/// How often a participant that never sleeps looks whether its server lives,
-/// in looks for a frame.
-const LOOKS_BETWEEN_CHECKS: u32 = 4096;
+/// A frame that is sent so long after the last answer is one of a slow run, one
+/// that is paused or goes at a pace: staying awake for it would be in vain.
+const SLOW_NS: u64 = 4_000_000;
+/// How long a participant of a slow run stays awake.
+const SLOW_AWAKE_NS: u64 = 30_000;
 
 /// A participant's ports on a run.
 pub struct ClientLink {
@@ -37,6 +39,8 @@ pub struct ClientLink {
     woken: Listener<Ipc>,
     /// When the current wait for a frame began.
     waiting_since_ns: u64,
+    /// The last frame was long in coming: the next will be, too.
+    is_slow: bool,
     _node: Node<Ipc>,
     domain: Domain,
 }
@@ -60,6 +64,18 @@ impl BorrowedFrame {
     #[must_use]
     pub fn taken_ns(&self) -> u64 {
         self.taken_ns
+    }
+}
+
+/// The answers of a tick where they lie. They stay valid for as long as they
+/// are held.
+pub struct BorrowedTally(Sample<Ipc, WireTally, ()>);
+
+impl Deref for BorrowedTally {
+    type Target = Tally;
+
+    fn deref(&self) -> &Tally {
+        &self.0.payload().0
     }
 }
 
@@ -154,6 +170,7 @@ impl ClientLink {
             wake_server,
             woken,
             waiting_since_ns,
+            is_slow: false,
             _node: node,
             domain,
         };
@@ -184,10 +201,18 @@ impl ClientLink {
         stop: &AtomicBool,
     ) -> Result<Incoming, LinkError> {
         let mut waiter = Waiter::new(self.policy, self.waiting_since_ns);
+        if self.is_slow {
+            // Should it come at once for once, that costs a slice, and once.
+            waiter.at_most_awake(self.waiting_since_ns, SLOW_AWAKE_NS);
+        }
         let mut deadline = None;
         let mut looks = 0u32;
         loop {
             if let Some(frame) = self.next_frame()? {
+                // When it was sent, not when it was seen: who overslept has
+                // learnt nothing about the run.
+                let waited_ns = frame.published_ns.saturating_sub(self.waiting_since_ns);
+                self.is_slow = waited_ns >= SLOW_NS;
                 return Ok(Incoming::Frame(frame));
             }
             if stop.load(Ordering::Relaxed) {
@@ -252,8 +277,9 @@ impl ClientLink {
         let mut answer = Answer::carrying(message);
         answer.tick = frame.tick();
         answer.digest_seen = frame.digest();
-        answer.compute_ns = monotonic_ns().saturating_sub(frame.taken_ns);
-        self.send(answer)?;
+        let now = monotonic_ns();
+        answer.compute_ns = now.saturating_sub(frame.taken_ns);
+        self.send(answer, now)?;
         if may_sleep(monotonic_ns(), frame.published_ns, self.start.server_awake_ns) {
             let _ = self.wake_server.notify();
         }
@@ -267,7 +293,7 @@ impl ClientLink {
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn send_raw(&mut self, answer: Answer) -> Result<(), LinkError> {
-        self.send(answer)?;
+        self.send(answer, monotonic_ns())?;
         let _ = self.wake_server.notify();
         Ok(())
     }
@@ -283,11 +309,11 @@ impl ClientLink {
         sent.map(|_| ()).map_err(LinkError::transport("send an answer"))
     }
 
-    fn send(&mut self, mut answer: Answer) -> Result<(), LinkError> {
+    fn send(&mut self, mut answer: Answer, now_ns: u64) -> Result<(), LinkError> {
         answer.run_id = self.start.run_id;
         answer.participant = self.start.participant;
         answer.ticket = self.start.ticket;
-        answer.sent_ns = monotonic_ns();
+        answer.sent_ns = now_ns;
         self.waiting_since_ns = answer.sent_ns;
         self.answers
             .send_copy(WireAnswer(answer))
@@ -299,15 +325,15 @@ impl ClientLink {
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn next_tally(&self) -> Result<Option<Box<Tally>>, LinkError> {
+    pub fn next_tally(&self) -> Result<Option<BorrowedTally>, LinkError> {
         if let Some(tally) = self.refeed.as_ref().map(Refeed::next_tally).transpose()?.flatten() {
-            return Ok(Some(tally));
+            return Ok(Some(BorrowedTally(tally)));
         }
         let Some(port) = &self.tallies else {
             return Ok(None);
         };
         let sample = port.receive().map_err(LinkError::transport("receive a tally"))?;
-        Ok(sample.map(|sample| Box::new(sample.payload().0)))
+        Ok(sample.map(BorrowedTally))
     }
 }
 

@@ -137,11 +137,13 @@ impl ServerLink {
         // Last, because clients take it as the sign that all others exist.
         let controls = services::exchange(&node, "control", true)?
             .server_builder()
+            .max_loaned_responses_per_request(1)
             .initial_max_slice_len(1 << 10)
             .create()
             .map_err(LinkError::transport("open the control port"))?;
         let joins = services::exchange(&node, "join", true)?
             .server_builder()
+            .max_loaned_responses_per_request(1)
             .initial_max_slice_len(1 << 12)
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
             .create()
@@ -212,6 +214,13 @@ impl ServerLink {
     pub fn stay_awake(&mut self, now_ns: u64) {
         self.waiting_since_ns = now_ns;
         self.waiter = Waiter::new(self.policy, now_ns);
+    }
+
+    /// Sleeps from now on until the next publication: there is no answer to wait
+    /// for, and requests wake the server by themselves. Nothing changes for a
+    /// server that never sleeps.
+    pub fn rest(&mut self) {
+        self.waiter.rest();
     }
 
     /// Gives back what participants that were killed had opened: each port has

@@ -115,6 +115,10 @@ pub(crate) fn exchange(node: &Node<Ipc>, text: &str, create: bool) -> Result<Exc
             .max_clients(MAX_PORTS)
             .max_nodes(2 * MAX_PORTS)
             .max_active_requests_per_client(2)
+            // A request has one reply. What is reserved for more costs time at
+            // every joining: the transport walks through it.
+            .max_response_buffer_size(1)
+            .max_borrowed_responses_per_pending_response(1)
             .create()
             .map_err(LinkError::transport("create a service of requests"))
     } else {

@@ -82,19 +82,44 @@ pub(crate) struct Waiter {
     slice: Duration,
 }
 
+/// How often a process that never sleeps looks around itself, in looks for
+/// data.
+pub(crate) const LOOKS_BETWEEN_CHECKS: u32 = 4096;
+
 /// First and longest slice of blocking.
 const FIRST_SLICE: Duration = Duration::from_millis(2);
 const LONGEST_SLICE: Duration = Duration::from_millis(20);
 
 impl Waiter {
+    /// No bound but that of the slice.
+    pub(crate) const FOR_EVER: Duration = Duration::MAX;
+
     /// A wait that began at `since_ns`.
     pub(crate) fn new(policy: WaitPolicy, since_ns: u64) -> Self {
         Self { awake_until_ns: since_ns.saturating_add(policy.awake_ns()), slice: FIRST_SLICE }
     }
 
+    /// Sleeps from now on: what is waited for is known to be far, and whoever
+    /// brings it wakes this process in any case. One who never sleeps does not
+    /// begin to.
+    pub(crate) fn rest(&mut self) {
+        if self.awake_until_ns != u64::MAX {
+            self.awake_until_ns = 0;
+        }
+    }
+
+    /// Stays awake for no longer than `awake_ns` after `since_ns`.
+    pub(crate) fn at_most_awake(&mut self, since_ns: u64, awake_ns: u64) {
+        if self.awake_until_ns != u64::MAX {
+            self.awake_until_ns = self.awake_until_ns.min(since_ns.saturating_add(awake_ns));
+        }
+    }
+
     /// Whether it is still in its awake time; if so, the core was given away
     /// once.
     pub(crate) fn yielded(&self) -> bool {
+        // Read at every look: on a busy machine one yield can take longer than
+        // the whole awake time, and who sleeps is woken sooner.
         if monotonic_ns() < self.awake_until_ns {
             std::thread::yield_now();
             true
@@ -128,6 +153,18 @@ mod tests {
         assert!(may_sleep(1_100, 900, 400));
         assert!(may_sleep(1_000, 1_000, 0));
         assert!(!may_sleep(u64::MAX, 0, u64::MAX));
+    }
+
+    #[test]
+    fn who_never_sleeps_does_not_begin_to() {
+        let (now, mut spin) = (monotonic_ns(), Waiter::new(WaitPolicy::Spin, 7));
+        spin.rest();
+        spin.at_most_awake(now, 0);
+        assert!(spin.yielded());
+        let mut balanced = Waiter::new(WaitPolicy::Balanced, now + 1_000_000_000);
+        assert!(balanced.yielded());
+        balanced.rest();
+        assert!(!balanced.yielded());
     }
 
     #[test]

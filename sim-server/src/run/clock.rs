@@ -31,8 +31,18 @@ impl Clock {
         Self { pace, dt_s, origin: None, allowed: paused.then_some(0) }
     }
 
+    /// Whether `tick` may happen now. The clock is looked at only where there
+    /// is a pace to keep.
+    pub(super) fn may(&mut self, tick: u64) -> May {
+        match (self.allowed, self.pace) {
+            (Some(0), _) => May::Paused,
+            (_, Pace::Max) => May::Now,
+            _ => self.may_at(tick, Instant::now()),
+        }
+    }
+
     /// Whether `tick` may happen at `now`.
-    pub(super) fn may(&mut self, tick: u64, now: Instant) -> May {
+    fn may_at(&mut self, tick: u64, now: Instant) -> May {
         if self.allowed == Some(0) {
             return May::Paused;
         }
@@ -88,15 +98,15 @@ mod tests {
     fn pauses_hold_and_steps_are_counted() {
         let now = Instant::now();
         let mut clock = Clock::new(Pace::Max, 0.02, true);
-        assert_eq!(clock.may(0, now), May::Paused);
+        assert_eq!(clock.may_at(0, now), May::Paused);
         clock.step(2);
         for tick in 0..2 {
-            assert_eq!(clock.may(tick, now), May::Now);
+            assert_eq!(clock.may_at(tick, now), May::Now);
             clock.tick();
         }
-        assert_eq!(clock.may(2, now), May::Paused);
+        assert_eq!(clock.may_at(2, now), May::Paused);
         clock.resume();
-        assert_eq!(clock.may(2, now), May::Now);
+        assert_eq!(clock.may_at(2, now), May::Now);
         clock.pause();
         assert!(clock.is_paused());
     }
@@ -105,12 +115,12 @@ mod tests {
     fn a_pause_is_not_made_up_for() {
         let start = Instant::now();
         let mut clock = Clock::new(Pace::Factor(1.0), 0.5, false);
-        assert_eq!(clock.may(0, start), May::Now);
-        assert_eq!(clock.may(2, start), May::In(Duration::from_secs(1)));
+        assert_eq!(clock.may_at(0, start), May::Now);
+        assert_eq!(clock.may_at(2, start), May::In(Duration::from_secs(1)));
         clock.pause();
         clock.resume();
         let later = start + Duration::from_secs(60);
-        assert_eq!(clock.may(2, later), May::Now);
-        assert_eq!(clock.may(3, later), May::In(Duration::from_millis(500)));
+        assert_eq!(clock.may_at(2, later), May::Now);
+        assert_eq!(clock.may_at(3, later), May::In(Duration::from_millis(500)));
     }
 }

@@ -27,6 +27,7 @@ impl Run<'_> {
             let at_most = Duration::from_nanos(at_most_ns);
             self.link.pause(|| present().filter_map(|(p, _)| p.as_ref()), at_most)
         };
+        self.slept |= blocked;
         self.looks = self.looks.wrapping_add(1);
         if blocked
             || self.looks.is_multiple_of(LOOKS_BETWEEN_CHECKS)

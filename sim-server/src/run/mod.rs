@@ -38,6 +38,11 @@ use crate::source::{FrameSource, SourceError};
 /// How often it hears at full speed what somebody has to say, in ticks.
 const TICKS_BETWEEN_WISHES: u64 = 64;
 
+/// How often the clock is read while nobody sleeps, in turns of the machine.
+const TURNS_PER_CLOCK: u32 = 16;
+/// From how long on waiting for the clock is done asleep.
+const WORTH_SLEEPING_NS: u64 = 1_000_000;
+
 /// What came of a run.
 #[derive(Debug)]
 pub struct Outcome {
@@ -57,6 +62,8 @@ pub struct Outcome {
     pub timings: Vec<Timing>,
     /// What else there is to say of it.
     pub remarks: Vec<String>,
+    /// The monotonic clock when the first frame went out, ns.
+    pub first_frame_ns: Option<u64>,
     /// From the first frame to the last answer, s.
     pub elapsed_s: f64,
     /// Why the source ended early, if it did.
@@ -90,6 +97,7 @@ pub struct Run<'a> {
     feedings: Vec<Option<Feeding>>,
     source_error: Option<SourceError>,
     began: Option<Instant>,
+    first_frame_ns: Option<u64>,
     clock: Clock,
     /// Ticks whose frame is out.
     begun: u64,
@@ -98,6 +106,11 @@ pub struct Run<'a> {
     /// The last word is out.
     ended: bool,
     looks: u32,
+    /// The monotonic clock, read a few turns ago at most.
+    clock_ns: u64,
+    turns: u32,
+    /// This process has slept since.
+    slept: bool,
     /// It was said that somebody answers for another.
     forged: bool,
     refused: u32,
@@ -144,12 +157,16 @@ impl<'a> Run<'a> {
             feedings: (0..seats).map(|_| None).collect(),
             source_error: None,
             began: None,
+            first_frame_ns: None,
             clock,
             begun: 0,
             steps: Vec::new(),
             has_key_holders,
             ended: false,
             looks: 0,
+            clock_ns: 0,
+            turns: 0,
+            slept: true,
             forged: false,
             refused: 0,
         }
@@ -161,7 +178,7 @@ impl<'a> Run<'a> {
     /// [`LinkError`] if shared memory fails under the run.
     pub fn drive(mut self) -> Result<Outcome, LinkError> {
         loop {
-            let now = monotonic_ns();
+            let now = self.now_ns();
             let peers = &self.peers;
             match self.lockstep.next(now, |seat| describe(peers[seat].as_ref())) {
                 Step::Wait { until_ns } => self.listen(until_ns.saturating_sub(now))?,
@@ -193,23 +210,38 @@ impl<'a> Run<'a> {
         Ok(self.outcome())
     }
 
+    /// The monotonic clock, ns, or what it was a few turns ago: it costs as much
+    /// as a look for answers, and what depends on it here are timeouts. Those
+    /// may come a little later, never early.
+    fn now_ns(&mut self) -> u64 {
+        self.turns = self.turns.wrapping_add(1);
+        if self.slept || self.turns.is_multiple_of(TURNS_PER_CLOCK) {
+            self.slept = false;
+            self.clock_ns = monotonic_ns();
+        }
+        self.clock_ns
+    }
+
     fn publish(&mut self, tick: u64) -> Result<(), LinkError> {
         if tick.is_multiple_of(TICKS_BETWEEN_WISHES) {
             // At full speed the server never sleeps, so it looks now and then.
             self.take_wishes()?;
             self.take_joins()?;
         }
-        let now = Instant::now();
-        let may = self.clock.may(tick, now);
+        let may = self.clock.may(tick);
         if may != May::Now && !self.stop.flag().load(Ordering::Relaxed) {
             // The machine asks for this tick again. Whoever comes, fails or
             // dies meanwhile does not wait for the clock.
-            return self.listen(match may {
+            let wait_ns = match may {
                 May::In(early) => early.as_nanos() as u64,
                 _ => u64::MAX,
-            });
+            };
+            if wait_ns >= WORTH_SLEEPING_NS {
+                self.link.rest();
+            }
+            return self.listen(wait_ns);
         }
-        self.began.get_or_insert(now);
+        self.began.get_or_insert_with(Instant::now);
         if self.stop.flag().load(Ordering::Relaxed) {
             self.lockstep.interrupt();
             return Ok(());
@@ -229,6 +261,8 @@ impl<'a> Run<'a> {
         self.digest.absorb_frame(&frame, truth);
         let digest = frame.digest();
         let now = self.link.publish(frame)?;
+        self.clock_ns = now;
+        self.first_frame_ns.get_or_insert(now);
         self.lockstep.published(digest, now);
         self.clock.tick();
         self.begun = tick + 1;
@@ -303,6 +337,7 @@ impl<'a> Run<'a> {
             restarts: self.restarts,
             timings: self.effects.timings(),
             remarks: self.remarks,
+            first_frame_ns: self.first_frame_ns,
             elapsed_s: self.progress.elapsed_s(self.began),
             source_error: self.source_error,
         }
