@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use rusty_contract::answer::Message;
 use rusty_contract::config::check_seconds;
-use rusty_contract::{Brief, Exit, Frame, JoinRequest, Phase, Reply, Start, Tally, TruthKey};
-use rusty_link::{BorrowedFrame, ClientLink, Domain, Incoming, LinkError, Peer};
+use rusty_contract::{Brief, Exit, Frame, JoinRequest, Phase, Reply, Start, TruthKey};
+use rusty_link::{BorrowedFrame, BorrowedTally, ClientLink, Domain, Incoming, LinkError, Peer};
 use signal_hook::flag::{register, register_conditional_shutdown};
 
 use crate::log_session::LogSession;
@@ -188,7 +188,7 @@ impl Session {
     }
 
     /// The answers of the next complete tick (scorers and loggers).
-    pub(crate) fn next_tally(&mut self) -> Result<Option<Box<Tally>>, ClientError> {
+    pub(crate) fn next_tally(&mut self) -> Result<Option<BorrowedTally>, ClientError> {
         match &mut self.source {
             Source::Live(link) => Ok(link.next_tally()?),
             Source::Log(_) => Ok(None),

@@ -5,9 +5,9 @@
 //! the next one.
 
 use rustix::process::{DumpableBehavior, set_dumpable_behavior};
-use rusty_contract::{Brief, Exit, Frame, Phase, Reply, RunDigest, Start, Tally, TruthKey};
+use rusty_contract::{Brief, Exit, Frame, Phase, Reply, RunDigest, Start, TruthKey};
 use rusty_geometry::SE2;
-use rusty_link::LinkError;
+use rusty_link::{BorrowedTally, LinkError};
 
 use crate::session::FrameHandle;
 use crate::{ClientArgs, ClientError, Session};
@@ -172,7 +172,7 @@ fn complete<W: Witness>(
 }
 
 /// The tally of `tick`: it was published before the frame after it.
-fn tally_of(session: &mut Session, tick: u64) -> Result<Option<Box<Tally>>, ClientError> {
+fn tally_of(session: &mut Session, tick: u64) -> Result<Option<BorrowedTally>, ClientError> {
     while let Some(tally) = session.next_tally()? {
         if tally.tick == tick {
             return Ok(Some(tally));

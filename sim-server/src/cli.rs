@@ -1,7 +1,11 @@
 //! The command line: arguments in, one verb called, an exit code out.
 
+mod bench;
 mod control;
 
+pub use bench::{
+    BenchArgs, BenchCommonArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, LatencyArgs,
+};
 pub use control::{ControlArgs, ControlVerb};
 
 use std::ffi::OsString;
@@ -68,8 +72,13 @@ enum Verb {
     Doctor(JsonArgs),
     /// Test a client program, in whatever language, against the protocol
     Conformance(ConformanceArgs),
+    /// Measure speed, beside what it is to be compared with
+    Bench(BenchArgs),
     /// Remove what dead runs left in shared memory; living ones stay
     Clean(JsonArgs),
+    /// Take part in a bench without a protocol (the bench does this)
+    #[command(hide = true)]
+    BenchPeer(BenchPeerArgs),
     /// Confine this process, then become a participant (the server does this)
     #[command(hide = true)]
     Confined(ConfinedArgs),
@@ -370,7 +379,9 @@ pub fn main() -> Exit {
         Verb::Control(args) => verbs::control(&args),
         Verb::Doctor(args) => verbs::doctor(&args),
         Verb::Conformance(args) => verbs::conformance(&args),
+        Verb::Bench(args) => verbs::bench(&args.what),
         Verb::Clean(args) => verbs::clean(&args),
+        Verb::BenchPeer(args) => verbs::bench_peer(&args),
         Verb::Confined(args) => verbs::confined(&args),
     };
     done.unwrap_or_else(|e| {

@@ -16,12 +16,8 @@ use rusty_contract::{Answer, Frame, JoinRequest, RunName, Start, Tally};
 use crate::feed::{Refeed, is_last_word};
 use crate::lobby::Lobby;
 use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
-use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
+use crate::wait::{LOOKS_BETWEEN_CHECKS, Waiter, may_sleep, monotonic_ns, readable};
 use crate::{Domain, LinkError, Peer, WaitPolicy};
-
-/// How often a participant that never sleeps looks whether its server lives,
-/// in looks for a frame.
-const LOOKS_BETWEEN_CHECKS: u32 = 4096;
 
 /// A participant's ports on a run.
 pub struct ClientLink {
@@ -60,6 +56,18 @@ impl BorrowedFrame {
     #[must_use]
     pub fn taken_ns(&self) -> u64 {
         self.taken_ns
+    }
+}
+
+/// The answers of a tick where they lie. They stay valid for as long as they
+/// are held.
+pub struct BorrowedTally(Sample<Ipc, WireTally, ()>);
+
+impl Deref for BorrowedTally {
+    type Target = Tally;
+
+    fn deref(&self) -> &Tally {
+        &self.0.payload().0
     }
 }
 
@@ -299,15 +307,15 @@ impl ClientLink {
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn next_tally(&self) -> Result<Option<Box<Tally>>, LinkError> {
+    pub fn next_tally(&self) -> Result<Option<BorrowedTally>, LinkError> {
         if let Some(tally) = self.refeed.as_ref().map(Refeed::next_tally).transpose()?.flatten() {
-            return Ok(Some(tally));
+            return Ok(Some(BorrowedTally(tally)));
         }
         let Some(port) = &self.tallies else {
             return Ok(None);
         };
         let sample = port.receive().map_err(LinkError::transport("receive a tally"))?;
-        Ok(sample.map(|sample| Box::new(sample.payload().0)))
+        Ok(sample.map(BorrowedTally))
     }
 }
 

@@ -109,10 +109,9 @@ impl Refeed {
         Ok(sample)
     }
 
-    pub(crate) fn next_tally(&self) -> Result<Option<Box<Tally>>, LinkError> {
+    pub(crate) fn next_tally(&self) -> Result<Option<Sample<Ipc, WireTally, ()>>, LinkError> {
         let Some(port) = &self.tallies else { return Ok(None) };
-        let sample = port.receive().map_err(LinkError::transport("receive a tally"))?;
-        Ok(sample.map(|sample| Box::new(sample.payload().0)))
+        port.receive().map_err(LinkError::transport("receive a tally"))
     }
 }
 

@@ -1,0 +1,124 @@
+//! `bench`: speed, measured beside what it is to be compared with.
+
+use std::time::{Duration, Instant};
+
+use rusty_contract::{Exit, FieldError, MAX_PARTICIPANTS, RunName};
+use rusty_link::{Domain, floor, raw};
+
+use super::Verbed;
+use crate::bench::latency::{self, Bare, Plan};
+use crate::bench::noise::NoiseMeter;
+use crate::bench::report::{Printing, Report};
+use crate::cli::{BenchCommonArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, LatencyArgs};
+use crate::error::VerbError;
+use crate::output::{errln, outln};
+use crate::run::Stop;
+
+/// Runs one bench: exit 0 if its results can be believed, 1 if not.
+///
+/// # Errors
+/// As the bench.
+pub fn bench(what: &BenchVerb) -> Verbed {
+    match what {
+        BenchVerb::Latency(args) => latency(args),
+        BenchVerb::Noise(args) => noise(args),
+    }
+}
+
+impl BenchCommonArgs {
+    /// How the report is printed.
+    fn printing(self) -> Printing {
+        Printing { json: self.json, accept_noise: self.accept_noise }
+    }
+}
+
+/// Looks at the machine for a while.
+fn noise(args: &BenchNoiseArgs) -> Verbed {
+    rusty_contract::config::check_seconds("--seconds", args.seconds)?;
+    let until = Instant::now() + Duration::from_secs_f64(args.seconds);
+    let mut meter = NoiseMeter::begin();
+    while Instant::now() < until {
+        meter.look();
+    }
+    let noise = meter.finish();
+    let results = noise.disturbances;
+    let report = Report::new("noise", noise, results);
+    Ok(report.finish(args.common.printing(), |found| {
+        let work = found.work;
+        outln!("a fixed piece of work, {} times", work.count);
+        outln!(
+            "  p50 {} ns, p90 {} ns, p99 {} ns, max {} ns",
+            work.p50_ns,
+            work.p90_ns,
+            work.p99_ns,
+            work.max_ns
+        );
+        outln!("  p90 {:.1} % above the shortest", 100.0 * found.work_stretch);
+        outln!("  put off its core {:.1} times a second", found.put_off_per_s);
+        let cores =
+            |cores: Option<f64>| cores.map_or("unknown".to_owned(), |c| format!("{c:.2} cores"));
+        outln!("other processes   {}", cores(found.others_cores));
+        outln!("the hypervisor    {}", cores(found.stolen_cores));
+    }))
+}
+
+/// Ticks, raw rounds and the floor, in turns.
+fn latency(args: &LatencyArgs) -> Verbed {
+    check(args)?;
+    let run = fresh_name()?;
+    let stop = Stop::listen(&run).map_err(VerbError::io("signals".as_ref()))?;
+    let _ = Domain::sweep_dead();
+    let plan = Plan {
+        clients: args.clients.clone(),
+        beams: args.beams.clone(),
+        scan_every: args.scan_every.clone(),
+        mix: args.mix,
+        ticks: args.ticks,
+        repeat: args.repeat,
+        wait: args.wait,
+        pin: args.pin.clone(),
+        quiet: args.common.quiet,
+    };
+    let mut meter = NoiseMeter::begin();
+    let Some(results) = plan.measure(&run, &stop, &mut meter)? else {
+        errln!("stopped; nothing of it is kept");
+        return Ok(Exit::Lost);
+    };
+    let report = Report::new("latency", meter.finish(), results);
+    Ok(report.finish(args.common.printing(), latency::print))
+}
+
+fn check(args: &LatencyArgs) -> Result<(), FieldError> {
+    let bad = |field: &str, value: &dyn std::fmt::Display, problem: &str, remedy: &str| {
+        Err(FieldError::new(field, value, problem, remedy))
+    };
+    if let Some(n) = args.clients.iter().find(|n| !(1..=MAX_PARTICIPANTS).contains(*n)) {
+        return bad("--clients", n, "a run has 1 to 16 participants", "give such numbers");
+    }
+    if args.ticks < 100 {
+        return bad("--ticks", &args.ticks, "too few for any quantile", "give 100 or more");
+    }
+    if args.repeat == 0 {
+        return bad("--repeat", &args.repeat, "measures nothing", "give 1 or more");
+    }
+    Ok(())
+}
+
+/// A name that no other bench has.
+fn fresh_name() -> Result<RunName, VerbError> {
+    let random = getrandom::u32().map_err(VerbError::Random)?;
+    Ok(RunName::new(&format!("bench-{random:08x}"))?)
+}
+
+/// A client without a protocol.
+///
+/// # Errors
+/// [`VerbError`] if there is nothing to take part in.
+pub fn bench_peer(args: &BenchPeerArgs) -> Verbed {
+    if args.what == Bare::Raw.word() {
+        raw::serve_raw(&args.run, args.wait)?;
+    } else {
+        floor::serve_floor(&args.run, args.client, args.wait)?;
+    }
+    Ok(Exit::Done)
+}
