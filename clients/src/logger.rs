@@ -37,9 +37,20 @@ pub struct Logger {
     digest: RunDigest,
 }
 
-/// Creates a log that is written behind.
+/// Creates a log.
 fn create(path: &Path, header: &LogHeader) -> Result<LogWriter<WriteBehind>, ClientError> {
-    let file = File::create(path).map_err(ClientError::io(path))?;
+    File::create(path).map_err(ClientError::io(path))?;
+    // Always at its end: if somebody cuts it, what follows makes no hole.
+    let file = File::options().append(true).open(path).map_err(ClientError::io(path))?;
+    behind(file, path, header)
+}
+
+/// A log that is written behind.
+fn behind(
+    file: File,
+    path: &Path,
+    header: &LogHeader,
+) -> Result<LogWriter<WriteBehind>, ClientError> {
     let out = WriteBehind::new(file).map_err(ClientError::io(path))?;
     Ok(LogWriter::new(out, path, header)?)
 }

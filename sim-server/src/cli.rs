@@ -4,7 +4,7 @@ mod bench;
 mod control;
 
 pub use bench::{
-    BenchArgs, BenchCommonArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, LatencyArgs,
+    BenchArgs, BenchCommonArgs, BenchLogArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, LatencyArgs,
 };
 pub use control::{ControlArgs, ControlVerb};
 

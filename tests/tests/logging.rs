@@ -108,3 +108,23 @@ fn a_measurement_reads_what_it_wrote_and_leaves_nothing() {
     let refused = Process::start("logger", &args).wait().expect(1);
     assert!(refused.stderr.contains("--beams 5000: a frame has at most 1080"), "{refused:?}");
 }
+
+#[test]
+fn the_bench_of_logs_says_what_was_measured() {
+    let place = folder();
+    let path = place.path().to_str().unwrap();
+    let bench = |beams: &str| {
+        let few = ["--ticks", "200", "--repeat", "2", "--accept-noise", "--json", "--quiet"];
+        sim_server(&[&["bench", "log", path, "--beams", beams], &few[..]].concat())
+    };
+    let report = bench("0,1080").expect(0).json();
+    let rows = report["results"]["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 2);
+    for row in rows {
+        assert!(row["log_over_plain"]["median"].as_f64().unwrap() > 0.0, "{row}");
+        assert_eq!(text(row, "digest").len(), 32);
+    }
+    assert!(rows[0]["bytes_per_tick"].as_f64() < rows[1]["bytes_per_tick"].as_f64());
+    assert!(bench("5000").expect(1).stderr.contains("--beams 5000"));
+    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
+}

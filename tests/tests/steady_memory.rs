@@ -36,19 +36,19 @@ fn witness<W: Witness>(header: &LogHeader, out: &std::path::Path) -> W {
     W::start(&start, &brief, &args).unwrap()
 }
 
-/// Shows it `ticks`, every fifth with a scan, and says how many bytes the
+/// Shows it `ticks`, every fifth with a scan of so many beams, and says how many bytes the
 /// thread had in use for that, at most.
-fn shown<W: Witness>(witness: &mut W, frame: &mut Frame, ticks: std::ops::Range<u64>) -> usize {
-    let digest = RunDigest::default();
+fn shown<W: Witness>(witness: &mut W, beams: usize, ticks: std::ops::Range<u64>) -> usize {
+    let (digest, mut frame) = (RunDigest::default(), Frame::boxed());
     let ((), bytes) = measured(|| {
         for tick in ticks {
             frame.begin(tick, (tick + 1) as f64 * 0.02, Default::default(), Default::default());
             if tick % 5 == 4 {
-                frame.write_scan(180);
+                frame.write_scan(beams);
             }
             let at = |off_m: f64| SE2::new(tick as f64 * 1e-3, off_m, 0.1);
             let replies = [Reply::from(at(tick as f64 * 1e-6))];
-            let step = Step { frame, truth: Some(at(0.0)), replies: &replies, digest };
+            let step = Step { frame: &frame, truth: Some(at(0.0)), replies: &replies, digest };
             witness.step(&step).unwrap();
         }
     });
@@ -59,10 +59,9 @@ fn shown<W: Witness>(witness: &mut W, frame: &mut Frame, ticks: std::ops::Range<
 fn the_logger_takes_no_memory_for_a_tick() {
     let (header, out) = (header(1 << 40), folder());
     let mut logger: Logger = witness(&header, out.path());
-    let mut frame = Frame::boxed();
     // What it writes a record in grows to the size of the first one.
-    assert!(shown(&mut logger, &mut frame, 0..5) > 0, "nothing is counted");
-    assert_eq!(shown(&mut logger, &mut frame, 5..50_000), 0);
+    assert!(shown(&mut logger, 1080, 0..5) > 0, "nothing is counted");
+    assert_eq!(shown(&mut logger, 1080, 5..50_000), 0);
 }
 
 #[test]
@@ -70,12 +69,11 @@ fn the_scorer_takes_no_memory_for_a_tick_and_little_for_a_million() {
     let (header, out) = (header(1 << 40), folder());
     let (mut scorer, room): (Scorer, usize) = measured(|| witness(&header, out.path()));
     assert!((1 << 20..40 << 20).contains(&room), "{room} bytes of room to begin with");
-    let mut frame = Frame::boxed();
-    assert_eq!(shown(&mut scorer, &mut frame, 0..1_000_000), 0);
+    assert_eq!(shown(&mut scorer, 180, 0..1_000_000), 0);
     // Here it goes from sorting what it kept to counting.
-    let bins = shown(&mut scorer, &mut frame, 1_000_000..1_100_000);
+    let bins = shown(&mut scorer, 180, 1_000_000..1_100_000);
     assert!((1 << 20..3 << 20).contains(&bins), "{bins} bytes");
-    assert_eq!(shown(&mut scorer, &mut frame, 1_100_000..1_200_000), 0);
+    assert_eq!(shown(&mut scorer, 180, 1_100_000..1_200_000), 0);
 }
 
 /// Memory of a process that is in use now, bytes.

@@ -7,7 +7,7 @@
 //! otherwise until the operating system has.
 
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, BufReader, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -19,11 +19,9 @@ use rusty_contract::{Frame, RunConfig, RunDigest, Scenario, TruthKey};
 use rusty_geometry::{EncoderTicks, SE2, Twist};
 use serde::Serialize;
 
-use super::create;
+use super::behind;
 use crate::ClientError;
 
-/// How often each way is gone.
-const ROUNDS: usize = 3;
 /// Bytes per write of the plain file.
 const PIECE: usize = 256 << 10;
 
@@ -36,6 +34,8 @@ pub struct Measure {
     pub ticks: u64,
     /// Beams of the scan in each of them; none: no scan.
     pub beams: usize,
+    /// How often each way is gone.
+    pub rounds: usize,
     /// Whether the disk has to have them.
     pub sync: bool,
 }
@@ -80,17 +80,16 @@ impl Measure {
             return Err(ClientError::Unusable(text));
         }
         fs::create_dir_all(&self.folder).map_err(ClientError::io(&self.folder))?;
-        let unique = format!("measure-{}", std::process::id());
-        let log = Removed(self.folder.join(format!("{unique}.log")));
-        let plain = Removed(self.folder.join(format!("{unique}.plain")));
         let (mut log_s, mut plain_s, mut encode_s) = (f64::MAX, f64::MAX, f64::MAX);
         let (mut bytes, mut digest) = (0, RunDigest::default());
-        for _ in 0..ROUNDS {
+        for _ in 0..self.rounds.max(1) {
             encode_s = encode_s.min(self.encode()?);
-            log_s = log_s.min(self.write_log(&log.0)?);
-            bytes = fs::metadata(&log.0).map_err(ClientError::io(&log.0))?.len();
-            digest = self.read_again(&log.0)?;
-            plain_s = plain_s.min(self.write_plain(&plain.0, bytes)?);
+            let mut log = Nameless::in_folder(&self.folder)?;
+            log_s = log_s.min(self.write_log(&log)?);
+            (bytes, digest) = self.read_again(&mut log)?;
+            drop(log);
+            let plain = Nameless::in_folder(&self.folder)?;
+            plain_s = plain_s.min(self.write_plain(&plain, bytes)?);
         }
         let rate = |seconds: f64| bytes as f64 / 1e6 / seconds;
         Ok(Measured {
@@ -138,42 +137,46 @@ impl Measure {
         Ok(begin.elapsed().as_secs_f64())
     }
 
-    fn write_log(&self, path: &Path) -> Result<f64, ClientError> {
+    fn write_log(&self, to: &Nameless) -> Result<f64, ClientError> {
         let begin = Instant::now();
-        let mut writer = create(path, &header(self.ticks))?;
+        let file = to.file.try_clone().map_err(ClientError::io(&to.path))?;
+        let mut writer = behind(file, &to.path, &header(self.ticks))?;
         self.records(|record| Ok(writer.tick(record)?))?;
         let ticks = self.ticks;
         writer.finish(Trailer { ticks, run_digest: [0; 16], world_digest: [0; 16] })?;
-        self.synced(path)?;
+        self.synced(to)?;
         Ok(begin.elapsed().as_secs_f64())
     }
 
-    fn write_plain(&self, path: &Path, bytes: u64) -> Result<f64, ClientError> {
+    fn write_plain(&self, to: &Nameless, bytes: u64) -> Result<f64, ClientError> {
         let piece = vec![0x5A; PIECE];
         let begin = Instant::now();
-        let mut file = File::create(path).map_err(ClientError::io(path))?;
         let mut left = bytes;
         while left > 0 {
             let n = left.min(PIECE as u64);
-            file.write_all(&piece[..n as usize]).map_err(ClientError::io(path))?;
+            (&to.file).write_all(&piece[..n as usize]).map_err(ClientError::io(&to.path))?;
             left -= n;
         }
-        self.synced(path)?;
+        self.synced(to)?;
         Ok(begin.elapsed().as_secs_f64())
     }
 
-    fn synced(&self, path: &Path) -> Result<(), ClientError> {
+    fn synced(&self, file: &Nameless) -> Done {
         if self.sync {
-            let file = File::options().write(true).open(path).map_err(ClientError::io(path))?;
-            file.sync_data().map_err(ClientError::io(path))?;
+            file.file.sync_data().map_err(ClientError::io(&file.path))?;
         }
         Ok(())
     }
 
-    /// The digest of a log that must be complete.
-    fn read_again(&self, path: &Path) -> Result<RunDigest, ClientError> {
-        let (mut reader, mut digest) = (LogReader::open(path)?, RunDigest::default());
+    /// Length and digest of a log that must be complete.
+    fn read_again(&self, log: &mut Nameless) -> Result<(u64, RunDigest), ClientError> {
+        let io = |error| ClientError::Io { path: log.path.display().to_string(), error };
+        let bytes = log.file.metadata().map_err(io)?.len();
+        log.file.rewind().map_err(io)?;
+        let input = BufReader::with_capacity(PIECE, &log.file);
+        let mut reader = LogReader::new(input, &log.path.display().to_string())?;
         let (mut frame, key) = (Frame::boxed(), TruthKey::from_bytes([0; 32]));
+        let mut digest = RunDigest::default();
         let dt_s = reader.header().config.dt_s;
         loop {
             match reader.read()? {
@@ -184,10 +187,10 @@ impl Measure {
                 Read::End(Ending::Complete(trailer))
                     if trailer.ticks == self.ticks && reader.damaged() == 0 =>
                 {
-                    return Ok(digest);
+                    return Ok((bytes, digest));
                 }
                 Read::End(ending) => {
-                    let text = format!("{}: written, it reads as {ending:?}", path.display());
+                    let text = format!("{}: it reads as {ending:?}", log.path.display());
                     return Err(ClientError::Unusable(text));
                 }
             }
@@ -197,12 +200,20 @@ impl Measure {
 
 type Done = Result<(), ClientError>;
 
-/// A file that is removed when it is no longer needed.
-struct Removed(PathBuf);
+/// A file that has lost its name: whatever happens, nothing of it stays.
+struct Nameless {
+    file: File,
+    path: PathBuf,
+}
 
-impl Drop for Removed {
-    fn drop(&mut self) {
-        let _ = fs::remove_file(&self.0);
+impl Nameless {
+    fn in_folder(folder: &Path) -> Result<Self, ClientError> {
+        let path = folder.join(format!("measure-{}", std::process::id()));
+        let mut options = File::options();
+        let made = options.read(true).write(true).create_new(true).open(&path);
+        let file = made.map_err(ClientError::io(&path))?;
+        fs::remove_file(&path).map_err(ClientError::io(&path))?;
+        Ok(Self { file, path })
     }
 }
 

@@ -170,6 +170,6 @@ mod tests {
         let mut odd = Quantiles::keeping(1, 0);
         [f64::NAN, -1.0, f64::INFINITY, 1e300].into_iter().for_each(|v| odd.push(v));
         assert_eq!(odd.at(0.0), Some(0.0));
-assert!(odd.at(1.0).unwrap() >= GREATEST);
+        assert!(odd.at(1.0).unwrap() >= GREATEST);
     }
 }

@@ -7,9 +7,12 @@ use rusty_link::{Domain, floor, raw};
 
 use super::Verbed;
 use crate::bench::latency::{self, Bare, Plan};
+use crate::bench::log;
 use crate::bench::noise::NoiseMeter;
 use crate::bench::report::{Printing, Report};
-use crate::cli::{BenchCommonArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, LatencyArgs};
+use crate::cli::{
+    BenchCommonArgs, BenchLogArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, LatencyArgs,
+};
 use crate::error::VerbError;
 use crate::output::{errln, outln};
 use crate::run::Stop;
@@ -21,6 +24,7 @@ use crate::run::Stop;
 pub fn bench(what: &BenchVerb) -> Verbed {
     match what {
         BenchVerb::Latency(args) => latency(args),
+        BenchVerb::Log(args) => log(args),
         BenchVerb::Noise(args) => noise(args),
     }
 }
@@ -60,6 +64,26 @@ fn noise(args: &BenchNoiseArgs) -> Verbed {
         outln!("other processes   {}", cores(found.others_cores));
         outln!("the hypervisor    {}", cores(found.stolen_cores));
     }))
+}
+
+/// A log beside a plain file.
+fn log(args: &BenchLogArgs) -> Verbed {
+    if args.repeat == 0 {
+        let remedy = "give 1 or more";
+        return Err(FieldError::new("--repeat", 0, "measures nothing", remedy).into());
+    }
+    let plan = log::Plan {
+        folder: args.folder.clone(),
+        ticks: args.ticks,
+        beams: args.beams.clone(),
+        sync: args.sync,
+        repeat: args.repeat,
+        quiet: args.common.quiet,
+    };
+    let mut meter = NoiseMeter::begin();
+    let results = plan.measure(&mut meter)?;
+    let report = Report::new("log", meter.finish(), results);
+    Ok(report.finish(args.common.printing(), log::print))
 }
 
 /// Ticks, raw rounds and the floor, in turns.
