@@ -47,6 +47,18 @@ pub enum ClientError {
         /// What it said.
         error: std::io::Error,
     },
+    /// A log cannot be written any further.
+    #[error(
+        "{path}: {error}; {ticks} ticks had been taken, and the log reads up to the last one that is whole in it: make room there, or give the logger another folder with --out, and run again"
+    )]
+    Logging {
+        /// The log.
+        path: String,
+        /// How many ticks had been taken when it was noticed.
+        ticks: u64,
+        /// What the operating system said.
+        error: std::io::Error,
+    },
     /// The log has nobody of this name, or holds something unusable.
     #[error("{0}")]
     Unusable(String),

@@ -33,6 +33,7 @@ pub mod scoring;
 mod session;
 mod tick;
 pub mod witness;
+pub mod write_behind;
 
 pub use args::ClientArgs;
 pub use error::ClientError;

@@ -1,17 +1,29 @@
 //! The logger: writes the run down as it happens.
+//!
+//! It writes behind: a tick is taken when its record stands in a buffer, and a
+//! thread writes the buffer out ([`crate::write_behind`]). So a disk that
+//! hesitates holds up no run, a disk that is slower than the run sets its pace,
+//! and a disk that is full ends the logger, at the next tick or at the end. The
+//! trailer is written after all before it was, and after the file was found to
+//! be as long as what was written.
+//!
+//! "Written" means that the operating system has it: a log outlives every
+//! process of its run. If the machine itself loses power, what reached the disk
+//! is what can be read; checksums and trailer say how far that goes.
 
-use std::fs;
+pub mod measure;
+
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
 
-use rusty_contract::log::{LogWriter, TickRef, Trailer};
+use rusty_contract::log::{LogError, LogHeader, LogWriter, TickRef, Trailer};
 use rusty_contract::{Brief, Exit, Phase, RunDigest, Start};
+use signal_hook::consts::SIGXFSZ;
 
 use crate::witness::{Ending, Step, Witness};
+use crate::write_behind::WriteBehind;
 use crate::{ClientArgs, ClientError};
-
-/// Nothing older than this stays in a buffer while ticks come.
-const FLUSH_AFTER: Duration = Duration::from_millis(200);
 
 /// Writes a log: a record per tick, the trailer at the end.
 pub struct Logger {
@@ -19,11 +31,28 @@ pub struct Logger {
     /// Where it writes until it has caught up with the run it comes back into,
     /// and how many ticks that takes: what its predecessor saved stays till then.
     again: Option<(PathBuf, u64)>,
-    writer: LogWriter,
+    writer: LogWriter<WriteBehind>,
     dt_s: f64,
     ticks: u64,
     digest: RunDigest,
-    flushed: Instant,
+}
+
+/// Creates a log.
+fn create(path: &Path, header: &LogHeader) -> Result<LogWriter<WriteBehind>, ClientError> {
+    File::create(path).map_err(ClientError::io(path))?;
+    // Always at its end: if somebody cuts it, what follows makes no hole.
+    let file = File::options().append(true).open(path).map_err(ClientError::io(path))?;
+    behind(file, path, header)
+}
+
+/// A log that is written behind.
+fn behind(
+    file: File,
+    path: &Path,
+    header: &LogHeader,
+) -> Result<LogWriter<WriteBehind>, ClientError> {
+    let out = WriteBehind::new(file).map_err(ClientError::io(path))?;
+    Ok(LogWriter::new(out, path, header)?)
 }
 
 /// Where a witness writes `file`: into `--out`, or the run's folder.
@@ -51,29 +80,29 @@ impl Witness for Logger {
         }
         let again = start.catch_up.as_ref().map(|c| (path.with_extension("log.again"), c.ticks));
         let file = again.as_ref().map_or(&path, |(file, _)| file);
-        let writer = LogWriter::create(file, &brief.header)?;
+        // A file that may grow no further (`ulimit -f`) is an error like others,
+        // and no end without a word.
+        let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
+        let writer = create(file, &brief.header)?;
         let (dt_s, digest) = (brief.header.config.dt_s, RunDigest::default());
-        Ok(Self { path, again, writer, dt_s, ticks: 0, digest, flushed: Instant::now() })
+        Ok(Self { path, again, writer, dt_s, ticks: 0, digest })
     }
 
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
-        self.writer.tick(TickRef::new(step.frame, step.truth, step.replies, self.dt_s))?;
+        let record = TickRef::new(step.frame, step.truth, step.replies, self.dt_s);
+        self.writer.tick(record).map_err(|e| self.failed(e))?;
         self.ticks += 1;
         self.digest = step.digest;
         if let Some((file, _)) = self.again.take_if(|(_, ticks)| *ticks <= self.ticks) {
-            self.writer.flush()?;
+            self.writer.flush().map_err(|e| failure(&file, self.ticks, e))?;
             fs::rename(&file, &self.path).map_err(ClientError::io(&self.path))?;
-        }
-        if self.flushed.elapsed() >= FLUSH_AFTER {
-            self.writer.flush()?;
-            self.flushed = Instant::now();
         }
         Ok(())
     }
 
     fn finish(mut self, ending: Ending) -> Result<Exit, ClientError> {
+        self.writer.flush().map_err(|e| self.failed(e))?;
         if matches!(ending, Ending::Broken | Ending::LogCut) {
-            self.writer.flush()?;
             if let Some((file, of)) = &self.again {
                 let _ = fs::remove_file(file);
                 let (path, ticks) = (self.path.display(), self.ticks);
@@ -87,13 +116,50 @@ impl Witness for Logger {
             crate::error::say(format_args!("{path} holds {ticks} complete ticks and no trailer"));
             return Ok(Exit::Lost);
         }
-        self.writer.finish(Trailer {
-            ticks: self.ticks,
-            run_digest: self.digest.run(),
-            world_digest: self.digest.world(),
-        })?;
+        self.check_length()?;
+        let (path, ticks) = (self.path, self.ticks);
+        let trailer =
+            Trailer { ticks, run_digest: self.digest.run(), world_digest: self.digest.world() };
+        self.writer.finish(trailer).map_err(|e| failure(&path, ticks, e))?;
         let interrupted = ending == Ending::Told(Phase::Aborted);
         Ok(if interrupted { Exit::Lost } else { Exit::Done })
+    }
+}
+
+impl Logger {
+    /// What the ticks are written to.
+    fn file(&self) -> &Path {
+        self.again.as_ref().map_or(&self.path, |(file, _)| file)
+    }
+
+    fn failed(&self, error: LogError) -> ClientError {
+        failure(self.file(), self.ticks, error)
+    }
+
+    /// Whether the log is there and as long as what was written to it. Only a
+    /// file has a length.
+    fn check_length(&self) -> Result<(), ClientError> {
+        let path = self.file();
+        let found = fs::metadata(path).map_err(ClientError::io(path))?;
+        let written = self.writer.output().taken_bytes();
+        if !found.is_file() || found.len() == written {
+            return Ok(());
+        }
+        let (path, found) = (path.display(), found.len());
+        Err(ClientError::Unusable(format!(
+            "{path} has {found} bytes where {written} were written: something else writes to it or \
+             cuts it, and the log is not complete; keep others away from it and run again"
+        )))
+    }
+}
+
+/// What kept a log from being written, with how far it had come and what helps.
+fn failure(path: &Path, ticks: u64, error: LogError) -> ClientError {
+    match error {
+        LogError::Io { error, .. } => {
+            ClientError::Logging { path: path.display().to_string(), ticks, error }
+        }
+        other => other.into(),
     }
 }
 

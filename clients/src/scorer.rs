@@ -1,14 +1,18 @@
 //! The scorer: compares every estimate with the truth, and draws the run.
+//!
+//! It takes no more memory for a longer run: the figures are sums
+//! ([`Meter`]), and of a very long run not every tick is drawn ([`TraceKeeper`]).
 
 use std::fs;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rusty_contract::score::ScoreTable;
 use rusty_contract::{Brief, Effects, Exit, RunDigest, ScoreReport, Start};
 
 use crate::logger::output_folder;
-use crate::scoring::{RunTrace, png, score, svg};
+use crate::scoring::trace::Whole;
+use crate::scoring::{Meter, RunTrace, TraceKeeper, png, svg};
 use crate::witness::{Ending, Step, Witness};
 use crate::{ClientArgs, ClientError};
 
@@ -16,7 +20,8 @@ use crate::{ClientArgs, ClientError};
 /// `run.svg` and `run.png`, and prints the table.
 pub struct Scorer {
     folder: PathBuf,
-    trace: RunTrace,
+    keeper: TraceKeeper,
+    meter: Meter,
     seed: Option<u64>,
     blind: bool,
     digest: RunDigest,
@@ -32,10 +37,12 @@ impl Witness for Scorer {
             let text = format!("{log} is blind, nothing in it can be scored: give its --key-file");
             return Err(ClientError::Unusable(text));
         }
+        let names: Vec<String> = brief.header.answering().map(|p| p.name.clone()).collect();
         Ok(Self {
             blind,
             folder: output_folder(brief, args)?,
-            trace: RunTrace::new(&brief.header),
+            keeper: TraceKeeper::new(&brief.header),
+            meter: Meter::new(&names, brief.header.config.ticks),
             seed: brief.header.seed(),
             digest: RunDigest::default(),
             effects: Effects::of(&brief.header),
@@ -46,29 +53,37 @@ impl Witness for Scorer {
         // A late estimate is judged as late as it is.
         let (tick, has_scan) = (step.frame.tick(), step.frame.ranges_m().is_some());
         self.effects.close(tick, has_scan, step.replies.iter().copied());
-        let estimates = self.effects.replies().map(|r| r.estimate().map(|e| e.pose_in_world));
-        self.trace.push(step.frame.time_s(), step.truth, step.frame.ranges_m(), estimates);
+        let effects = &self.effects;
+        let estimates = || effects.replies().map(|r| r.estimate().map(|e| e.pose_in_world));
+        self.meter.push(step.truth, estimates());
+        let frame = step.frame;
+        self.keeper.push(frame.time_s(), step.truth, frame.ranges_m(), estimates());
         self.digest = step.digest;
         Ok(())
     }
 
     fn finish(mut self, ending: Ending) -> Result<Exit, ClientError> {
-        self.trace.digest = self.digest.run_hex();
-        let ticks_with_truth = self.trace.truth.iter().flatten().count() as u64;
+        let whole = Whole {
+            ticks: self.meter.ticks(),
+            ticks_with_truth: self.meter.ticks_with_truth(),
+            driven_m: self.meter.driven_m(),
+        };
         // Without a truth there is no figure, and a distance of 0 m is none.
-        let unscored = (ticks_with_truth == 0).then(|| self.why_unscored());
-        let scores = if unscored.is_none() { score(&self.trace) } else { Vec::new() };
+        let unscored = (whole.ticks_with_truth == 0).then(|| self.why_unscored());
+        let scores = if unscored.is_none() { self.meter.scores() } else { Vec::new() };
+        let mut trace = self.keeper.finish(whole);
+        trace.digest = self.digest.run_hex();
         let mut report = ScoreReport {
-            scenario: self.trace.scenario.clone(),
+            scenario: trace.scenario.clone(),
             seed: self.seed,
-            ticks: self.trace.time_s.len() as u64,
-            ticks_with_truth,
-            digest: self.trace.digest.clone(),
+            ticks: whole.ticks,
+            ticks_with_truth: whole.ticks_with_truth,
+            digest: trace.digest.clone(),
             scores,
             unscored,
             pictures: Vec::new(),
         };
-        let drawn = self.draw(&mut report);
+        let drawn = draw(&self.folder, &trace, &mut report);
         // The numbers are written even where the picture could not be.
         let path = self.folder.join("score.json");
         let json = serde_json::to_vec_pretty(&report)
@@ -96,17 +111,17 @@ impl Scorer {
             "no tick of this run has a known truth".to_owned()
         }
     }
+}
 
-    fn draw(&self, report: &mut ScoreReport) -> Result<(), ClientError> {
-        let picture = |e: &dyn std::fmt::Display| ClientError::Picture(e.to_string());
-        let drawing = svg(&self.trace, &report.scores).map_err(|e| picture(&e))?;
-        let path = self.folder.join("run.svg");
-        fs::write(&path, &drawing).map_err(ClientError::io(&path))?;
-        report.pictures.push(path.display().to_string());
-        let pixels = png(&drawing).map_err(|e| picture(&e))?;
-        let path = self.folder.join("run.png");
-        fs::write(&path, pixels).map_err(ClientError::io(&path))?;
-        report.pictures.push(path.display().to_string());
-        Ok(())
-    }
+fn draw(folder: &Path, trace: &RunTrace, report: &mut ScoreReport) -> Result<(), ClientError> {
+    let picture = |e: &dyn std::fmt::Display| ClientError::Picture(e.to_string());
+    let drawing = svg(trace, &report.scores).map_err(|e| picture(&e))?;
+    let path = folder.join("run.svg");
+    fs::write(&path, &drawing).map_err(ClientError::io(&path))?;
+    report.pictures.push(path.display().to_string());
+    let pixels = png(&drawing).map_err(|e| picture(&e))?;
+    let path = folder.join("run.png");
+    fs::write(&path, pixels).map_err(ClientError::io(&path))?;
+    report.pictures.push(path.display().to_string());
+    Ok(())
 }

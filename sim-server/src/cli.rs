@@ -4,8 +4,8 @@ mod bench;
 mod control;
 
 pub use bench::{
-    BenchArgs, BenchCommonArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, IdleArgs, LatencyArgs,
-    StartArgs,
+    BenchArgs, BenchCommonArgs, BenchLogArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, IdleArgs,
+    LatencyArgs, StartArgs,
 };
 pub use control::{ControlArgs, ControlVerb};
 

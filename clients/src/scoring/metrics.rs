@@ -1,5 +1,9 @@
 //! How far the estimates are from the truth.
 //!
+//! A [`Meter`] sees the ticks of a run one by one and keeps sums: it takes the
+//! same memory for any number of them, but for the 95th percentile
+//! ([`quantile`](super::quantile) says how that is kept).
+//!
 //! Source: M. Grupp, *evo* (Python package, 1.38.1). The absolute trajectory
 //! error is its `evo_ape --pose_relation trans_part` without alignment, the
 //! relative pose error its `evo_rpe --delta 1 --delta_unit f` (consecutive
@@ -13,6 +17,7 @@
 use rusty_contract::score::Score;
 use rusty_geometry::{SE2, trig, wrap_angle};
 
+use super::quantile::Quantiles;
 use super::trace::RunTrace;
 
 /// A scored tick: truth and estimate, world frame.
@@ -49,16 +54,25 @@ pub(super) fn scored(trace: &RunTrace, estimator: usize) -> impl Iterator<Item =
 /// pose to the next.
 #[must_use]
 pub fn distance_driven_m(trace: &RunTrace) -> f64 {
-    let mut known = (0..trace.ticks()).filter_map(|tick| trace.true_pose(tick));
-    let Some(mut last) = known.next() else {
-        return 0.0;
-    };
-    let mut sum_m = 0.0;
-    for pose in known {
-        sum_m += distance_m(&last, &pose);
-        last = pose;
+    let mut driven = Driven::default();
+    let known = (0..trace.ticks()).filter_map(|tick| trace.true_pose(tick));
+    known.for_each(|pose| driven.push(pose));
+    driven.sum_m
+}
+
+/// The same, pose by pose.
+#[derive(Clone, Debug, Default)]
+struct Driven {
+    last: Option<SE2>,
+    sum_m: f64,
+}
+
+impl Driven {
+    fn push(&mut self, pose: SE2) {
+        if let Some(last) = self.last.replace(pose) {
+            self.sum_m += distance_m(&last, &pose);
+        }
     }
-    sum_m
 }
 
 /// One score per estimator, in roster order. A figure is `None` where nothing
@@ -66,33 +80,135 @@ pub fn distance_driven_m(trace: &RunTrace) -> f64 {
 /// relative ones with a single one, the drift in percent of a robot that stood.
 #[must_use]
 pub fn score(trace: &RunTrace) -> Vec<Score> {
-    let driven_m = distance_driven_m(trace);
-    (0..trace.names.len()).map(|i| score_one(trace, i, driven_m)).collect()
+    let mut meter = Meter::new(&trace.names, trace.ticks() as u64);
+    for tick in 0..trace.ticks() {
+        let estimates = (0..trace.names.len()).map(|i| trace.estimate(i, tick));
+        meter.push(trace.true_pose(tick), estimates);
+    }
+    meter.scores()
 }
 
-fn score_one(trace: &RunTrace, estimator: usize, driven_m: f64) -> Score {
-    let ticks: Vec<Scored> = scored(trace, estimator).collect();
-    let mut errors_m: Vec<f64> = ticks.iter().map(Scored::position_error_m).collect();
-    let given = (0..trace.ticks()).filter(|&k| trace.estimate(estimator, k).is_some()).count();
-    let (rpe_m, rpe_deg): (Vec<f64>, Vec<f64>) =
-        ticks.windows(2).map(|pair| relative_error(&pair[0], &pair[1])).unzip();
-    let last = ticks.last();
-    let final_m = last.map(Scored::position_error_m);
-    let mean_drift_m = mean(errors_m.iter().copied());
-    let ate_rmse_m = rmse(&errors_m);
-    Score {
-        name: trace.names[estimator].clone(),
-        scored_ticks: ticks.len() as u64,
-        unscored_ticks: (trace.ticks() - given) as u64,
-        final_position_error_m: final_m,
-        final_heading_error_deg: last.map(|s| s.heading_error_rad().abs().to_degrees()),
-        mean_drift_m,
-        p95_drift_m: percentile(&mut errors_m, 0.95),
-        ate_rmse_m,
-        rpe_rmse_m: rmse(&rpe_m),
-        rpe_rmse_deg: rmse(&rpe_deg),
-        distance_m: driven_m,
-        drift_percent: final_m.filter(|_| driven_m > 0.0).map(|m| 100.0 * m / driven_m),
+/// What is measured of a run, tick by tick.
+#[derive(Clone, Debug)]
+pub struct Meter {
+    ticks: u64,
+    ticks_with_truth: u64,
+    driven: Driven,
+    estimators: Vec<Sums>,
+}
+
+/// What is kept of one estimator.
+#[derive(Clone, Debug)]
+struct Sums {
+    name: String,
+    /// Ticks with an estimate.
+    given: u64,
+    last: Option<Scored>,
+    drifts_m: Quantiles,
+    drift_m: f64,
+    drift_m2: f64,
+    pairs: u64,
+    relative_m2: f64,
+    relative_deg2: f64,
+}
+
+impl Meter {
+    /// A run of which no tick has been seen, and `ticks` are to come. Seeing as
+    /// many allocates nothing.
+    #[must_use]
+    pub fn new(names: &[String], ticks: u64) -> Self {
+        let sums = |name: &String| Sums {
+            name: name.clone(),
+            given: 0,
+            last: None,
+            drifts_m: Quantiles::expecting(ticks),
+            drift_m: 0.0,
+            drift_m2: 0.0,
+            pairs: 0,
+            relative_m2: 0.0,
+            relative_deg2: 0.0,
+        };
+        let estimators = names.iter().map(sums).collect();
+        Self { ticks: 0, ticks_with_truth: 0, driven: Driven::default(), estimators }
+    }
+
+    /// Adds a tick. `estimates` come in the order of the names; those that are
+    /// missing at the end count as not given, and more of them than names are
+    /// left aside. So are poses that are no numbers.
+    pub fn push(&mut self, truth: Option<SE2>, estimates: impl Iterator<Item = Option<SE2>>) {
+        let tick = self.ticks as usize;
+        self.ticks += 1;
+        let truth = truth.filter(SE2::is_finite);
+        if let Some(pose) = truth {
+            self.ticks_with_truth += 1;
+            self.driven.push(pose);
+        }
+        for (sums, estimate) in self.estimators.iter_mut().zip(estimates) {
+            let Some(estimate) = estimate.filter(SE2::is_finite) else { continue };
+            sums.given += 1;
+            if let Some(truth) = truth {
+                sums.push(Scored { tick, truth, estimate });
+            }
+        }
+    }
+
+    /// Ticks seen.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Those of them that have a true pose.
+    #[must_use]
+    pub fn ticks_with_truth(&self) -> u64 {
+        self.ticks_with_truth
+    }
+
+    /// Distance truly driven, m; see [`distance_driven_m`].
+    #[must_use]
+    pub fn driven_m(&self) -> f64 {
+        self.driven.sum_m
+    }
+
+    /// One score per estimator, in the order of the names; see [`score`].
+    #[must_use]
+    pub fn scores(&mut self) -> Vec<Score> {
+        let (ticks, driven_m) = (self.ticks, self.driven.sum_m);
+        self.estimators.iter_mut().map(|sums| sums.score(ticks, driven_m)).collect()
+    }
+}
+
+impl Sums {
+    fn push(&mut self, scored: Scored) {
+        let drift_m = scored.position_error_m();
+        self.drifts_m.push(drift_m);
+        self.drift_m += drift_m;
+        self.drift_m2 += drift_m * drift_m;
+        if let Some(last) = self.last.replace(scored) {
+            let (error_m, error_deg) = relative_error(&last, &scored);
+            self.pairs += 1;
+            self.relative_m2 += error_m * error_m;
+            self.relative_deg2 += error_deg * error_deg;
+        }
+    }
+
+    fn score(&mut self, ticks: u64, driven_m: f64) -> Score {
+        let scored = self.drifts_m.count();
+        let final_m = self.last.map(|s| s.position_error_m());
+        Score {
+            name: self.name.clone(),
+            scored_ticks: scored,
+            unscored_ticks: ticks - self.given,
+            final_position_error_m: final_m,
+            final_heading_error_deg: self.last.map(|s| s.heading_error_rad().abs().to_degrees()),
+            mean_drift_m: mean(self.drift_m, scored),
+            p95_drift_m: self.drifts_m.at(0.95),
+            ate_rmse_m: mean(self.drift_m2, scored).map(f64::sqrt),
+            rpe_rmse_m: mean(self.relative_m2, self.pairs).map(f64::sqrt),
+            rpe_rmse_deg: mean(self.relative_deg2, self.pairs).map(f64::sqrt),
+            distance_m: driven_m,
+            drift_percent: final_m.filter(|_| driven_m > 0.0).map(|m| 100.0 * m / driven_m),
+        }
     }
 }
 
@@ -109,23 +225,8 @@ fn distance_m(a: &SE2, b: &SE2) -> f64 {
     trig::hypot(a.x() - b.x(), a.y() - b.y())
 }
 
-fn mean(values: impl ExactSizeIterator<Item = f64>) -> Option<f64> {
-    let count = values.len();
-    (count > 0).then(|| values.sum::<f64>() / count as f64)
-}
-
-fn rmse(values: &[f64]) -> Option<f64> {
-    mean(values.iter().map(|v| v * v)).map(f64::sqrt)
-}
-
-/// The value at `fraction` of the way through the sorted values, linear between
-/// ranks (numpy's default). Sorts.
-fn percentile(values: &mut [f64], fraction: f64) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let rank = fraction * values.len().checked_sub(1)? as f64;
-    let low = values[rank.floor() as usize];
-    let high = values[rank.ceil() as usize];
-    Some(low + (high - low) * (rank - rank.floor()))
+fn mean(sum: f64, count: u64) -> Option<f64> {
+    (count > 0).then(|| sum / count as f64)
 }
 
 #[cfg(test)]

@@ -115,15 +115,54 @@ fn ticks_without_truth_or_estimate_are_passed_over() {
     assert_eq!(score.distance_m, 3.0);
 }
 
+/// The scores as they are defined, of lists that hold every tick.
+fn of_the_whole_run(trace: &RunTrace, estimator: usize) -> Score {
+    let ticks: Vec<Scored> = scored(trace, estimator).collect();
+    let errors_m: Vec<f64> = ticks.iter().map(Scored::position_error_m).collect();
+    let (rpe_m, rpe_deg): (Vec<f64>, Vec<f64>) =
+        ticks.windows(2).map(|pair| relative_error(&pair[0], &pair[1])).unzip();
+    let mean = |v: &[f64]| (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64);
+    let rmse = |v: &[f64]| mean(&v.iter().map(|v| v * v).collect::<Vec<_>>()).map(f64::sqrt);
+    let mut sorted = errors_m.clone();
+    sorted.sort_by(f64::total_cmp);
+    let rank = 0.95 * (sorted.len() - 1) as f64;
+    let (low, high) = (sorted[rank.floor() as usize], sorted[rank.ceil() as usize]);
+    let driven_m = distance_driven_m(trace);
+    let given = (0..trace.ticks()).filter(|&k| trace.estimate(estimator, k).is_some()).count();
+    let final_m = ticks.last().map(Scored::position_error_m);
+    Score {
+        name: trace.names[estimator].clone(),
+        scored_ticks: ticks.len() as u64,
+        unscored_ticks: (trace.ticks() - given) as u64,
+        final_position_error_m: final_m,
+        final_heading_error_deg: ticks.last().map(|s| s.heading_error_rad().abs().to_degrees()),
+        mean_drift_m: mean(&errors_m),
+        p95_drift_m: Some(low + (high - low) * (rank - rank.floor())),
+        ate_rmse_m: rmse(&errors_m),
+        rpe_rmse_m: rmse(&rpe_m),
+        rpe_rmse_deg: rmse(&rpe_deg),
+        distance_m: driven_m,
+        drift_percent: final_m.map(|m| 100.0 * m / driven_m),
+    }
+}
+
 #[test]
-fn percentiles_are_linear_between_ranks() {
-    // numpy.percentile([1, 2, 3, 4], [0, 50, 95, 100]) = [1, 2.5, 3.85, 4]
-    let mut values = [4.0, 1.0, 3.0, 2.0];
-    near(percentile(&mut values, 0.0), 1.0);
-    near(percentile(&mut values, 0.5), 2.5);
-    near(percentile(&mut values, 0.95), 3.85);
-    near(percentile(&mut values, 1.0), 4.0);
-    assert_eq!(percentile(&mut [], 0.5), None);
+fn tick_by_tick_gives_the_bits_of_the_whole() {
+    let mut trace = empty(&["often", "at-scans"]);
+    for k in 0..5000u32 {
+        let at = |off_m: f64| {
+            let turn_rad = f64::from(k) * 0.01;
+            let (s, c) = trig::sin_cos(turn_rad);
+            SE2::new(3.0 * c + off_m, 3.0 * s - 0.3 * off_m * s, turn_rad + 0.01 * off_m)
+        };
+        let truth = (k % 7 != 3).then(|| at(0.0));
+        let drift_m = 1e-4 * f64::from(k) * (1.0 + trig::sin_cos(f64::from(k) * 0.37).0);
+        let estimates = [(k > 20).then(|| at(drift_m)), (k % 5 == 4).then(|| at(0.1))];
+        trace.push(f64::from(k) * 0.02, truth, None, estimates.into_iter());
+    }
+    let whole: Vec<Score> = (0..2).map(|i| of_the_whole_run(&trace, i)).collect();
+    let json = |scores: &[Score]| serde_json::to_string(scores).unwrap();
+    assert_eq!(json(&score(&trace)), json(&whole));
 }
 
 /// Eight poses that turn through ±π, x m, y m, θ rad, and what was believed.

@@ -3,8 +3,10 @@
 //!
 //! In reading order:
 //!
-//! * [`trace`]: a run as a scorer keeps it, filled tick by tick;
-//! * [`metrics`]: one [`Score`](rusty_contract::score::Score) per estimator;
+//! * [`trace`]: a run as it is drawn, filled tick by tick;
+//! * [`keeper`]: the same of a run of any length, in memory of a fixed size;
+//! * [`metrics`]: one [`Score`](rusty_contract::score::Score) per estimator, with
+//!   [`quantile`] for what sums cannot tell;
 //! * [`picture`]: the run on one page, as SVG; its parts are `map`, `errors` and
 //!   `panel`, its tools `canvas`, `axes`, `polyline` and `style`;
 //! * [`mod@png`]: the same page in pixels, with a font of its own.
@@ -14,16 +16,19 @@
 mod axes;
 mod canvas;
 mod errors;
+pub mod keeper;
 mod map;
 pub mod metrics;
 mod panel;
 pub mod picture;
 pub mod png;
 mod polyline;
+pub mod quantile;
 mod style;
 pub mod trace;
 
-pub use metrics::score;
+pub use keeper::TraceKeeper;
+pub use metrics::{Meter, score};
 pub use picture::{PictureError, svg};
 pub use png::png;
 pub use trace::RunTrace;

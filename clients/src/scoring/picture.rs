@@ -5,7 +5,10 @@
 //! the map, times in seconds, headings in degrees. Text asks for "sans-serif".
 //!
 //! A line has at most about 2000 points, however long the run: those of a path
-//! that are needed to see no difference, and of an error its peaks.
+//! that are needed to see no difference, and of an error its peaks. Of a run of
+//! more than 131,072 ticks not all are here to be drawn ([`super::keeper`]): the
+//! line below the title says how many, and a peak between two of them is not
+//! seen.
 
 use rusty_contract::score::Score;
 use thiserror::Error;
@@ -13,10 +16,9 @@ use thiserror::Error;
 use super::canvas::{Anchor, Canvas, Rect, paint};
 use super::errors::{self, Timeline};
 use super::map::View;
-use super::metrics::distance_driven_m;
 use super::panel::Panel;
 use super::style::{INK, SOFT_INK};
-use super::trace::RunTrace;
+use super::trace::{RunTrace, Whole};
 
 const WIDTH: f64 = 1200.0;
 const MARGIN_LEFT: f64 = 72.0;
@@ -124,17 +126,19 @@ fn headline(trace: &RunTrace) -> String {
 }
 
 fn details(trace: &RunTrace, time: &Timeline) -> String {
-    let ticks = trace.ticks();
-    let truths = trace.ticks_with_truth();
+    let Whole { ticks, ticks_with_truth, driven_m } = trace.whole();
     let mut parts = vec![format!("{ticks} tick{}", if ticks == 1 { "" } else { "s" })];
-    if truths < ticks {
-        parts.push(format!("{truths} with a known truth"));
+    if ticks_with_truth < ticks {
+        parts.push(format!("{ticks_with_truth} with a known truth"));
+    }
+    if trace.thinned_from.is_some() {
+        parts.push(format!("{} drawn", trace.ticks()));
     }
     if ticks > 1 {
         parts.push(format!("{:.1} s", time.span_s()));
     }
-    if truths > 1 {
-        parts.push(format!("{:.1} m driven", distance_driven_m(trace)));
+    if ticks_with_truth > 1 {
+        parts.push(format!("{driven_m:.1} m driven"));
     }
     if !trace.world.name.is_empty() {
         parts.push(format!("world {}", shortened(&trace.world.name, 40)));

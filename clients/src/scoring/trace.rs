@@ -1,8 +1,10 @@
-//! A run as a scorer keeps it: truth and estimates, tick by tick.
+//! A run as it is drawn: truth and estimates, tick by tick.
 
 use rusty_contract::config::LidarConfig;
 use rusty_contract::log::LogHeader;
 use rusty_geometry::{SE2, WorldSpec};
+
+use super::metrics::distance_driven_m;
 
 /// A run, as far as it has been seen. All poses are in the world frame.
 ///
@@ -30,6 +32,19 @@ pub struct RunTrace {
     pub estimates: Vec<Vec<Option<SE2>>>,
     /// The last scan: index of its tick, and its ranges in m, beam by beam.
     pub last_scan: Option<(usize, Vec<f64>)>,
+    /// Where the ticks here are some of a longer run: what the whole of it was.
+    pub thinned_from: Option<Whole>,
+}
+
+/// A run in figures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Whole {
+    /// Ticks.
+    pub ticks: u64,
+    /// Ticks with a true pose that can be compared with.
+    pub ticks_with_truth: u64,
+    /// Distance truly driven, m.
+    pub driven_m: f64,
 }
 
 impl RunTrace {
@@ -48,6 +63,7 @@ impl RunTrace {
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
             last_scan: None,
+            thinned_from: None,
             names,
         }
     }
@@ -78,7 +94,17 @@ impl RunTrace {
         }
     }
 
-    /// How many ticks have been seen.
+    /// The figures of the run, also where only some of its ticks are here.
+    #[must_use]
+    pub fn whole(&self) -> Whole {
+        self.thinned_from.unwrap_or_else(|| Whole {
+            ticks: self.ticks() as u64,
+            ticks_with_truth: self.ticks_with_truth() as u64,
+            driven_m: distance_driven_m(self),
+        })
+    }
+
+    /// How many ticks there are.
     #[must_use]
     pub fn ticks(&self) -> usize {
         self.time_s.len()
@@ -126,6 +152,7 @@ pub(crate) mod tests {
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
             last_scan: None,
+            thinned_from: None,
         }
     }
 

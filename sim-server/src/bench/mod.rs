@@ -8,7 +8,7 @@
 //! * [`stage`], [`stamps`]: repetitions with real processes, and their clock;
 //! * [`report`]: the document that every bench prints.
 //!
-//! The benches: [`latency`], [`idle`], [`start`].
+//! The benches: [`latency`], [`idle`], [`start`], [`mod@log`].
 //!
 //! A bench never decides what is fast: it measures beside something else in the
 //! same run and prints the ratio. Times are read from the monotonic clock and
@@ -16,6 +16,7 @@
 
 pub mod idle;
 pub mod latency;
+pub mod log;
 pub mod machine;
 pub mod noise;
 pub mod quantiles;

@@ -1,5 +1,7 @@
 //! What `bench` takes.
 
+use std::path::PathBuf;
+
 use clap::{Args, Subcommand};
 use rusty_contract::RunName;
 use rusty_link::WaitPolicy;
@@ -26,6 +28,8 @@ pub enum BenchVerb {
     Idle(IdleArgs),
     /// From starting a launch to its first frame, and what memory it takes
     Start(StartArgs),
+    /// Writing a log, beside a plain file in the same folder
+    Log(BenchLogArgs),
     /// Nothing but the machine: can what is measured on it be believed?
     Noise(BenchNoiseArgs),
 }
@@ -50,6 +54,29 @@ pub struct BenchNoiseArgs {
     /// For how long, s
     #[arg(long, default_value_t = 2.0, value_name = "SECONDS")]
     pub seconds: f64,
+    /// What all share.
+    #[command(flatten)]
+    pub common: BenchCommonArgs,
+}
+
+/// `bench log`.
+#[derive(Args, Clone, Debug)]
+pub struct BenchLogArgs {
+    /// Where to write; nothing stays there
+    #[arg(default_value = ".", value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// Numbers of beams of the scan in each tick; 0: no scans
+    #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "0,180,1080")]
+    pub beams: Vec<usize>,
+    /// Ticks of a log
+    #[arg(long, value_name = "N", default_value_t = 50_000)]
+    pub ticks: u64,
+    /// How often each measurement is repeated
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub repeat: usize,
+    /// Let the clock run until the disk says that it has everything
+    #[arg(long)]
+    pub sync: bool,
     /// What all share.
     #[command(flatten)]
     pub common: BenchCommonArgs,

@@ -4,8 +4,9 @@
 use rusty_contract::Reply;
 
 /// Replies of the answering seats, tick by tick. They are kept in memory for as
-/// long as the run lasts, in the log's encoding: an estimate takes some 25
-/// bytes, 100 with its covariance.
+/// long as the run lasts, in the log's encoding: a tick takes 8 bytes and an
+/// estimate in it 26, 98 with its covariance. It is the one thing of a run that
+/// grows with its ticks: with one estimator, 34 MB for a million of them.
 #[derive(Debug, Default)]
 pub(super) struct History {
     bytes: Vec<u8>,
@@ -50,6 +51,17 @@ impl History {
 mod tests {
     use super::*;
     use rusty_geometry::{SE2, Twist};
+
+    #[test]
+    fn a_tick_takes_as_many_bytes_as_it_says() {
+        let pose = SE2::new(1.0, 2.0, 3.0);
+        let sure = rusty_contract::Estimate { pose_in_world: pose, covariance: Some([0.1; 9]) };
+        for (reply, bytes) in [(pose.into(), 26), (Reply::from(sure), 98)] {
+            let mut history = History::default();
+            (0..1000).for_each(|_| history.push([reply].into_iter()));
+            assert_eq!((history.bytes.len(), history.ends.len()), (1000 * bytes, 1000));
+        }
+    }
 
     #[test]
     fn what_was_said_comes_back_tick_by_tick() {

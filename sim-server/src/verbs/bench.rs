@@ -11,9 +11,10 @@ use crate::bench::latency::{self, Plan};
 use crate::bench::noise::NoiseMeter;
 use crate::bench::report::{Printing, Report};
 use crate::bench::stage::Bare;
-use crate::bench::{idle, start};
+use crate::bench::{idle, log, start};
 use crate::cli::{
-    BenchCommonArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, IdleArgs, LatencyArgs, StartArgs,
+    BenchCommonArgs, BenchLogArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, IdleArgs, LatencyArgs,
+    StartArgs,
 };
 use crate::error::VerbError;
 use crate::output::{errln, outln};
@@ -28,6 +29,7 @@ pub fn bench(what: &BenchVerb) -> Verbed {
         BenchVerb::Latency(args) => latency(args),
         BenchVerb::Idle(args) => idle(args),
         BenchVerb::Start(args) => start(args),
+        BenchVerb::Log(args) => log(args),
         BenchVerb::Noise(args) => noise(args),
     }
 }
@@ -67,6 +69,26 @@ fn noise(args: &BenchNoiseArgs) -> Verbed {
         outln!("other processes   {}", cores(found.others_cores));
         outln!("the hypervisor    {}", cores(found.stolen_cores));
     }))
+}
+
+/// A log beside a plain file.
+fn log(args: &BenchLogArgs) -> Verbed {
+    if args.repeat == 0 {
+        let remedy = "give 1 or more";
+        return Err(FieldError::new("--repeat", 0, "measures nothing", remedy).into());
+    }
+    let plan = log::Plan {
+        folder: args.folder.clone(),
+        ticks: args.ticks,
+        beams: args.beams.clone(),
+        sync: args.sync,
+        repeat: args.repeat,
+        quiet: args.common.quiet,
+    };
+    let mut meter = NoiseMeter::begin();
+    let results = plan.measure(&mut meter)?;
+    let report = Report::new("log", meter.finish(), results);
+    Ok(report.finish(args.common.printing(), log::print))
 }
 
 /// Ticks, raw rounds and the floor, in turns.

@@ -4,7 +4,7 @@ use crate::output::outln;
 use std::path::Path;
 
 use rusty_contract::Exit;
-use rusty_contract::log::{Ending, LogReader, Read};
+use rusty_contract::log::{Ending, LogReader, Read, ReadEntry};
 use serde::Serialize;
 
 use super::{Verbed, print_json};
@@ -74,14 +74,8 @@ fn compare_logs(a: &Path, b: &Path) -> Result<Difference, VerbError> {
     loop {
         match (ra.read()?, rb.read()?) {
             (Read::Tick(x), Read::Tick(y)) => {
-                for (path, entry) in [(a, &x), (b, &y)] {
-                    if !entry.intact {
-                        let (tick, at) = (entry.record.tick, entry.at_byte);
-                        let path = path.display();
-                        found.remarks.push(format!(
-                            "{path}: tick {tick}: the checksum of its record (byte {at}) fails"
-                        ));
-                    }
+                for (path, entry, damaged) in [(a, &x, ra.damaged()), (b, &y, rb.damaged())] {
+                    note_damage(&mut found, path, entry, damaged);
                 }
                 let (x, y) = (x.record, y.record);
                 found.first_difference = compare::frames(&x, &y, ha.config.dt_s)
@@ -109,9 +103,27 @@ fn compare_logs(a: &Path, b: &Path) -> Result<Difference, VerbError> {
             }
         }
     }
+    for (path, damaged) in [(a, ra.damaged()), (b, rb.damaged())] {
+        if let Some(more) = damaged.checked_sub(MOST_NAMED).filter(|more| *more > 0) {
+            let path = path.display();
+            found.remarks.push(format!("{path}: the checksums of {more} more records fail"));
+        }
+    }
     found.equal =
         found.headers.is_empty() && found.remarks.is_empty() && found.first_difference.is_none();
     Ok(found)
+}
+
+/// So many damaged records of each log are named; of the others it is said how
+/// many.
+const MOST_NAMED: u64 = 100;
+
+fn note_damage(found: &mut Difference, path: &Path, entry: &ReadEntry, damaged: u64) {
+    if !entry.intact && damaged <= MOST_NAMED {
+        let (path, tick, at) = (path.display(), entry.record.tick, entry.at_byte);
+        let remark = format!("{path}: tick {tick}: the checksum of its record (byte {at}) fails");
+        found.remarks.push(remark);
+    }
 }
 
 fn describe(ending: &Ending) -> String {

@@ -92,6 +92,27 @@ impl<'a> TickRef<'a> {
             replies,
         }
     }
+
+    /// Adds the bytes of [`EntryRef::Tick`] with this record to `body`. The
+    /// derived encoding hands out a scan byte by byte; postcard sets a number of
+    /// 8 bytes down as it is, least byte first, and so does this, all at once.
+    pub(super) fn encode(&self, body: Vec<u8>) -> postcard::Result<Vec<u8>> {
+        // The variant, then all before the scan: parts follow each other bare.
+        let head = (0u32, self.tick, self.stamp_s, self.ticks, self.command, self.truth);
+        let mut body = postcard::to_extend(&head, body)?;
+        match self.ranges_m {
+            None => body.push(0),
+            Some(ranges_m) => {
+                body = postcard::to_extend(&(1u8, ranges_m.len() as u64), body)?;
+                let start = body.len();
+                body.resize(start + size_of_val(ranges_m), 0);
+                for (place, range_m) in body[start..].chunks_exact_mut(8).zip(ranges_m) {
+                    place.copy_from_slice(&range_m.to_bits().to_le_bytes());
+                }
+            }
+        }
+        postcard::to_extend(self.replies, body)
+    }
 }
 
 impl TickRecord {

@@ -65,7 +65,7 @@ fn written() -> (Vec<u8>, Vec<usize>) {
         r.write_frame(&mut frame, DT_S, &key);
         r.absorb(&frame, &mut digest);
         log.tick(TickRef::new(&frame, r.pose_in_world(), &r.replies, DT_S)).unwrap();
-        ends.push(log.written().len());
+        ends.push(log.output().len());
     }
     let trailer = Trailer { ticks: TICKS, run_digest: digest.run(), world_digest: digest.world() };
     let bytes = log.finish(trailer).unwrap();
@@ -99,6 +99,21 @@ fn what_was_written_is_read_bit_for_bit() {
         assert_eq!(y.to_bits(), (-0.0f64).to_bits());
     }
     assert!(matches!(reader.read().unwrap(), Read::Tick(_)));
+}
+
+#[test]
+fn a_record_has_the_bytes_that_are_derived_for_it() {
+    let scans = [0, 1, 180, 1080].map(|n| (0..n).map(|k| f64::from(k) * 0.1).collect::<Vec<_>>());
+    let mut records: Vec<TickRecord> = (0..TICKS).map(record).collect();
+    records.extend(scans.map(|scan| TickRecord { ranges_m: Some(scan), ..record(300) }));
+    for r in records {
+        let (tick, stamp_s, ticks, command) = (r.tick, r.stamp_s, r.ticks, r.command);
+        let (truth, ranges_m, replies) = (r.truth, r.ranges_m.as_deref(), &r.replies[..]);
+        let borrowed = TickRef { tick, stamp_s, ticks, command, truth, ranges_m, replies };
+        let derived = postcard::to_stdvec(&Entry::Tick(r.clone())).unwrap();
+        assert_eq!(postcard::to_stdvec(&EntryRef::Tick(borrowed)).unwrap(), derived);
+        assert_eq!(borrowed.encode(vec![7; 3]).unwrap(), [&[7; 3], &derived[..]].concat());
+    }
 }
 
 #[test]

@@ -12,9 +12,13 @@ use super::{EntryRef, LogError, LogHeader, MAGIC, MAX_RECORD_BYTES, TickRef, Tra
 pub struct LogWriter<W: Write = BufWriter<File>> {
     path: PathBuf,
     out: W,
-    /// Reused for every record, so that a tick allocates nothing.
-    body: Vec<u8>,
+    /// The entry being written, after room for what stands before its body.
+    /// Reused, so that a tick allocates nothing.
+    entry: Vec<u8>,
 }
+
+/// Most bytes before a body: its length and its checksum.
+const FRONT: usize = 3 + 4;
 
 impl LogWriter {
     /// Creates the file and writes the header.
@@ -34,7 +38,7 @@ impl<W: Write> LogWriter<W> {
     /// # Errors
     /// [`LogError`] names the file.
     pub fn new(out: W, path: &Path, header: &LogHeader) -> Result<Self, LogError> {
-        let mut log = Self { path: path.to_owned(), out, body: Vec::with_capacity(1 << 12) };
+        let mut log = Self { path: path.to_owned(), out, entry: Vec::with_capacity(1 << 12) };
         let json = serde_json::to_vec(header).map_err(|e| log.io(e.into()))?;
         if json.len() > super::MAX_HEADER_BYTES as usize {
             return Err(LogError::TooLong { bytes: json.len() });
@@ -53,33 +57,38 @@ impl<W: Write> LogWriter<W> {
         LogError::Io { path: self.path.display().to_string(), error }
     }
 
-    /// Writes a tick.
+    /// Writes a tick, in one call to what is written to.
     ///
     /// # Errors
     /// [`LogError::Io`] when the disk is full, for instance.
     pub fn tick(&mut self, record: TickRef<'_>) -> Result<(), LogError> {
-        self.entry(EntryRef::Tick(record))
+        self.entry(|body| record.encode(body))
     }
 
-    fn entry(&mut self, entry: EntryRef<'_>) -> Result<(), LogError> {
-        let mut body = std::mem::take(&mut self.body);
-        body.clear();
-        let body = postcard::to_extend(&entry, body)
-            .map_err(|e| self.io(std::io::Error::other(e.to_string())))?;
+    fn entry(
+        &mut self,
+        encode: impl FnOnce(Vec<u8>) -> postcard::Result<Vec<u8>>,
+    ) -> Result<(), LogError> {
+        let mut entry = std::mem::take(&mut self.entry);
+        entry.clear();
+        entry.resize(FRONT, 0);
+        self.entry = encode(entry).map_err(|e| self.io(std::io::Error::other(e.to_string())))?;
+        let (front, body) = self.entry.split_at_mut(FRONT);
         if body.len() > MAX_RECORD_BYTES {
             return Err(LogError::TooLong { bytes: body.len() });
         }
-        let mut front = [0u8; 7];
-        let n = leb128(body.len(), &mut front);
-        front[n..n + 4].copy_from_slice(&crc32fast::hash(&body).to_le_bytes());
-        let written = self.out.write_all(&front[..n + 4]).and_then(|()| self.out.write_all(&body));
-        self.body = body;
-        written.map_err(|e| self.io(e))
+        let checksum = crc32fast::hash(body).to_le_bytes();
+        let mut length = [0; 3];
+        let n = leb128(body.len(), &mut length);
+        let start = FRONT - 4 - n;
+        front[start..FRONT - 4].copy_from_slice(&length[..n]);
+        front[FRONT - 4..].copy_from_slice(&checksum);
+        self.out.write_all(&self.entry[start..]).map_err(|e| self.io(e))
     }
 
     /// What the bytes go to.
-    #[cfg(test)]
-    pub(super) fn written(&self) -> &W {
+    #[must_use]
+    pub fn output(&self) -> &W {
         &self.out
     }
 
@@ -98,14 +107,14 @@ impl<W: Write> LogWriter<W> {
     /// # Errors
     /// [`LogError::Io`] when the disk is full, for instance.
     pub fn finish(mut self, trailer: Trailer) -> Result<W, LogError> {
-        self.entry(EntryRef::End(trailer))?;
+        self.entry(|body| postcard::to_extend(&EntryRef::End(trailer), body))?;
         self.flush()?;
         Ok(self.out)
     }
 }
 
 /// Writes `value` (below 2^21) as LEB128 and says how many bytes it took.
-fn leb128(mut value: usize, out: &mut [u8; 7]) -> usize {
+fn leb128(mut value: usize, out: &mut [u8; 3]) -> usize {
     let mut n = 0;
     loop {
         let low = (value & 0x7F) as u8;
