@@ -12,6 +12,7 @@
 //! * [`compare`]: two ticks, field by field, bit by bit;
 //! * [`conformance`]: what a client gets right of the protocol;
 //! * [`import`]: recordings of real robots;
+//! * [`sweep`]: many runs, a row each;
 //! * [`seal`]: logs without their truth, to hand out;
 //! * [`report`]: what a run came to;
 //! * [`bits`], [`error`].
@@ -30,4 +31,5 @@ pub mod run;
 pub mod scenario_file;
 pub mod seal;
 pub mod source;
+pub mod sweep;
 pub mod verbs;
