@@ -10,8 +10,8 @@
 //! Everything else (a recording's ticks between two scans, say) is passed over,
 //! and a pair of the relative error is two scored ticks with none between.
 
-use rusty_contract::score::Score;
-use rusty_geometry::{SE2, trig, wrap_angle};
+use rusty_contract::score::{self, Errors, PathLength, Score};
+use rusty_geometry::{SE2, trig};
 
 use super::trace::RunTrace;
 
@@ -27,12 +27,12 @@ pub(super) struct Scored {
 impl Scored {
     /// Distance between estimate and truth, m.
     pub fn position_error_m(&self) -> f64 {
-        distance_m(&self.estimate, &self.truth)
+        score::position_error_m(&self.estimate, &self.truth)
     }
 
     /// Heading of the estimate less heading of the truth, rad in (−π, π].
     pub fn heading_error_rad(&self) -> f64 {
-        wrap_angle(self.estimate.theta() - self.truth.theta())
+        score::heading_error_rad(&self.estimate, &self.truth)
     }
 }
 
@@ -49,16 +49,9 @@ pub(super) fn scored(trace: &RunTrace, estimator: usize) -> impl Iterator<Item =
 /// pose to the next.
 #[must_use]
 pub fn distance_driven_m(trace: &RunTrace) -> f64 {
-    let mut known = (0..trace.ticks()).filter_map(|tick| trace.true_pose(tick));
-    let Some(mut last) = known.next() else {
-        return 0.0;
-    };
-    let mut sum_m = 0.0;
-    for pose in known {
-        sum_m += distance_m(&last, &pose);
-        last = pose;
-    }
-    sum_m
+    let mut path = PathLength::default();
+    (0..trace.ticks()).filter_map(|tick| trace.true_pose(tick)).for_each(|pose| path.push(&pose));
+    path.metres()
 }
 
 /// One score per estimator, in roster order. A figure is `None` where nothing
@@ -72,23 +65,26 @@ pub fn score(trace: &RunTrace) -> Vec<Score> {
 
 fn score_one(trace: &RunTrace, estimator: usize, driven_m: f64) -> Score {
     let ticks: Vec<Scored> = scored(trace, estimator).collect();
-    let mut errors_m: Vec<f64> = ticks.iter().map(Scored::position_error_m).collect();
+    let mut errors = Errors::default();
+    ticks.iter().for_each(|s| errors.push(&s.estimate, &s.truth));
+    let figures = errors.figures();
     let given = (0..trace.ticks()).filter(|&k| trace.estimate(estimator, k).is_some()).count();
     let (rpe_m, rpe_deg): (Vec<f64>, Vec<f64>) =
         ticks.windows(2).map(|pair| relative_error(&pair[0], &pair[1])).unzip();
-    let last = ticks.last();
-    let final_m = last.map(Scored::position_error_m);
-    let mean_drift_m = mean(errors_m.iter().copied());
-    let ate_rmse_m = rmse(&errors_m);
+    let final_m = figures.final_position_error_m;
     Score {
         name: trace.names[estimator].clone(),
         scored_ticks: ticks.len() as u64,
         unscored_ticks: (trace.ticks() - given) as u64,
         final_position_error_m: final_m,
-        final_heading_error_deg: last.map(|s| s.heading_error_rad().abs().to_degrees()),
-        mean_drift_m,
-        p95_drift_m: percentile(&mut errors_m, 0.95),
-        ate_rmse_m,
+        final_heading_error_deg: figures.final_heading_error_rad.map(f64::to_degrees),
+        final_heading_error_rad: figures.final_heading_error_rad,
+        mean_drift_m: figures.mean_drift_m,
+        p95_drift_m: figures.p95_drift_m,
+        max_drift_m: figures.max_drift_m,
+        heading_rmse_rad: figures.heading_rmse_rad,
+        heading_max_rad: figures.heading_max_rad,
+        ate_rmse_m: figures.ate_rmse_m,
         rpe_rmse_m: rmse(&rpe_m),
         rpe_rmse_deg: rmse(&rpe_deg),
         distance_m: driven_m,
@@ -105,27 +101,9 @@ fn relative_error(i: &Scored, j: &Scored) -> (f64, f64) {
     (trig::hypot(error.x(), error.y()), error.theta().abs().to_degrees())
 }
 
-fn distance_m(a: &SE2, b: &SE2) -> f64 {
-    trig::hypot(a.x() - b.x(), a.y() - b.y())
-}
-
-fn mean(values: impl ExactSizeIterator<Item = f64>) -> Option<f64> {
-    let count = values.len();
-    (count > 0).then(|| values.sum::<f64>() / count as f64)
-}
-
 fn rmse(values: &[f64]) -> Option<f64> {
-    mean(values.iter().map(|v| v * v)).map(f64::sqrt)
-}
-
-/// The value at `fraction` of the way through the sorted values, linear between
-/// ranks (numpy's default). Sorts.
-fn percentile(values: &mut [f64], fraction: f64) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let rank = fraction * values.len().checked_sub(1)? as f64;
-    let low = values[rank.floor() as usize];
-    let high = values[rank.ceil() as usize];
-    Some(low + (high - low) * (rank - rank.floor()))
+    let squares: f64 = values.iter().map(|v| v * v).sum();
+    (!values.is_empty()).then(|| (squares / values.len() as f64).sqrt())
 }
 
 #[cfg(test)]
