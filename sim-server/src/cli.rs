@@ -1,8 +1,10 @@
 //! The command line: arguments in, one verb called, an exit code out.
 
 mod control;
+mod sweep;
 
 pub use control::{ControlArgs, ControlVerb};
+pub use sweep::SweepArgs;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -49,6 +51,8 @@ enum Verb {
     Verify(VerifyArgs),
     /// Run a log's scenario again, with something changed from a tick on
     Fork(ForkArgs),
+    /// Run a scenario with many seeds and settings: a table, a row per run
+    Sweep(SweepArgs),
     /// Compare two logs: first tick, field and bits that differ
     Diff(DiffArgs),
     /// Say what is in a log
@@ -361,6 +365,7 @@ pub fn main() -> Exit {
         Verb::Replay(args) => verbs::replay(&args),
         Verb::Verify(args) => verbs::verify(&args),
         Verb::Fork(args) => verbs::fork(&args),
+        Verb::Sweep(args) => verbs::sweep(&args),
         Verb::Diff(args) => verbs::diff(&args),
         Verb::Info(args) => verbs::info(&args),
         Verb::Seal(args) => verbs::seal(&args),

@@ -13,6 +13,7 @@ use crate::run::ChildrenError;
 use crate::scenario_file::SetupError;
 use crate::seal::SealError;
 use crate::source::ForkError;
+use crate::sweep::SweepError;
 
 /// What a verb can fail with. Every text names place, value and remedy.
 #[derive(Debug, Error)]
@@ -41,6 +42,9 @@ pub enum VerbError {
     /// Sealing a log.
     #[error(transparent)]
     Seal(#[from] SealError),
+    /// A sweep.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
     /// The run's place on this machine.
     #[error(transparent)]
     Domain(#[from] DomainError),
@@ -114,6 +118,7 @@ impl VerbError {
         match self {
             Self::Fork(e) => e.exit(),
             Self::Seal(e) => e.exit(),
+            Self::Sweep(e) => e.exit(),
             Self::Setup(_)
             | Self::Field(_)
             | Self::Name(_)

@@ -115,17 +115,6 @@ fn ticks_without_truth_or_estimate_are_passed_over() {
     assert_eq!(score.distance_m, 3.0);
 }
 
-#[test]
-fn percentiles_are_linear_between_ranks() {
-    // numpy.percentile([1, 2, 3, 4], [0, 50, 95, 100]) = [1, 2.5, 3.85, 4]
-    let mut values = [4.0, 1.0, 3.0, 2.0];
-    near(percentile(&mut values, 0.0), 1.0);
-    near(percentile(&mut values, 0.5), 2.5);
-    near(percentile(&mut values, 0.95), 3.85);
-    near(percentile(&mut values, 1.0), 4.0);
-    assert_eq!(percentile(&mut [], 0.5), None);
-}
-
 /// Eight poses that turn through ±π, x m, y m, θ rad, and what was believed.
 const REFERENCE: [[f64; 3]; 8] = [
     [0.0, 0.0, 3.0],

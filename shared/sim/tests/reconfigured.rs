@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{config, patrol_start, sim, steered};
+use common::{config, patrol, patrol_start, sim, steered};
 use rusty_contract::config::PatrolConfig;
 use rusty_contract::{Frame, RunConfig, ScriptConfig};
 use rusty_geometry::apartment;
@@ -124,21 +124,13 @@ fn what_must_stay_is_named_and_nothing_changes() {
 
 #[test]
 fn a_restarted_world_is_a_new_one_of_that_seed() {
-    for script in [common::steered(), common::patrol()] {
-        let mut config =
-            common::config(script, &rusty_geometry::apartment(), common::patrol_start());
-        config.scan_every = 7;
-        config.robot.slip_std = 0.02;
-        let mut reused = common::sim(config.clone());
+    for script in [steered(), patrol()] {
+        let config = RunConfig { script, ..base() };
+        let mut reused = sim(config.clone());
         for (seed, ticks) in [(3, 41), (9, 300), (3, 17)] {
             reused.restart(seed);
-            let mut fresh = common::sim(rusty_contract::RunConfig { seed, ..config.clone() });
-            let (mut a, mut b) = (Frame::boxed(), Frame::boxed());
-            for tick in 0..ticks {
-                assert_eq!(reused.step(None, &mut a), fresh.step(None, &mut b));
-                assert_eq!(a.observable(), b.observable(), "seed {seed}, tick {tick}");
-                assert_eq!(reused.truth(), fresh.truth());
-            }
+            let mut fresh = sim(RunConfig { seed, ..config.clone() });
+            assert!(go_on(&mut reused, ticks) == go_on(&mut fresh, ticks), "seed {seed}");
             assert_eq!(reused.config(), fresh.config());
         }
     }

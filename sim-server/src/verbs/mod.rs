@@ -15,6 +15,7 @@ mod replay;
 mod seal;
 mod serve;
 mod session;
+mod sweep;
 mod verify;
 mod worlds;
 
@@ -32,6 +33,7 @@ pub use layout::layout;
 pub use replay::replay;
 pub use seal::seal;
 pub use serve::serve;
+pub use sweep::sweep;
 pub use verify::verify;
 pub use worlds::worlds;
 
