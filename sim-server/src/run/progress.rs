@@ -21,6 +21,8 @@ pub struct Progress {
     /// Ticks that were done before it began.
     before: u64,
     last_line: Instant,
+    /// The last line is out.
+    told_all: bool,
     ended: Option<Instant>,
 }
 
@@ -37,7 +39,16 @@ impl Progress {
             bar
         });
         let now = Instant::now();
-        Self { bar, quiet, ticks, began: now, before: 0, last_line: now, ended: None }
+        Self {
+            bar,
+            quiet,
+            ticks,
+            began: now,
+            before: 0,
+            last_line: now,
+            told_all: false,
+            ended: None,
+        }
     }
 
     /// So many ticks were done before; rate and time left are about the rest.
@@ -63,8 +74,14 @@ impl Progress {
         let all = self.before + done;
         if let Some(bar) = &self.bar {
             bar.set_position(all);
-        } else if !self.quiet && (self.last_line.elapsed() >= BETWEEN_LINES || all == self.ticks) {
+            return;
+        }
+        if self.quiet || self.told_all {
+            return;
+        }
+        if all == self.ticks || self.last_line.elapsed() >= BETWEEN_LINES {
             self.last_line = Instant::now();
+            self.told_all = all == self.ticks;
             let percent = 100.0 * all as f64 / self.ticks as f64;
             let left = self.left(done);
             errln!("  {all}/{} ticks ({percent:.0} %){left}", self.ticks);
