@@ -1,0 +1,27 @@
+//! Many runs: every seed in every cell of a grid of settings.
+//!
+//! In reading order:
+//!
+//! * [`cell`]: a setting of the swept fields, and what a sweep comes to;
+//! * [`row`]: the figures of one estimator in one run;
+//! * [`track`]: where it was on the way;
+//! * [`summary`], [`growth`], [`paired`]: what the rows and tracks say: means,
+//!   spreads over distance, differences on the same seeds;
+//! * [`drawing`]: the fan and the growth, drawn.
+
+pub mod cell;
+pub mod drawing;
+#[cfg(test)]
+mod fixtures;
+pub mod growth;
+pub mod paired;
+pub mod row;
+pub mod summary;
+pub mod track;
+
+pub use cell::{Cell, Swept};
+pub use growth::growth;
+pub use paired::paired;
+pub use row::Row;
+pub use summary::summary;
+pub use track::{Sample, Track};
