@@ -221,11 +221,7 @@ fn draw_marks(
 
 /// Names and marks in the line above the plot, from its right edge, as long as
 /// they leave room for the title; the table beside the map has them all.
-fn draw_legend(
-    canvas: &mut Canvas<'_>,
-    frame: &Rect,
-    trace: &RunTrace,
-) -> Result<(), PlotError> {
+fn draw_legend(canvas: &mut Canvas<'_>, frame: &Rect, trace: &RunTrace) -> Result<(), PlotError> {
     let count = trace.names.len();
     let width = |name: &String| 46.0 + 7.0 * name.chars().count() as f64;
     let total: f64 = trace.names.iter().map(width).sum();

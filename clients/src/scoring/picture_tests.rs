@@ -1,7 +1,7 @@
 //! Any trace can be drawn, and the picture says what it must.
 
-use super::super::trace::tests::empty;
 use super::super::score;
+use super::super::trace::tests::empty;
 use super::*;
 use rusty_geometry::{SE2, trig};
 use rusty_plot::png;

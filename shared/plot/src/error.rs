@@ -6,9 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PlotError {
     /// The drawing backend refuses.
-    #[error(
-        "picture: drawing failed: {detail}; the numbers do not need it: leave the picture out"
-    )]
+    #[error("picture: drawing failed: {detail}; the numbers do not need it: leave the picture out")]
     Draw {
         /// What it says.
         detail: String,
