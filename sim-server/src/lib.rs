@@ -12,11 +12,16 @@
 //! * [`compare`]: two ticks, field by field, bit by bit;
 //! * [`conformance`]: what a client gets right of the protocol;
 //! * [`import`]: recordings of real robots;
+//! * [`statistics`]: what many runs say together;
+//! * [`sweep`]: many runs, a row each;
+//! * [`budget`]: how much of the odometry's error comes from where;
+//! * [`umbmark`]: the square of Borenstein and Feng, both ways round;
 //! * [`seal`]: logs without their truth, to hand out;
 //! * [`report`]: what a run came to;
 //! * [`bits`], [`error`].
 
 pub mod bits;
+//X pub mod budget;
 pub mod cli;
 pub mod compare;
 pub mod confine;
@@ -30,4 +35,7 @@ pub mod run;
 pub mod scenario_file;
 pub mod seal;
 pub mod source;
+pub mod statistics;
+pub mod sweep;
+//X pub mod umbmark;
 pub mod verbs;
