@@ -6,9 +6,10 @@ use std::path::PathBuf;
 
 use rusty_contract::score::ScoreTable;
 use rusty_contract::{Brief, Effects, Exit, RunDigest, ScoreReport, Start};
+use rusty_plot::png;
 
 use crate::logger::output_folder;
-use crate::scoring::{RunTrace, png, score, svg};
+use crate::scoring::{RunTrace, score, svg};
 use crate::witness::{Ending, Step, Witness};
 use crate::{ClientArgs, ClientError};
 

@@ -297,7 +297,7 @@ fn the_chapter_s_table_is_one_command() {
     let out = place.path().join("a.csv");
     // From where the table's bits were pinned, see `shared/sim/tests/odometry.rs`.
     let start = "start={ x_m = 6.0, y_m = 4.5, theta_rad = 0.0 }";
-    sweep(&["patrol", "--seeds", "0..500", "--set", start], &out, 0);
+    let said = sweep(&["patrol", "--seeds", "0..500", "--set", start], &out, 0).stdout;
     let rows = Lines::of(&out);
     let [mean_m, p95_m] = mean_and_p95(&rows.numbers("final_position_error_m"));
     let heading_deg: Vec<f64> =
@@ -309,4 +309,26 @@ fn the_chapter_s_table_is_one_command() {
     let pinned = [0x3fdd_455e_2326_5b0a, 0x3ff2_ae91_d122_e07d, 0x401c_cbc0_c4b6_a851];
     assert_eq!([mean_m, p95_m, heading_deg].map(f64::to_bits), pinned);
     assert!(rows.column("blocked_ticks").iter().all(|b| *b == "0"));
+    // What is printed are these.
+    for words in [format!("{mean_m:.3}"), format!("{p95_m:.3}"), format!("{heading_deg:.2}")] {
+        assert!(said.contains(&words), "{words} is not in {said}");
+    }
+    for picture in ["a-fan.svg", "a-fan.png", "a-growth.svg", "a-growth.png"] {
+        assert!(fs::metadata(place.path().join(picture)).unwrap().len() > 1000, "{picture}");
+        assert!(said.contains(picture), "{said}");
+    }
+}
+
+#[test]
+fn two_values_are_compared_on_the_same_seeds() {
+    let place = folder();
+    let out = place.path().join("a.csv");
+    let args = ["patrol", "--seeds", "0..30", "--ab", "robot.slip_std=0.02,0.03", "--json"];
+    let found = sweep(&args, &out, 0).json();
+    let rows = Lines::of(&out).numbers("final_position_error_m");
+    let paired = &found["report"]["paired"][0];
+    assert_eq!(paired["cells"], serde_json::json!([0, 1]), "{paired}");
+    let differences: Vec<f64> = (0..30).map(|i| rows[30 + i] - rows[i]).collect();
+    let [mean_m, _] = mean_and_p95(&differences);
+    assert!((paired["difference"].as_f64().unwrap() - mean_m).abs() < 1e-12, "{paired}");
 }

@@ -55,8 +55,8 @@ pub enum SweepError {
         /// What was found.
         problem: String,
     },
-    /// A table cannot be written.
-    #[error("{path}: the table cannot be written: {problem}")]
+    /// A table or picture cannot be made.
+    #[error("{path} cannot be written: {problem}")]
     Table {
         /// The file.
         path: String,

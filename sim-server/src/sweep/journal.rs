@@ -161,3 +161,60 @@ fn next(reader: &mut BufReader<File>) -> std::io::Result<Option<(Record, u64)>> 
         Err(e) => Err(e),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(run: u64) -> Record {
+        Record { run, rows: Vec::new(), tracks: Vec::new(), lost: Some("x".repeat(run as usize)) }
+    }
+
+    #[test]
+    fn a_journal_is_good_up_to_wherever_it_was_cut() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.part");
+        let settings = Settings::read(br#"{"seeds":"0..9"}"#).unwrap();
+        let open = || Journal::open(&path, &settings, &(0..9)).unwrap();
+        let (mut journal, none) = open();
+        assert!(none.is_empty());
+        assert!(matches!(
+            Journal::open(&path, &settings, &(0..9)),
+            Err(SweepError::InTheWay { .. })
+        ));
+        for run in [4, 0, 7] {
+            journal.append(&encoded(&record(run))).unwrap();
+        }
+        journal.flush().unwrap();
+        drop(journal);
+        let whole = std::fs::read(&path).unwrap();
+        let expected = [record(4), record(0), record(7)];
+        let head = settings.text().len() + 1;
+        let ends = expected.iter().scan(head, |end, r| {
+            *end += encoded(r).len();
+            Some(*end)
+        });
+        let ends: Vec<usize> = ends.collect();
+        assert_eq!(ends[2], whole.len());
+        for length in 0..=whole.len() {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            let found = open().1;
+            let complete = ends.iter().filter(|end| **end <= length).count();
+            assert_eq!(found, expected[..complete], "{length} bytes");
+            // What follows the last good byte is gone, the first line is there.
+            let left = std::fs::metadata(&path).unwrap().len() as usize;
+            assert_eq!(left, ends[..complete].last().copied().unwrap_or(head));
+        }
+        // A bit that fell over ends it there.
+        let mut damaged = whole.clone();
+        damaged[ends[0] + 9] ^= 4;
+        std::fs::write(&path, &damaged).unwrap();
+        assert_eq!(open().1, expected[..1]);
+        std::fs::write(&path, &whole).unwrap();
+        let (_, few) = Journal::open(&path, &settings, &(0..5)).unwrap();
+        assert_eq!(few, expected[..2]);
+        let other = Settings::read(br#"{"seeds":"0..8"}"#).unwrap();
+        let error = Journal::open(&path, &other, &(0..9)).err().unwrap().to_string();
+        assert!(error.contains("seeds: \"0..9\" and \"0..8\""), "{error}");
+    }
+}

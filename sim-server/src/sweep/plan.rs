@@ -203,3 +203,48 @@ fn check_roster(roster: &[Participant]) -> Result<(), FieldError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(seeds: &str, axes: &[&str]) -> Request {
+        Request {
+            scenario: "patrol".to_owned(),
+            seeds: seeds.parse().unwrap(),
+            axes: axes.iter().map(|text| Axis::parse("--set", text).unwrap()).collect(),
+            ticks: None,
+            shard: Shard::WHOLE,
+            clients: false,
+        }
+    }
+
+    #[test]
+    fn runs_come_by_cell_and_then_by_seed() {
+        let plan = Plan::new(request("7..10", &["ticks=100,31,1"])).unwrap();
+        assert_eq!(plan.runs, 0..9);
+        let places: Vec<_> = plan.runs.clone().map(|run| plan.place(run)).collect();
+        assert_eq!(places[..4], [(0, 7), (0, 8), (0, 9), (1, 7)]);
+        assert_eq!([0, 3, 8].map(|run| plan.ticks(run)), [100, 31, 1]);
+    }
+
+    #[test]
+    fn samples_are_even_and_end_with_the_last_tick() {
+        let plan = Plan::new(request("0..5", &["ticks=300,7,1"])).unwrap();
+        let samples = |run| {
+            let mut sampling = plan.sampling(run);
+            (0..sampling.count()).map(|_| sampling.next()).collect::<Vec<_>>()
+        };
+        let every_fifth: Vec<u64> = (1..=60).map(|k| 5 * k - 1).collect();
+        assert_eq!(samples(4), every_fifth);
+        assert_eq!(samples(5), [0, 1, 2, 3, 4, 5, 6]);
+        assert_eq!(samples(14), [0]);
+        assert_eq!(plan.sampling(14).taken, 0);
+        // Of very many runs the first of each cell are followed.
+        let many = Plan::new(request("0..30000", &["robot.slip_std=0.01,0.02"])).unwrap();
+        let followed = many.runs.clone().filter(|run| many.sampling(*run).count() > 0);
+        let followed: Vec<u64> = followed.collect();
+        assert_eq!(followed.len(), 20_000);
+        assert_eq!((followed[9_999], followed[10_000]), (9_999, 30_000));
+    }
+}

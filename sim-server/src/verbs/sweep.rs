@@ -1,6 +1,6 @@
 //! `sweep`: a scenario with many seeds and settings, a row per run.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -14,6 +14,7 @@ use crate::cli::SweepArgs;
 use crate::error::VerbError;
 use crate::output::{errln, outln};
 use crate::run::Progress;
+use crate::sweep::report::{Report, draw};
 use crate::sweep::{Axis, Came, Plan, Request, Sweeping, Table};
 
 /// Makes every run and writes the table.
@@ -51,7 +52,13 @@ pub fn sweep(args: &SweepArgs) -> Verbed {
     }
     let progress = Progress::new(ticks, args.quiet || args.json);
     let came = sweeping.carry_out(&stop, progress)?;
-    Ok(say(args, &came))
+    let complete = came.runs == came.planned && !came.was_complete;
+    let report = complete.then(|| Report::of(&came.swept, args.ab.is_some()));
+    let pictures = match &args.out {
+        Some(out) if complete => draw(&came.swept, out)?,
+        _ => Vec::new(),
+    };
+    Ok(say(args, &came, report, &pictures))
 }
 
 /// The swept fields: every `--set`, then `--ab`.
@@ -82,7 +89,7 @@ struct Document<'a> {
     seeds: String,
     shard: String,
     /// The swept fields of each cell.
-    cells: Vec<Vec<(&'a str, &'a str)>>,
+    cells: Vec<&'a [(String, String)]>,
     /// Runs whose rows are there, and runs there were to be.
     runs: u64,
     runs_planned: u64,
@@ -97,22 +104,26 @@ struct Document<'a> {
     table: Option<String>,
     /// What is done of an interrupted sweep.
     journal: Option<String>,
+    pictures: Vec<String>,
     /// Runs in which something was lost: seed and what.
     lost: &'a [(u64, String)],
+    /// What the rows say; null if not all are there, or were before.
+    report: Option<Report>,
 }
 
-fn say(args: &SweepArgs, came: &Came) -> Exit {
+fn say(args: &SweepArgs, came: &Came, report: Option<Report>, pictures: &[PathBuf]) -> Exit {
     let interrupted = came.runs < came.planned;
     let shown = |path: &Path| path.display().to_string();
     let per_s = if came.elapsed_s > 0.0 { came.ticks as f64 / came.elapsed_s } else { 0.0 };
+    if let (Some(report), false) = (&report, args.json) {
+        outln!("{report}");
+    }
     if args.json {
-        let words = |c: &'_ crate::sweep::Cell| -> Vec<(String, String)> { c.parameters.to_vec() };
-        let cells: Vec<_> = came.swept.cells.iter().map(words).collect();
         print_json(&Document {
             scenario: &args.scenario,
             seeds: args.seeds.to_string(),
             shard: args.shard.to_string(),
-            cells: cells.iter().map(|c| c.iter().map(|(k, v)| (&**k, &**v)).collect()).collect(),
+            cells: came.swept.cells.iter().map(|c| &*c.parameters).collect(),
             runs: came.runs,
             runs_planned: came.planned,
             runs_resumed: came.resumed,
@@ -122,7 +133,9 @@ fn say(args: &SweepArgs, came: &Came) -> Exit {
             interrupted,
             table: args.out.as_deref().filter(|_| !interrupted).map(shown),
             journal: came.journal.as_deref().map(shown),
+            pictures: pictures.iter().map(|p| shown(p)).collect(),
             lost: &came.lost,
+            report,
         });
     }
     let seconds = came.elapsed_s;
@@ -137,10 +150,8 @@ fn say(args: &SweepArgs, came: &Came) -> Exit {
             Some(path) => errln!("what is done is in {}: go on with --resume", path.display()),
             None => errln!("nothing is kept without --out FILE"),
         }
-    } else if let Some(out) = &args.out {
-        if !args.json {
-            outln!("{}", out.display());
-        }
+    } else if !args.json {
+        args.out.iter().chain(pictures).for_each(|path| outln!("{}", path.display()));
     }
     if interrupted || !came.lost.is_empty() { Exit::Lost } else { Exit::Done }
 }

@@ -112,3 +112,48 @@ pub(super) fn settings(path: &Path) -> Result<Settings, String> {
     let none = settings.parts().next().is_none();
     if none { Err("it has no metadata of ours".to_owned()) } else { Ok(settings) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::record::Field;
+
+    #[test]
+    fn what_is_written_reads_back_and_is_the_same_twice() {
+        let text = |words: [&str; 2]| Values::Text(words.map(str::to_owned).to_vec());
+        let column = |name: &str, values| Column { name: name.to_owned(), values };
+        let columns = [
+            column("seed", Values::Whole(vec![3, u64::MAX])),
+            column("robot.slip_std", Values::Signed(vec![-1, 1])),
+            column("error_m", Values::Number(vec![0.1 + 0.2, f64::NAN])),
+            column("flag", Values::Flag(vec![true, false])),
+            column("blocked_ticks", Values::Known(vec![None, Some(7)])),
+            column("digest", text(["ab", "cé"])),
+        ];
+        let settings = Settings::read(br#"{"seeds":"3..5","cells":[{"ticks":300}]}"#).unwrap();
+        let file = bytes(&columns, &settings).unwrap();
+        assert_eq!(file, bytes(&columns, &settings).unwrap());
+
+        let path = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(path.path(), &file).unwrap();
+        assert_eq!(super::settings(path.path()).unwrap(), settings);
+        let reader = SerializedFileReader::new(File::open(path.path()).unwrap()).unwrap();
+        let rows: Vec<Vec<Field>> = reader
+            .get_row_iter(None)
+            .unwrap()
+            .map(|row| row.unwrap().into_columns().into_iter().map(|(_, field)| field).collect())
+            .collect();
+        let known = [
+            Field::ULong(3),
+            Field::Long(-1),
+            Field::Double(0.1 + 0.2),
+            Field::Bool(true),
+            Field::Null,
+            Field::Str("ab".to_owned()),
+        ];
+        assert_eq!(rows[0], known);
+        assert_eq!(rows[1][0], Field::ULong(u64::MAX));
+        assert!(matches!(rows[1][2], Field::Double(x) if x.is_nan()));
+        assert_eq!(rows[1][4..], [Field::ULong(7), Field::Str("cé".to_owned())]);
+    }
+}
