@@ -13,6 +13,7 @@ use crate::run::ChildrenError;
 use crate::scenario_file::SetupError;
 use crate::seal::SealError;
 use crate::source::ForkError;
+use crate::umbmark::LapError;
 
 /// What a verb can fail with. Every text names place, value and remedy.
 #[derive(Debug, Error)]
@@ -41,6 +42,9 @@ pub enum VerbError {
     /// Sealing a log.
     #[error(transparent)]
     Seal(#[from] SealError),
+    /// A lap of a UMBmark.
+    #[error(transparent)]
+    Lap(#[from] LapError),
     /// The run's place on this machine.
     #[error(transparent)]
     Domain(#[from] DomainError),
@@ -118,6 +122,7 @@ impl VerbError {
             | Self::Field(_)
             | Self::Name(_)
             | Self::Sim(_)
+            | Self::Lap(_)
             | Self::NoSuchTick { .. } => Exit::Usage,
             _ => Exit::Failed,
         }

@@ -2,19 +2,22 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 /// One run of one estimator. The figures are those of
 /// [`Score`](rusty_contract::score::Score), by the same arithmetic. NaN where
 /// nothing was scored that one could be made of.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Index of the cell.
     pub cell: usize,
     /// The seed of all noise.
     pub seed: u64,
-    /// The cell's swept fields and their values.
+    /// The cell's swept fields and their values; a journal leaves them out.
+    #[serde(skip)]
     pub parameters: Arc<[(String, String)]>,
     /// Name in the roster.
-    pub estimator: Arc<str>,
+    pub estimator: String,
     /// Complete ticks.
     pub ticks: u64,
     /// Time at the end of the last, s.

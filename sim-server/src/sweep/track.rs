@@ -1,21 +1,19 @@
 //! Where truth and estimate were at some ticks of a run.
 
-use std::sync::Arc;
-
 use rusty_geometry::SE2;
 use serde::{Deserialize, Serialize};
 
 /// Truth and estimate at some ticks of one run: for spreads over time, and for
 /// drawings. The ticks are the same for all seeds of a cell, evenly spaced up
 /// to and with the last.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track {
     /// Index of the cell.
     pub cell: usize,
     /// The seed of all noise.
     pub seed: u64,
     /// Name in the roster.
-    pub estimator: Arc<str>,
+    pub estimator: String,
     /// In order of time. Ticks without an estimate or a truth are left out.
     pub samples: Vec<Sample>,
 }

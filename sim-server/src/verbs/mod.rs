@@ -1,5 +1,6 @@
 //! The verbs of the command line, one file each.
 
+mod budget;
 mod clean;
 mod confined;
 mod conformance;
@@ -15,9 +16,11 @@ mod replay;
 mod seal;
 mod serve;
 mod session;
+mod umbmark;
 mod verify;
 mod worlds;
 
+pub use budget::budget;
 pub use clean::clean;
 pub use confined::confined;
 pub use conformance::conformance;
@@ -32,6 +35,7 @@ pub use layout::layout;
 pub use replay::replay;
 pub use seal::seal;
 pub use serve::serve;
+pub use umbmark::umbmark;
 pub use verify::verify;
 pub use worlds::worlds;
 
