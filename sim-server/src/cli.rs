@@ -1,10 +1,14 @@
 //! The command line: arguments in, one verb called, an exit code out.
 
+mod budget;
 mod control;
 mod sweep;
+mod umbmark;
 
+pub use budget::BudgetArgs;
 pub use control::{ControlArgs, ControlVerb};
 pub use sweep::SweepArgs;
+pub use umbmark::UmbmarkArgs;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -53,6 +57,10 @@ enum Verb {
     Fork(ForkArgs),
     /// Run a scenario with many seeds and settings: a table, a row per run
     Sweep(SweepArgs),
+    /// Say how much of the odometry's error comes from where
+    Budget(BudgetArgs),
+    /// Drive a square both ways round: what is wrong with wheels and wheelbase?
+    Umbmark(UmbmarkArgs),
     /// Compare two logs: first tick, field and bits that differ
     Diff(DiffArgs),
     /// Say what is in a log
@@ -366,6 +374,8 @@ pub fn main() -> Exit {
         Verb::Verify(args) => verbs::verify(&args),
         Verb::Fork(args) => verbs::fork(&args),
         Verb::Sweep(args) => verbs::sweep(&args),
+        Verb::Budget(args) => verbs::budget(&args),
+        Verb::Umbmark(args) => verbs::umbmark(&args),
         Verb::Diff(args) => verbs::diff(&args),
         Verb::Info(args) => verbs::info(&args),
         Verb::Seal(args) => verbs::seal(&args),

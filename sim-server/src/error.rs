@@ -14,6 +14,7 @@ use crate::scenario_file::SetupError;
 use crate::seal::SealError;
 use crate::source::ForkError;
 use crate::sweep::SweepError;
+use crate::umbmark::LapError;
 
 /// What a verb can fail with. Every text names place, value and remedy.
 #[derive(Debug, Error)]
@@ -45,6 +46,9 @@ pub enum VerbError {
     /// A sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),
+    /// A lap of a UMBmark.
+    #[error(transparent)]
+    Lap(#[from] LapError),
     /// The run's place on this machine.
     #[error(transparent)]
     Domain(#[from] DomainError),
@@ -123,6 +127,7 @@ impl VerbError {
             | Self::Field(_)
             | Self::Name(_)
             | Self::Sim(_)
+            | Self::Lap(_)
             | Self::NoSuchTick { .. } => Exit::Usage,
             _ => Exit::Failed,
         }

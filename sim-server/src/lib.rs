@@ -21,7 +21,7 @@
 //! * [`bits`], [`error`].
 
 pub mod bits;
-//X pub mod budget;
+pub mod budget;
 pub mod cli;
 pub mod compare;
 pub mod confine;
@@ -37,5 +37,5 @@ pub mod seal;
 pub mod source;
 pub mod statistics;
 pub mod sweep;
-//X pub mod umbmark;
+pub mod umbmark;
 pub mod verbs;

@@ -104,7 +104,7 @@ fn the_laboratory_of_seeds_grows_as_the_chapter_says() {
     let heading_rad = turn_rad * 30.0_f64.sqrt();
     // A tick's turn is carried on by half its own step and all later ones.
     let across_m =
-        0.05 * turn_rad * (0..30).map(|k| (f64::from(k) + 0.5)).map(|k| k * k).sum::<f64>().sqrt();
+        0.05 * turn_rad * (0..30).map(|k| f64::from(k) + 0.5).map(|k| k * k).sum::<f64>().sqrt();
     for (found, worked_out) in [
         (last.along_m.standard_deviation, along_m),
         (last.across_m.standard_deviation, across_m),

@@ -9,7 +9,7 @@
 //! * [`table`], [`settings`]: what is written in the end;
 //! * [`sweeping`]: all of it together;
 //! * [`summary`], [`growth`], [`paired`]: what the rows and tracks say: means,
-//!   spreads over distance, differences on the same seeds;
+//!   spreads over distance ([`growth_text`] for people), differences on the same seeds;
 //! * [`drawing`]: the fan and the growth, drawn;
 //! * [`report`]: what a person is told;
 //! * [`error`].
@@ -22,6 +22,7 @@ pub mod error;
 mod fixtures;
 pub mod grid;
 pub mod growth;
+pub mod growth_text;
 pub mod inside;
 pub mod journal;
 pub mod paired;
@@ -42,13 +43,14 @@ pub use cell::{Cell, Swept};
 pub use error::SweepError;
 pub use grid::Axis;
 pub use growth::growth;
-pub use paired::paired;
+pub use growth_text::GrowthText;
+pub use paired::ab;
 pub use plan::{Plan, Request};
 pub use report::Report;
 pub use row::Row;
 pub use seeds::Seeds;
 pub use shard::Shard;
-pub use summary::summary;
+pub use summary::{Summary, summary};
 pub use sweeping::{Came, Sweeping};
 pub use table::Table;
 pub use track::{Sample, Track};

@@ -18,8 +18,8 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::Row;
 use super::summary::{degrees, metres, setting};
+use super::{Row, Swept};
 use crate::statistics::Moments;
 use crate::statistics::student::t_975;
 
@@ -89,6 +89,14 @@ impl Figure {
             Self::FinalHeadingErrorDeg => degrees(value),
         }
     }
+}
+
+/// What `--ab` says: its two values are those of the field that changes fastest,
+/// so cells 0 and 1 differ in it alone, and 2 and 3, and so on.
+#[must_use]
+pub fn ab(swept: &Swept) -> Vec<Paired> {
+    let first = (0..swept.cells.len()).step_by(2).filter(|a| a + 1 < swept.cells.len());
+    first.flat_map(|a| paired(&swept.rows, [a, a + 1])).collect()
 }
 
 /// Both figures of every estimator, B less A, in the order in which estimators

@@ -103,3 +103,18 @@ fn the_text_says_what_was_shown() {
     assert_eq!(paired(&apart, [0, 1]).len(), 2);
     assert!(paired(&apart, [7, 8]).is_empty());
 }
+
+#[test]
+fn cells_are_compared_two_by_two() {
+    let rows: Vec<Row> =
+        (0..4).flat_map(|cell| (0..3).map(move |seed| with(cell, seed, cell as f64))).collect();
+    let config = super::super::fixtures::straight_leg();
+    let cell = || crate::sweep::Cell { parameters: Vec::new().into(), config: config.clone() };
+    let swept = Swept { cells: (0..4).map(|_| cell()).collect(), rows, tracks: Vec::new() };
+    let found: Vec<([usize; 2], f64)> = ab(&swept)
+        .into_iter()
+        .filter(|p| p.figure == Figure::FinalPositionErrorM)
+        .map(|p| (p.cells, p.difference))
+        .collect();
+    assert_eq!(found, [([0, 1], 1.0), ([2, 3], 1.0)]);
+}

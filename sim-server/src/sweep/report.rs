@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::error::SweepError;
-use super::growth::{Exponent, Growth};
+use super::growth::Growth;
 use super::paired::Paired;
-use super::summary::{Summary, SummaryRow, setting};
-use super::{Swept, drawing, growth, paired, summary};
+use super::summary::SummaryRow;
+use super::{GrowthText, Summary, Swept, ab, drawing, growth, summary};
 
 /// What a sweep says.
 #[derive(Debug, Serialize)]
@@ -22,48 +22,26 @@ pub struct Report {
     pub growth: Vec<Growth>,
     /// Differences of two cells that share every seed, where asked for.
     pub paired: Vec<Paired>,
-    /// The cells' swept fields, in words.
-    #[serde(skip)]
-    settings: Vec<String>,
 }
 
 impl Report {
-    /// The report of a complete sweep. Where the last swept field has `compared`
-    /// two values, neighbouring cells are compared.
+    /// The report of a complete sweep. Where the last swept field has two values
+    /// to be `compared`, neighbouring cells are.
     #[must_use]
     pub fn of(swept: &Swept, compared: bool) -> Self {
-        let pairs = if compared { swept.cells.len() / 2 } else { 0 };
-        let pairs = (0..pairs).flat_map(|pair| paired(&swept.rows, [2 * pair, 2 * pair + 1]));
         Self {
             table: summary(&swept.rows),
             growth: growth(&swept.tracks),
-            paired: pairs.collect(),
-            settings: swept.cells.iter().map(|c| setting(&c.parameters)).collect(),
+            paired: if compared { ab(swept) } else { Vec::new() },
         }
-    }
-
-    fn growth_line(&self, growth: &Growth) -> Option<String> {
-        let power = |name: &str, exponent: &Option<Exponent>| {
-            let exponent = exponent.as_ref()?;
-            let (value, error) = (exponent.law.exponent, exponent.standard_error);
-            Some(format!("{name} {value:.2} ± {error:.2}"))
-        };
-        let e = &growth.exponents;
-        let all = [("position", &e.position), ("across", &e.across), ("heading", &e.heading)];
-        let powers: Vec<String> = all.iter().filter_map(|(name, e)| power(name, e)).collect();
-        let setting = self.settings.get(growth.cell)?;
-        let line = format!("{setting}  {}: {}", growth.estimator, powers.join(", "));
-        (!powers.is_empty()).then_some(line)
     }
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", Summary(&self.table))?;
-        let lines: Vec<String> = self.growth.iter().filter_map(|g| self.growth_line(g)).collect();
-        if !lines.is_empty() {
-            writeln!(f, "\nspread over the seeds, as a power of the distance driven")?;
-            lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
+        if !self.growth.is_empty() {
+            writeln!(f, "\n{}", GrowthText(&self.growth))?;
         }
         self.paired.iter().try_for_each(|pair| write!(f, "\n{pair}"))
     }

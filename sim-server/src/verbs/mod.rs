@@ -1,5 +1,6 @@
 //! The verbs of the command line, one file each.
 
+mod budget;
 mod clean;
 mod confined;
 mod conformance;
@@ -16,9 +17,11 @@ mod seal;
 mod serve;
 mod session;
 mod sweep;
+mod umbmark;
 mod verify;
 mod worlds;
 
+pub use budget::budget;
 pub use clean::clean;
 pub use confined::confined;
 pub use conformance::conformance;
@@ -34,6 +37,7 @@ pub use replay::replay;
 pub use seal::seal;
 pub use serve::serve;
 pub use sweep::sweep;
+pub use umbmark::umbmark;
 pub use verify::verify;
 pub use worlds::worlds;
 

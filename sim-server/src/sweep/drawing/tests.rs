@@ -38,7 +38,7 @@ fn drawn(swept: &Swept) -> [String; 2] {
         assert!(png(page).unwrap().len() > 3_000);
     }
     // For whoever wants to look at them.
-    if let Some(folder) = option_env!("RUSTY_DRAWINGS") {
+    if let Ok(folder) = std::env::var("RUSTY_DRAWINGS") {
         let name = format!("{}-{}", swept.cells.len(), swept.tracks.len());
         for (kind, page) in ["fan", "growth"].iter().zip(&pages) {
             let path = format!("{folder}/{kind}-{name}");
