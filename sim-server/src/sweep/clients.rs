@@ -207,7 +207,7 @@ fn tracks(log: &Path, mut sampling: Sampling, place: &dyn Fn(&str) -> Place) -> 
     let header = reader.header().clone();
     let mut effects = Effects::of(&header);
     let mut samples: Vec<Vec<Sample>> = header.answering().map(|_| Vec::new()).collect();
-    let (mut path, mut next) = (PathLength::default(), sampling.next());
+    let (mut path, mut next) = (PathLength::default(), sampling.next_tick());
     while let Ok(Read::Tick(entry)) = reader.read() {
         let record = entry.record;
         let has_scan = record.ranges_m.is_some();
@@ -217,7 +217,7 @@ fn tracks(log: &Path, mut sampling: Sampling, place: &dyn Fn(&str) -> Place) -> 
         if record.tick != next {
             continue;
         }
-        next = sampling.next();
+        next = sampling.next_tick();
         for (samples, reply) in samples.iter_mut().zip(effects.replies()) {
             let estimate = reply.estimate().map(|e| e.pose_in_world).filter(|p| p.is_finite());
             if let (Some(truth), Some(estimate)) = (truth, estimate) {

@@ -145,7 +145,7 @@ impl Reckoned {
             path: PathLength::default(),
             blocked: 0,
             samples: Vec::with_capacity(sampling.count()),
-            next_sample: sampling.next(),
+            next_sample: sampling.next_tick(),
             sampling,
         }
     }
@@ -176,7 +176,7 @@ impl Reckoned {
                 truth,
                 estimate: self.pose_in_world,
             });
-            self.next_sample = self.sampling.next();
+            self.next_sample = self.sampling.next_tick();
         }
     }
 }

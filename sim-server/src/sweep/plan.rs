@@ -139,7 +139,7 @@ impl Sampling {
 
     /// The next one; `u64::MAX` after the last.
     #[must_use]
-    pub fn next(&mut self) -> u64 {
+    pub fn next_tick(&mut self) -> u64 {
         if self.taken == self.samples {
             return u64::MAX;
         }
@@ -233,7 +233,7 @@ mod tests {
         let plan = Plan::new(request("0..5", &["ticks=300,7,1"])).unwrap();
         let samples = |run| {
             let mut sampling = plan.sampling(run);
-            (0..sampling.count()).map(|_| sampling.next()).collect::<Vec<_>>()
+            (0..sampling.count()).map(|_| sampling.next_tick()).collect::<Vec<_>>()
         };
         let every_fifth: Vec<u64> = (1..=60).map(|k| 5 * k - 1).collect();
         assert_eq!(samples(4), every_fifth);

@@ -21,6 +21,9 @@ pub(super) enum Values {
     Known(Vec<Option<u64>>),
 }
 
+/// How a row gives a figure.
+type Figure = fn(&Row) -> f64;
+
 /// Seed, swept fields, estimator, figures, digest. A swept field's values are
 /// numbers where all that were asked for are, else text. It is called as on
 /// the command line, with `set.` before it where a figure has that name.
@@ -29,8 +32,8 @@ pub(super) fn of(swept: &Swept, axes: &[Axis]) -> Vec<Column> {
     let column = |name: &str, values| Column { name: name.to_owned(), values };
     let whole = |get: fn(&Row) -> u64| Values::Whole(rows.iter().map(get).collect());
     let text = |get: fn(&Row) -> &String| Values::Text(rows.iter().map(get).cloned().collect());
-    let number = |get: fn(&Row) -> f64| Values::Number(rows.iter().map(get).collect());
-    let figures: [(&str, fn(&Row) -> f64); 10] = [
+    let number = |get: Figure| Values::Number(rows.iter().map(get).collect());
+    let figures: [(&str, Figure); 10] = [
         ("time_s", |r| r.time_s),
         ("distance_m", |r| r.distance_m),
         ("final_position_error_m", |r| r.final_position_error_m),
