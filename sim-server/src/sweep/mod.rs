@@ -8,7 +8,7 @@
 //! * [`journal`]: what is done, while the rest is not;
 //! * [`table`], [`settings`]: what is written in the end;
 //! * [`sweeping`]: all of it together;
-//! * [`summary`], [`growth`], [`paired`]: what the rows and tracks say: means,
+//! * [`mod@summary`], [`mod@growth`], [`paired`]: what the rows and tracks say: means,
 //!   spreads over distance ([`growth_text`] for people), differences on the same seeds;
 //! * [`drawing`]: the fan and the growth, drawn;
 //! * [`report`]: what a person is told;
