@@ -6,7 +6,7 @@
 //! * [`cell`]: a setting of the swept fields, and what a sweep comes to;
 //! * [`row`]: the figures of one estimator in one run;
 //! * [`track`]: where it was on the way;
-//! * [`summary`], [`growth`], [`paired`]: what the rows and tracks say: means,
+//! * [`mod@summary`], [`mod@growth`], [`paired`]: what the rows and tracks say: means,
 //!   spreads over distance ([`growth_text`] for people), differences on the same seeds;
 //! * [`drawing`]: the fan and the growth, drawn.
 

@@ -246,7 +246,8 @@ impl Panel<'_> {
             trig::hypot(of(0), of(1))
         };
         // NaN, from a belief that is none, is no reason to put it in front.
-        !(spread(true_place) > spread(believed))
+        let (truth, belief) = (spread(true_place), spread(believed));
+        belief.is_nan() || truth <= belief
     }
 
     fn draw_labels(&self, canvas: &mut Canvas<'_>, titled: bool) -> Result<(), PlotError> {
@@ -328,7 +329,7 @@ fn ellipse(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
     };
     let (xx, xy, yy) = (sum(&|x, _| x * x), sum(&|x, y| x * y), sum(&|_, y| y * y));
     let (middle, apart) = (0.5 * (xx + yy), trig::hypot(0.5 * (xx - yy), xy));
-    if places.len() < 5 || !(middle + apart > 1e-6) || !middle.is_finite() {
+    if places.len() < 5 || !middle.is_finite() || middle + apart <= 1e-6 {
         return Vec::new();
     }
     let long = NINETY_FIVE * (middle + apart).sqrt();
