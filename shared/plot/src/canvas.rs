@@ -216,7 +216,7 @@ fn dashed(points: &[Px], dash: f64) -> Vec<Vec<Px>> {
         let ([x0, y0], [x1, y1]) = (pair[0], pair[1]);
         let length = trig::hypot(x1 - x0, y1 - y0) / dash;
         // A line this long is none that a page could show.
-        if !(length < 1e5) {
+        if length.is_nan() || length >= 1e5 {
             continue;
         }
         let at = |way: f64| {

@@ -187,7 +187,8 @@ fn exponents(tracks: &[&Track], samples: &[Spread]) -> Exponents {
 
 fn fit(samples: &[Spread], which: Which) -> Option<PowerLaw> {
     let last = samples.last()?;
-    if !(which(last) > LEAST_SPREAD) {
+    let end = which(last);
+    if end.is_nan() || end <= LEAST_SPREAD {
         return None;
     }
     let points: Vec<[f64; 2]> = samples.iter().map(|s| [s.distance_m, which(s)]).collect();

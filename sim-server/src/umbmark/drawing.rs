@@ -9,7 +9,7 @@ use super::report::Report;
 use crate::sweep::summary::metres;
 
 const WIDTH: f64 = 1200.0;
-const HEIGHT: f64 = 560.0;
+const HEIGHT: f64 = 530.0;
 const LEFT: f64 = 72.0;
 const SIDE: f64 = 320.0;
 const GAP: f64 = 76.0;
@@ -28,8 +28,8 @@ const CORNERS: u32 = 96;
 pub fn drawing(report: &Report) -> Result<String, PlotError> {
     let title = format!("UMBmark of {}", report.scenario);
     let details = format!(
-        "square of {} m · {} laps each way · slip {} per tick · E_b = {:.4} ± {:.4} (true {:.4}) \
-         · E_d = {:.4} ± {:.4} (true {:.4})",
+        "square of {} m · {} laps each way · slip {} per tick · E_b = {:.5} ± {:.5} (true {:.5}) \
+         · E_d = {:.5} ± {:.5} (true {:.5})",
         report.square.side_m,
         report.runs,
         report.slip_std,
@@ -99,7 +99,7 @@ fn draw_laps(canvas: &mut Canvas<'_>, frame: Rect, report: &Report) -> Result<()
     paths().flat_map(|r| &r.path_m).for_each(|&at| extent.include(at));
     extent = extent.grown(0.06 * extent.size());
     let axes = Axes::equal(frame, extent.x(), extent.y());
-    let step = Step::of(axes.x[1] - axes.x[0], 5.0);
+    let step = Step::of(axes.x[1] - axes.x[0], 7.0);
     axes.draw_grid(canvas, step, step)?;
     for way in Way::BOTH {
         let s = way.sign() * l;
@@ -166,8 +166,10 @@ fn draw_way(
     let centre = axes.px([mean(0), mean(1)]);
     let ink: &RGBColor = &look.ink;
     canvas.line(&[axes.px([0.0, 0.0]), centre], ink, 1.2)?;
+    look.mark(canvas, centre, 7.5)?;
+    // On top of it: few laps with little slip end all in one place.
     for &at in &own {
         look.mark(canvas, axes.px(at), 3.4)?;
     }
-    look.mark(canvas, centre, 7.5)
+    Ok(())
 }

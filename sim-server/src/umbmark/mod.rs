@@ -10,9 +10,9 @@
 //!
 //! * [`factors`]: the two errors;
 //! * [`belief`]: what the robot believes of its wheels;
-//! * [`lap`]: the square, driven by odometry;
+//! * [`mod@lap`]: the square, driven by odometry;
 //! * [`model`]: the same without noise, in closed form;
-//! * [`estimate`]: from returns to factors, with their standard errors;
+//! * [`mod@estimate`]: from returns to factors, with their standard errors;
 //! * [`report`]: what it came to;
 //! * [`drawing`]: the laps and their ends.
 

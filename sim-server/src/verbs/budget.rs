@@ -15,6 +15,9 @@ use crate::error::VerbError;
 use crate::output::{errln, outln};
 use crate::scenario_file;
 
+/// The most seeds: their figures are in memory together.
+const MOST_SEEDS: u64 = 10_000_000;
+
 /// Makes the runs and prints the table.
 ///
 /// # Errors
@@ -28,6 +31,10 @@ pub fn budget(args: &BudgetArgs) -> Verbed {
                       \"straight\", v_m_s = 0.5 }'";
         let problem = "needs a client to drive it, and none takes part here";
         return Err(FieldError::new("script.kind", "driver", problem, remedy).into());
+    }
+    if args.seeds.count() > MOST_SEEDS {
+        let remedy = format!("use at most {MOST_SEEDS}");
+        return Err(FieldError::new("--seeds", args.seeds, "are too many", remedy).into());
     }
     let stop = Arc::<AtomicBool>::default();
     for signal in [SIGINT, SIGTERM] {

@@ -1,11 +1,11 @@
 //! The fan: the paths of all seeds on the floor.
 //!
-//! Believed paths lie behind, in the colour of their estimator, true ones in
-//! front, dark. Where the robot is driven blindly (open loop) the belief is
-//! nearly one line and the truth fans out; where it is steered on the truth, the
-//! truth is nearly one line and the beliefs fan out. An ellipse holds 95 % of a
-//! normal distribution with the mean and covariance of the last places; what the
-//! places do that it does not is what a Gaussian cannot say.
+//! Believed paths have the colour of their estimator, true ones are dark; in
+//! front lies what spreads less. Where the robot is driven blindly (open loop)
+//! the belief is nearly one line and the truth fans out; where it is steered on
+//! the truth, the truth is nearly one line and the beliefs fan out. An ellipse
+//! holds 95 % of a normal distribution with the mean and covariance of the last
+//! places; what the places do that it does not is what a Gaussian cannot say.
 
 use std::collections::BTreeSet;
 
@@ -17,6 +17,7 @@ use rusty_plot::{Anchor, Axes, Canvas, PlotError, Px, Rect, Step, paint, polylin
 use super::super::summary::setting;
 use super::super::{Cell, Sample, Swept, Track};
 use super::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH, draw_title, seeds_of, shortened};
+use crate::statistics::Moments;
 
 /// Most panels; the rest of the cells is left out, and the page says so.
 const MOST_PANELS: usize = 6;
@@ -24,7 +25,7 @@ const MOST_PANELS: usize = 6;
 const MOST_PATHS: usize = 150;
 /// Heights of a panel: at least, at most.
 const HEIGHTS: [f64; 2] = [150.0, 460.0];
-const GAP_X: f64 = 64.0;
+const GAP_X: f64 = 74.0;
 const GAP_Y: f64 = 84.0;
 /// Height of the row that says what is what.
 const LEGEND: f64 = 30.0;
@@ -156,7 +157,7 @@ fn draw_legend(canvas: &mut Canvas<'_>, estimators: &[String]) -> Result<(), Plo
          drawn: &dyn Fn(&mut Canvas<'_>, Px) -> Result<(), PlotError>| {
             drawn(canvas, [x, y - 4.0])?;
             canvas.text([x + 40.0, y], Anchor::Start, 13.0, &INK, text)?;
-            x += 64.0 + 7.2 * text.chars().count() as f64;
+            x += 62.0 + 6.5 * text.chars().count() as f64;
             Ok(())
         };
     entry(canvas, "start", &|c, at| draw_robot(c, [at[0] + 12.0, at[1]], 0.0, true))?;
@@ -194,26 +195,19 @@ struct Panel<'a> {
 impl Panel<'_> {
     fn draw(&self, canvas: &mut Canvas<'_>, titled: bool) -> Result<(), PlotError> {
         let (axes, frame) = (&self.axes, self.axes.frame);
-        let step = Step::of(axes.x[1] - axes.x[0], (frame.width() / 90.0).max(3.0));
-        axes.draw_grid(canvas, step, step)?;
+        let x_step = Step::of(axes.x[1] - axes.x[0], (frame.width() / 90.0).max(3.0));
+        let y_step = Step::of(axes.y[1] - axes.y[0], (frame.height() / 40.0).max(3.0));
+        axes.draw_grid(canvas, x_step, y_step)?;
         let cell: Option<&Cell> = self.swept.cells.get(self.cell);
         if let Some(cell) = cell {
             draw_walls(canvas, axes, &cell.config.world.walls)?;
         }
-        let count = self.estimators.len();
-        for (i, name) in self.estimators.iter().enumerate() {
-            let look = Look::of(i, count);
-            self.draw_paths(canvas, name, (&look.ink, 1.8), believed)?;
-        }
-        // The truth is the same for every estimator of a seed.
-        if let Some(first) = self.estimators.first() {
-            self.draw_paths(canvas, first, (&INK, 1.4), true_place)?;
-        }
-        for (i, name) in self.estimators.iter().enumerate() {
-            self.draw_ends(canvas, name, &Look::of(i, count).ink, believed)?;
-        }
-        if let Some(first) = self.estimators.first() {
-            self.draw_ends(canvas, first, &INK, true_place)?;
+        if self.truth_spreads_less() {
+            self.draw_beliefs(canvas, 1.8)?;
+            self.draw_truths(canvas, 2.0)?;
+        } else {
+            self.draw_truths(canvas, 1.4)?;
+            self.draw_beliefs(canvas, 2.4)?;
         }
         if let Some(start) = cell.map(|c| c.config.start) {
             let at = axes.px([start.x(), start.y()]);
@@ -221,8 +215,39 @@ impl Panel<'_> {
                 draw_robot(canvas, at, start.theta(), true)?;
             }
         }
-        axes.draw_frame(canvas, Some(step), step)?;
+        axes.draw_frame(canvas, Some(x_step), y_step)?;
         self.draw_labels(canvas, titled)
+    }
+
+    fn draw_beliefs(&self, canvas: &mut Canvas<'_>, width: f64) -> Result<(), PlotError> {
+        for (i, name) in self.estimators.iter().enumerate() {
+            let look = Look::of(i, self.estimators.len());
+            self.draw_paths(canvas, name, (&look.ink, width), believed)?;
+            self.draw_ends(canvas, name, &look.ink, believed)?;
+        }
+        Ok(())
+    }
+
+    /// The truth is the same for every estimator of a seed.
+    fn draw_truths(&self, canvas: &mut Canvas<'_>, width: f64) -> Result<(), PlotError> {
+        let Some(first) = self.estimators.first() else { return Ok(()) };
+        self.draw_paths(canvas, first, (&INK, width), true_place)?;
+        self.draw_ends(canvas, first, &INK, true_place)
+    }
+
+    fn truth_spreads_less(&self) -> bool {
+        let Some(first) = self.estimators.first() else { return true };
+        let spread = |place: fn(&Sample) -> [f64; 2]| {
+            let ends: Vec<[f64; 2]> =
+                self.tracks(first).filter_map(|t| t.samples.last()).map(place).collect();
+            let of = |axis: usize| {
+                Moments::of(&ends.iter().map(|p| p[axis]).collect::<Vec<f64>>()).standard_deviation
+            };
+            trig::hypot(of(0), of(1))
+        };
+        // NaN, from a belief that is none, is no reason to put it in front.
+        let (truth, belief) = (spread(true_place), spread(believed));
+        belief.is_nan() || truth <= belief
     }
 
     fn draw_labels(&self, canvas: &mut Canvas<'_>, titled: bool) -> Result<(), PlotError> {
@@ -304,7 +329,7 @@ fn ellipse(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
     };
     let (xx, xy, yy) = (sum(&|x, _| x * x), sum(&|x, y| x * y), sum(&|_, y| y * y));
     let (middle, apart) = (0.5 * (xx + yy), trig::hypot(0.5 * (xx - yy), xy));
-    if places.len() < 5 || !(middle + apart > 1e-6) || !middle.is_finite() {
+    if places.len() < 5 || !middle.is_finite() || middle + apart <= 1e-6 {
         return Vec::new();
     }
     let long = NINETY_FIVE * (middle + apart).sqrt();

@@ -19,6 +19,8 @@ const GAP: f64 = 78.0;
 const ROW: f64 = 24.0;
 /// A spread below this cannot be told from rounding, and is not drawn.
 const LEAST: f64 = 1e-9;
+/// Distance between marks, units of the page.
+const MARK_EVERY: f64 = 11.0;
 /// Decades below the greatest spread that are shown.
 const MOST_DECADES: f64 = 1e4;
 
@@ -124,12 +126,28 @@ fn draw_plot(
                 canvas.line(&part, &look.ink, 1.8)?;
             }
         }
-        for px in points[i].iter().map(|&at| axes.px(at)).filter(|&px| holds(&frame, px)) {
-            look.mark(canvas, px, 2.6)?;
+        let turn = (i as f64 + 0.5) / curves.len() as f64;
+        for px in marks(&axes, &points[i], turn) {
+            look.mark(canvas, px, 3.0)?;
         }
     }
     axes.draw_frame(canvas)?;
     canvas.text([across, frame.bottom + 38.0], Anchor::Middle, 13.0, &INK, "distance driven (m)")
+}
+
+/// The places of the marks: points far enough apart to be told from each other,
+/// beginning at a `turn` (0 to 1) of that distance, so that curves that agree do
+/// not hide each other.
+fn marks(axes: &LogAxes, points: &[[f64; 2]], turn: f64) -> Vec<Px> {
+    let mut due = axes.frame.left + turn * MARK_EVERY;
+    let mut places = Vec::new();
+    for px in points.iter().map(|&at| axes.px(at)).filter(|&px| holds(&axes.frame, px)) {
+        if px[0] >= due {
+            places.push(px);
+            due += ((px[0] - due) / MARK_EVERY).floor() * MARK_EVERY + MARK_EVERY;
+        }
+    }
+    places
 }
 
 fn holds(frame: &Rect, [x, y]: Px) -> bool {
