@@ -9,10 +9,11 @@ use std::path::{Path, PathBuf};
 
 use rusty_contract::score::ScoreTable;
 use rusty_contract::{Brief, Effects, Exit, RunDigest, ScoreReport, Start};
+use rusty_plot::png;
 
 use crate::logger::output_folder;
 use crate::scoring::trace::Whole;
-use crate::scoring::{Meter, RunTrace, TraceKeeper, png, svg};
+use crate::scoring::{Meter, RunTrace, TraceKeeper, svg};
 use crate::witness::{Ending, Step, Witness};
 use crate::{ClientArgs, ClientError};
 

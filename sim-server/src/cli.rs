@@ -1,13 +1,19 @@
 //! The command line: arguments in, one verb called, an exit code out.
 
 mod bench;
+mod budget;
 mod control;
+mod sweep;
+mod umbmark;
 
 pub use bench::{
     BenchArgs, BenchCommonArgs, BenchLogArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, IdleArgs,
     LatencyArgs, StartArgs,
 };
+pub use budget::BudgetArgs;
 pub use control::{ControlArgs, ControlVerb};
+pub use sweep::SweepArgs;
+pub use umbmark::UmbmarkArgs;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -54,6 +60,12 @@ enum Verb {
     Verify(VerifyArgs),
     /// Run a log's scenario again, with something changed from a tick on
     Fork(ForkArgs),
+    /// Run a scenario with many seeds and settings: a table, a row per run
+    Sweep(SweepArgs),
+    /// Say how much of the odometry's error comes from where
+    Budget(BudgetArgs),
+    /// Drive a square both ways round: what is wrong with wheels and wheelbase?
+    Umbmark(UmbmarkArgs),
     /// Compare two logs: first tick, field and bits that differ
     Diff(DiffArgs),
     /// Say what is in a log
@@ -371,6 +383,9 @@ pub fn main() -> Exit {
         Verb::Replay(args) => verbs::replay(&args),
         Verb::Verify(args) => verbs::verify(&args),
         Verb::Fork(args) => verbs::fork(&args),
+        Verb::Sweep(args) => verbs::sweep(&args),
+        Verb::Budget(args) => verbs::budget(&args),
+        Verb::Umbmark(args) => verbs::umbmark(&args),
         Verb::Diff(args) => verbs::diff(&args),
         Verb::Info(args) => verbs::info(&args),
         Verb::Seal(args) => verbs::seal(&args),

@@ -145,6 +145,35 @@ pub fn replies(tick: u64, names: &[String], a: &[Reply], b: &[Reply]) -> Option<
     })
 }
 
+/// The fields in which two documents differ: path and both values.
+#[must_use]
+pub fn documents(a: &serde_json::Value, b: &serde_json::Value) -> Vec<String> {
+    let mut found = Vec::new();
+    walk("", a, b, &mut found);
+    found
+}
+
+fn walk(path: &str, a: &serde_json::Value, b: &serde_json::Value, found: &mut Vec<String>) {
+    use serde_json::Value::{Array, Object};
+    let inside = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    match (a, b) {
+        _ if a == b => {}
+        (Object(x), Object(y)) => {
+            for key in x.keys().chain(y.keys().filter(|k| !x.contains_key(*k))) {
+                let missing = serde_json::Value::Null;
+                let (x, y) = (x.get(key).unwrap_or(&missing), y.get(key).unwrap_or(&missing));
+                walk(&inside(key), x, y, found);
+            }
+        }
+        (Array(x), Array(y)) if x.len() == y.len() => {
+            for (i, (x, y)) in x.iter().zip(y).enumerate() {
+                walk(&format!("{path}[{i}]"), x, y, found);
+            }
+        }
+        _ => found.push(format!("{path}: {a} and {b}")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -13,6 +13,8 @@ use crate::run::ChildrenError;
 use crate::scenario_file::SetupError;
 use crate::seal::SealError;
 use crate::source::ForkError;
+use crate::sweep::SweepError;
+use crate::umbmark::LapError;
 
 /// What a verb can fail with. Every text names place, value and remedy.
 #[derive(Debug, Error)]
@@ -41,6 +43,12 @@ pub enum VerbError {
     /// Sealing a log.
     #[error(transparent)]
     Seal(#[from] SealError),
+    /// A sweep.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// A lap of a UMBmark.
+    #[error(transparent)]
+    Lap(#[from] LapError),
     /// The run's place on this machine.
     #[error(transparent)]
     Domain(#[from] DomainError),
@@ -117,10 +125,12 @@ impl VerbError {
         match self {
             Self::Fork(e) => e.exit(),
             Self::Seal(e) => e.exit(),
+            Self::Sweep(e) => e.exit(),
             Self::Setup(_)
             | Self::Field(_)
             | Self::Name(_)
             | Self::Sim(_)
+            | Self::Lap(_)
             | Self::NoSuchTick { .. } => Exit::Usage,
             _ => Exit::Failed,
         }

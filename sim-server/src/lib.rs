@@ -9,9 +9,13 @@
 //! * [`confine`]: the kernel gate, for participants with a sandbox;
 //! * [`source`]: where frames come from, the world or a log;
 //! * [`scenario_file`]: scenarios, built in or in files;
-//! * [`compare`]: two ticks, field by field, bit by bit;
+//! * [`compare`]: two ticks, or documents, field by field;
 //! * [`conformance`]: what a client gets right of the protocol;
 //! * [`import`]: recordings of real robots;
+//! * [`statistics`]: what many runs say together;
+//! * [`sweep`]: many runs, a row each;
+//! * [`budget`]: how much of the odometry's error comes from where;
+//! * [`umbmark`]: the square of Borenstein and Feng, both ways round;
 //! * [`seal`]: logs without their truth, to hand out;
 //! * [`mod@bench`]: speed, measured beside what it is to be compared with;
 //! * [`report`]: what a run came to;
@@ -19,6 +23,7 @@
 
 pub mod bench;
 pub mod bits;
+pub mod budget;
 pub mod cli;
 pub mod compare;
 pub mod confine;
@@ -32,4 +37,7 @@ pub mod run;
 pub mod scenario_file;
 pub mod seal;
 pub mod source;
+pub mod statistics;
+pub mod sweep;
+pub mod umbmark;
 pub mod verbs;

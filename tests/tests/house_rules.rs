@@ -10,11 +10,12 @@ use rusty_tests::repository;
 /// Lines of a file. "About 400", with some air.
 const MAX_LINES: usize = 420;
 
-const ROOMS: [(&str, &str); 8] = [
+const ROOMS: [(&str, &str); 9] = [
     ("shared/geometry", "rusty-geometry"),
     ("shared/contract", "rusty-contract"),
     ("shared/sim", "rusty-sim"),
     ("shared/link", "rusty-link"),
+    ("shared/plot", "rusty-plot"),
     ("sim-server", "sim-server"),
     ("clients", "rusty-clients"),
     ("tests", "rusty-tests"),

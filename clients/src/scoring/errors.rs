@@ -1,11 +1,9 @@
 //! The errors over time: of the position, and of the heading.
 
-use super::axes::{Axes, Step};
-use super::canvas::{Anchor, Canvas, Px, Rect};
+use rusty_plot::style::{INK, Look, SOFT_INK, ZERO};
+use rusty_plot::{Anchor, Axes, Canvas, PlotError, Px, Rect, Step, polyline};
+
 use super::metrics::{Scored, scored};
-use super::picture::PictureError;
-use super::polyline;
-use super::style::{INK, Look, SOFT_INK, ZERO};
 use super::trace::RunTrace;
 
 /// Errors beyond this are drawn as if they were this, m: arithmetic on them
@@ -125,7 +123,7 @@ pub(super) fn draw(
     heading: Rect,
     trace: &RunTrace,
     time: &Timeline,
-) -> Result<(), PictureError> {
+) -> Result<(), PlotError> {
     draw_legend(canvas, &position, trace)?;
     draw_plot(canvas, position, Kind::Position, trace, time)?;
     draw_plot(canvas, heading, Kind::Heading, trace, time)?;
@@ -140,7 +138,7 @@ fn draw_plot(
     kind: Kind,
     trace: &RunTrace,
     time: &Timeline,
-) -> Result<(), PictureError> {
+) -> Result<(), PlotError> {
     let count = trace.names.len();
     let curves: Vec<Vec<(usize, [f64; 2])>> =
         (0..count).map(|i| curve(trace, time, i, kind)).collect();
@@ -186,7 +184,7 @@ fn draw_curve(
     curve: &[(usize, [f64; 2])],
     look: &Look,
     kind: Kind,
-) -> Result<(), PictureError> {
+) -> Result<(), PlotError> {
     // Two points of every bucket stay.
     let bucket = (2 * curve.len()).div_ceil(polyline::MOST_POINTS);
     let width = 0.75 * look.width;
@@ -210,7 +208,7 @@ fn draw_marks(
     curve: &[(usize, [f64; 2])],
     marks: &[usize],
     look: &Look,
-) -> Result<(), PictureError> {
+) -> Result<(), PlotError> {
     let marked = marks.iter().filter_map(|tick| {
         let index = curve.binary_search_by_key(tick, |(tick, _)| *tick).ok()?;
         Some((curve[index].1, 3.6))
@@ -223,11 +221,7 @@ fn draw_marks(
 
 /// Names and marks in the line above the plot, from its right edge, as long as
 /// they leave room for the title; the table beside the map has them all.
-fn draw_legend(
-    canvas: &mut Canvas<'_>,
-    frame: &Rect,
-    trace: &RunTrace,
-) -> Result<(), PictureError> {
+fn draw_legend(canvas: &mut Canvas<'_>, frame: &Rect, trace: &RunTrace) -> Result<(), PlotError> {
     let count = trace.names.len();
     let width = |name: &String| 46.0 + 7.0 * name.chars().count() as f64;
     let total: f64 = trace.names.iter().map(width).sum();

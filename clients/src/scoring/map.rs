@@ -1,15 +1,12 @@
 //! The map: walls, the true path, the believed paths, the last scan.
 
 use nalgebra::Point2;
-use plotters::prelude::RGBColor;
-use rusty_geometry::{Material, SE2, trig};
+use rusty_geometry::{SE2, trig};
+use rusty_plot::floor::{Extent, draw_line, draw_robot, draw_walls};
+use rusty_plot::style::{INK, Look, RGBColor, SCAN, TRUTH, TRUTH_WIDTH};
+use rusty_plot::{Anchor, Axes, Canvas, PlotError, Px, Rect, Step, polyline};
 
-use super::axes::{Axes, Step};
-use super::canvas::{Anchor, Canvas, Px, Rect};
 use super::errors::Timeline;
-use super::picture::PictureError;
-use super::polyline;
-use super::style::{DOOR, GLASS, INK, Look, SCAN, TRUTH, TRUTH_WIDTH, WALL, WHITE};
 use super::trace::RunTrace;
 
 /// Coordinates beyond this are drawn as if they were here, m: such a place is
@@ -54,7 +51,7 @@ impl View {
         let near_by = core.grown(room_m.max(1.0));
         believed().for_each(|at| whole.include(near_by.nearest(at)));
         let whole = whole.grown((0.03 * whole.size()).max(0.5));
-        Self { scan, x_m: [whole.low[0], whole.high[0]], y_m: [whole.low[1], whole.high[1]] }
+        Self { scan, x_m: whole.x(), y_m: whole.y() }
     }
 
     /// Height of the map per width of it, for which no room is left over.
@@ -69,12 +66,12 @@ impl View {
         frame: Rect,
         trace: &RunTrace,
         time: &Timeline,
-    ) -> Result<bool, PictureError> {
+    ) -> Result<bool, PlotError> {
         let axes = Axes::equal(frame, self.x_m, self.y_m);
         // One step for both axes: the cells of the grid are square.
         let step = Step::of(axes.x[1] - axes.x[0], 10.0);
         axes.draw_grid(canvas, step, step)?;
-        draw_walls(canvas, &axes, trace)?;
+        draw_walls(canvas, &axes, &trace.world.walls)?;
         self.draw_scan(canvas, &axes)?;
         let truth = places_m(trace, |tick| trace.true_pose(tick));
         draw_path(canvas, &axes, &truth, (&TRUTH, TRUTH_WIDTH))?;
@@ -97,7 +94,7 @@ impl View {
         Ok(left)
     }
 
-    fn draw_scan(&self, canvas: &mut Canvas<'_>, axes: &Axes) -> Result<(), PictureError> {
+    fn draw_scan(&self, canvas: &mut Canvas<'_>, axes: &Axes) -> Result<(), PlotError> {
         for at in self.scan.iter().map(|&at| axes.px(at)).filter(|&at| axes.holds(at)) {
             draw_echo(canvas, at)?;
         }
@@ -106,45 +103,9 @@ impl View {
 }
 
 /// Draws a point of a scan: to be seen on white and on a dark wall.
-pub(super) fn draw_echo(canvas: &mut Canvas<'_>, at: Px) -> Result<(), PictureError> {
+pub(super) fn draw_echo(canvas: &mut Canvas<'_>, at: Px) -> Result<(), PlotError> {
     canvas.disc(at, 2.6, &INK)?;
     canvas.disc(at, 1.7, &SCAN)
-}
-
-/// Draws a robot at `at` that looks along `heading_rad`: where it started, or
-/// where it stopped.
-pub(super) fn draw_robot(
-    canvas: &mut Canvas<'_>,
-    at: Px,
-    heading_rad: f64,
-    started: bool,
-) -> Result<(), PictureError> {
-    let (s, c) = trig::sin_cos(heading_rad);
-    // The end is the larger: the last estimates often lie on top of it.
-    let radius = if started { 7.0 } else { 9.5 };
-    let nose = [at[0] + 2.0 * radius * c, at[1] - 2.0 * radius * s];
-    canvas.line(&[at, nose], &WHITE, 5.5)?;
-    canvas.disc(at, radius + 1.5, &WHITE)?;
-    canvas.line(&[at, nose], &INK, 2.5)?;
-    canvas.disc(at, radius, &INK)?;
-    if started { canvas.disc(at, radius - 2.4, &WHITE) } else { Ok(()) }
-}
-
-fn draw_walls(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PictureError> {
-    // Doors last: a door often shares its ends with a wall.
-    for order in 0..3 {
-        for wall in &trace.world.walls {
-            let (rank, (ink, width)) = match wall.material {
-                Material::Wall => (0, WALL),
-                Material::Glass => (1, GLASS),
-                Material::Door(_) => (2, DOOR),
-            };
-            if rank == order {
-                draw_line(canvas, axes, &[wall.a, wall.b], (&ink, width))?;
-            }
-        }
-    }
-    Ok(())
 }
 
 fn draw_path(
@@ -152,7 +113,7 @@ fn draw_path(
     axes: &Axes,
     path: &[(usize, [f64; 2])],
     style: (&RGBColor, f64),
-) -> Result<(), PictureError> {
+) -> Result<(), PlotError> {
     for line in polyline::runs(path) {
         match line[..] {
             [at] if axes.holds(axes.px(at)) => canvas.disc(axes.px(at), 0.5 * style.1, style.0)?,
@@ -162,27 +123,14 @@ fn draw_path(
     Ok(())
 }
 
-fn draw_line(
-    canvas: &mut Canvas<'_>,
-    axes: &Axes,
-    line: &[[f64; 2]],
-    (ink, width): (&RGBColor, f64),
-) -> Result<(), PictureError> {
-    let line: Vec<Px> = line.iter().map(|&at| axes.px(at)).collect();
-    for part in polyline::clip(&polyline::thin(&line), &axes.frame) {
-        canvas.line(&part, ink, width)?;
-    }
-    Ok(())
-}
-
-fn draw_start(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PictureError> {
+fn draw_start(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PlotError> {
     match (0..trace.ticks()).find_map(|tick| trace.true_pose(tick)) {
         Some(pose) => draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), true),
         None => Ok(()),
     }
 }
 
-fn draw_end(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PictureError> {
+fn draw_end(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PlotError> {
     match (0..trace.ticks()).rev().find_map(|tick| trace.true_pose(tick)) {
         Some(pose) => draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), false),
         None => Ok(()),
@@ -194,7 +142,7 @@ fn draw_marks(
     axes: &Axes,
     trace: &RunTrace,
     time: &Timeline,
-) -> Result<(), PictureError> {
+) -> Result<(), PlotError> {
     let count = trace.names.len();
     for i in 0..count {
         let look = Look::of(i, count);
@@ -246,48 +194,6 @@ fn places_m(trace: &RunTrace, pose_at: impl Fn(usize) -> Option<SE2>) -> Vec<(us
 
 fn place_m(pose: &SE2) -> [f64; 2] {
     [pose.x().clamp(-FARTHEST_M, FARTHEST_M), pose.y().clamp(-FARTHEST_M, FARTHEST_M)]
-}
-
-/// A box around points, m.
-#[derive(Clone, Copy, Debug)]
-struct Extent {
-    low: [f64; 2],
-    high: [f64; 2],
-}
-
-impl Default for Extent {
-    /// Around nothing.
-    fn default() -> Self {
-        Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] }
-    }
-}
-
-impl Extent {
-    fn include(&mut self, at: [f64; 2]) {
-        if !(at[0].is_finite() && at[1].is_finite()) {
-            return;
-        }
-        self.low = [self.low[0].min(at[0]), self.low[1].min(at[1])];
-        self.high = [self.high[0].max(at[0]), self.high[1].max(at[1])];
-    }
-
-    fn is_empty(&self) -> bool {
-        self.low[0] > self.high[0]
-    }
-
-    /// The longer side, m.
-    fn size(&self) -> f64 {
-        (self.high[0] - self.low[0]).max(self.high[1] - self.low[1])
-    }
-
-    fn grown(&self, by_m: f64) -> Self {
-        Self { low: self.low.map(|v| v - by_m), high: self.high.map(|v| v + by_m) }
-    }
-
-    /// The place in the box that is nearest to `at`.
-    fn nearest(&self, at: [f64; 2]) -> [f64; 2] {
-        [0, 1].map(|axis| at[axis].max(self.low[axis]).min(self.high[axis]))
-    }
 }
 
 #[cfg(test)]

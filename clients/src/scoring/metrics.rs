@@ -14,10 +14,9 @@
 //! Everything else (a recording's ticks between two scans, say) is passed over,
 //! and a pair of the relative error is two scored ticks with none between.
 
-use rusty_contract::score::Score;
-use rusty_geometry::{SE2, trig, wrap_angle};
+use rusty_contract::score::{self, Errors, PathLength, Score};
+use rusty_geometry::{SE2, trig};
 
-use super::quantile::Quantiles;
 use super::trace::RunTrace;
 
 /// A scored tick: truth and estimate, world frame.
@@ -32,12 +31,12 @@ pub(super) struct Scored {
 impl Scored {
     /// Distance between estimate and truth, m.
     pub fn position_error_m(&self) -> f64 {
-        distance_m(&self.estimate, &self.truth)
+        score::position_error_m(&self.estimate, &self.truth)
     }
 
     /// Heading of the estimate less heading of the truth, rad in (−π, π].
     pub fn heading_error_rad(&self) -> f64 {
-        wrap_angle(self.estimate.theta() - self.truth.theta())
+        score::heading_error_rad(&self.estimate, &self.truth)
     }
 }
 
@@ -54,25 +53,9 @@ pub(super) fn scored(trace: &RunTrace, estimator: usize) -> impl Iterator<Item =
 /// pose to the next.
 #[must_use]
 pub fn distance_driven_m(trace: &RunTrace) -> f64 {
-    let mut driven = Driven::default();
-    let known = (0..trace.ticks()).filter_map(|tick| trace.true_pose(tick));
-    known.for_each(|pose| driven.push(pose));
-    driven.sum_m
-}
-
-/// The same, pose by pose.
-#[derive(Clone, Debug, Default)]
-struct Driven {
-    last: Option<SE2>,
-    sum_m: f64,
-}
-
-impl Driven {
-    fn push(&mut self, pose: SE2) {
-        if let Some(last) = self.last.replace(pose) {
-            self.sum_m += distance_m(&last, &pose);
-        }
-    }
+    let mut path = PathLength::default();
+    (0..trace.ticks()).filter_map(|tick| trace.true_pose(tick)).for_each(|pose| path.push(&pose));
+    path.metres()
 }
 
 /// One score per estimator, in roster order. A figure is `None` where nothing
@@ -93,7 +76,7 @@ pub fn score(trace: &RunTrace) -> Vec<Score> {
 pub struct Meter {
     ticks: u64,
     ticks_with_truth: u64,
-    driven: Driven,
+    driven: PathLength,
     estimators: Vec<Sums>,
 }
 
@@ -104,9 +87,7 @@ struct Sums {
     /// Ticks with an estimate.
     given: u64,
     last: Option<Scored>,
-    drifts_m: Quantiles,
-    drift_m: f64,
-    drift_m2: f64,
+    errors: Errors,
     pairs: u64,
     relative_m2: f64,
     relative_deg2: f64,
@@ -121,15 +102,13 @@ impl Meter {
             name: name.clone(),
             given: 0,
             last: None,
-            drifts_m: Quantiles::expecting(ticks),
-            drift_m: 0.0,
-            drift_m2: 0.0,
+            errors: Errors::expecting(ticks),
             pairs: 0,
             relative_m2: 0.0,
             relative_deg2: 0.0,
         };
         let estimators = names.iter().map(sums).collect();
-        Self { ticks: 0, ticks_with_truth: 0, driven: Driven::default(), estimators }
+        Self { ticks: 0, ticks_with_truth: 0, driven: PathLength::default(), estimators }
     }
 
     /// Adds a tick. `estimates` come in the order of the names; those that are
@@ -141,7 +120,7 @@ impl Meter {
         let truth = truth.filter(SE2::is_finite);
         if let Some(pose) = truth {
             self.ticks_with_truth += 1;
-            self.driven.push(pose);
+            self.driven.push(&pose);
         }
         for (sums, estimate) in self.estimators.iter_mut().zip(estimates) {
             let Some(estimate) = estimate.filter(SE2::is_finite) else { continue };
@@ -167,23 +146,20 @@ impl Meter {
     /// Distance truly driven, m; see [`distance_driven_m`].
     #[must_use]
     pub fn driven_m(&self) -> f64 {
-        self.driven.sum_m
+        self.driven.metres()
     }
 
     /// One score per estimator, in the order of the names; see [`score`].
     #[must_use]
     pub fn scores(&mut self) -> Vec<Score> {
-        let (ticks, driven_m) = (self.ticks, self.driven.sum_m);
+        let (ticks, driven_m) = (self.ticks, self.driven.metres());
         self.estimators.iter_mut().map(|sums| sums.score(ticks, driven_m)).collect()
     }
 }
 
 impl Sums {
     fn push(&mut self, scored: Scored) {
-        let drift_m = scored.position_error_m();
-        self.drifts_m.push(drift_m);
-        self.drift_m += drift_m;
-        self.drift_m2 += drift_m * drift_m;
+        self.errors.push(&scored.estimate, &scored.truth);
         if let Some(last) = self.last.replace(scored) {
             let (error_m, error_deg) = relative_error(&last, &scored);
             self.pairs += 1;
@@ -193,19 +169,23 @@ impl Sums {
     }
 
     fn score(&mut self, ticks: u64, driven_m: f64) -> Score {
-        let scored = self.drifts_m.count();
-        let final_m = self.last.map(|s| s.position_error_m());
+        let figures = self.errors.figures();
+        let final_m = figures.final_position_error_m;
         Score {
             name: self.name.clone(),
-            scored_ticks: scored,
+            scored_ticks: self.errors.ticks(),
             unscored_ticks: ticks - self.given,
             final_position_error_m: final_m,
-            final_heading_error_deg: self.last.map(|s| s.heading_error_rad().abs().to_degrees()),
-            mean_drift_m: mean(self.drift_m, scored),
-            p95_drift_m: self.drifts_m.at(0.95),
-            ate_rmse_m: mean(self.drift_m2, scored).map(f64::sqrt),
-            rpe_rmse_m: mean(self.relative_m2, self.pairs).map(f64::sqrt),
-            rpe_rmse_deg: mean(self.relative_deg2, self.pairs).map(f64::sqrt),
+            final_heading_error_deg: figures.final_heading_error_rad.map(f64::to_degrees),
+            final_heading_error_rad: figures.final_heading_error_rad,
+            mean_drift_m: figures.mean_drift_m,
+            p95_drift_m: figures.p95_drift_m,
+            max_drift_m: figures.max_drift_m,
+            heading_rmse_rad: figures.heading_rmse_rad,
+            heading_max_rad: figures.heading_max_rad,
+            ate_rmse_m: figures.ate_rmse_m,
+            rpe_rmse_m: root_mean(self.relative_m2, self.pairs),
+            rpe_rmse_deg: root_mean(self.relative_deg2, self.pairs),
             distance_m: driven_m,
             drift_percent: final_m.filter(|_| driven_m > 0.0).map(|m| 100.0 * m / driven_m),
         }
@@ -221,12 +201,8 @@ fn relative_error(i: &Scored, j: &Scored) -> (f64, f64) {
     (trig::hypot(error.x(), error.y()), error.theta().abs().to_degrees())
 }
 
-fn distance_m(a: &SE2, b: &SE2) -> f64 {
-    trig::hypot(a.x() - b.x(), a.y() - b.y())
-}
-
-fn mean(sum: f64, count: u64) -> Option<f64> {
-    (count > 0).then(|| sum / count as f64)
+fn root_mean(sum: f64, count: u64) -> Option<f64> {
+    (count > 0).then(|| (sum / count as f64).sqrt())
 }
 
 #[cfg(test)]

@@ -119,6 +119,7 @@ fn ticks_without_truth_or_estimate_are_passed_over() {
 fn of_the_whole_run(trace: &RunTrace, estimator: usize) -> Score {
     let ticks: Vec<Scored> = scored(trace, estimator).collect();
     let errors_m: Vec<f64> = ticks.iter().map(Scored::position_error_m).collect();
+    let headings_rad: Vec<f64> = ticks.iter().map(|s| s.heading_error_rad().abs()).collect();
     let (rpe_m, rpe_deg): (Vec<f64>, Vec<f64>) =
         ticks.windows(2).map(|pair| relative_error(&pair[0], &pair[1])).unzip();
     let mean = |v: &[f64]| (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64);
@@ -136,6 +137,10 @@ fn of_the_whole_run(trace: &RunTrace, estimator: usize) -> Score {
         unscored_ticks: (trace.ticks() - given) as u64,
         final_position_error_m: final_m,
         final_heading_error_deg: ticks.last().map(|s| s.heading_error_rad().abs().to_degrees()),
+        final_heading_error_rad: ticks.last().map(|s| s.heading_error_rad().abs()),
+        max_drift_m: sorted.last().copied(),
+        heading_rmse_rad: rmse(&headings_rad),
+        heading_max_rad: headings_rad.iter().copied().reduce(f64::max),
         mean_drift_m: mean(&errors_m),
         p95_drift_m: Some(low + (high - low) * (rank - rank.floor())),
         ate_rmse_m: rmse(&errors_m),

@@ -5,30 +5,21 @@
 //!
 //! * [`trace`]: a run as it is drawn, filled tick by tick;
 //! * [`keeper`]: the same of a run of any length, in memory of a fixed size;
-//! * [`metrics`]: one [`Score`](rusty_contract::score::Score) per estimator, with
-//!   [`quantile`] for what sums cannot tell;
+//! * [`metrics`]: one [`Score`](rusty_contract::score::Score) per estimator;
 //! * [`picture`]: the run on one page, as SVG; its parts are `map`, `errors` and
-//!   `panel`, its tools `canvas`, `axes`, `polyline` and `style`;
-//! * [`mod@png`]: the same page in pixels, with a font of its own.
+//!   `panel`, its tools those of [`rusty_plot`], which also makes pixels of it.
 //!
 //! Nothing here reads a clock or a file: the same trace gives the same bytes.
 
-mod axes;
-mod canvas;
 mod errors;
 pub mod keeper;
 mod map;
 pub mod metrics;
 mod panel;
 pub mod picture;
-pub mod png;
-mod polyline;
-pub mod quantile;
-mod style;
 pub mod trace;
 
 pub use keeper::TraceKeeper;
 pub use metrics::{Meter, score};
-pub use picture::{PictureError, svg};
-pub use png::png;
+pub use picture::svg;
 pub use trace::RunTrace;

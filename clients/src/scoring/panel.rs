@@ -1,14 +1,15 @@
 //! Beside the map: what is what, and the scores in a table.
 
-use plotters::prelude::RGBColor;
 use rusty_contract::score::Score;
 use rusty_geometry::Material;
+use rusty_plot::floor::draw_robot;
+use rusty_plot::style::{
+    DOOR, GLASS, GRID, INK, Look, RGBColor, SOFT_INK, TRUTH, TRUTH_WIDTH, WALL, figure,
+};
+use rusty_plot::{Anchor, Canvas, PlotError, Px, Rect};
 
-use super::canvas::{Anchor, Canvas, Px, Rect};
 use super::errors::Timeline;
-use super::map::{View, draw_echo, draw_robot};
-use super::picture::PictureError;
-use super::style::{DOOR, GLASS, GRID, INK, Look, SOFT_INK, TRUTH, TRUTH_WIDTH, WALL, figure};
+use super::map::{View, draw_echo};
 use super::trace::RunTrace;
 
 const LEGEND_ROW: f64 = 24.0;
@@ -82,7 +83,7 @@ impl<'a> Panel<'a> {
         area: &Rect,
         time: &Timeline,
         left_map: bool,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), PlotError> {
         for (k, (entry, name)) in self.entries.iter().enumerate() {
             let rows = self.legend_rows();
             let column = area.left + 0.5 * area.width() * (k / rows) as f64;
@@ -110,7 +111,7 @@ impl<'a> Panel<'a> {
         [-152.0, -101.0, -51.0, 0.0].map(|from_right| area.right + from_right)
     }
 
-    fn draw_head(&self, canvas: &mut Canvas<'_>, area: &Rect, y: f64) -> Result<(), PictureError> {
+    fn draw_head(&self, canvas: &mut Canvas<'_>, area: &Rect, y: f64) -> Result<(), PlotError> {
         let columns = Self::columns(area);
         let size = 12.0;
         for (x, above, below) in [
@@ -132,7 +133,7 @@ impl<'a> Panel<'a> {
         area: &Rect,
         y: f64,
         (index, name): (usize, &str),
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), PlotError> {
         let look = Look::of(index, self.trace.names.len());
         let columns = Self::columns(area);
         canvas.line(&[[area.left, y], [area.left + 28.0, y]], &look.ink, look.width)?;
@@ -164,7 +165,7 @@ impl<'a> Panel<'a> {
         y: f64,
         time: &Timeline,
         left_map: bool,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), PlotError> {
         let mut notes = Vec::new();
         if !self.trace.names.is_empty() {
             notes.push("ATE: rmse of the position error, no alignment.".to_owned());
@@ -185,7 +186,7 @@ impl<'a> Panel<'a> {
     }
 }
 
-fn draw_entry(canvas: &mut Canvas<'_>, at: Px, entry: &Entry) -> Result<(), PictureError> {
+fn draw_entry(canvas: &mut Canvas<'_>, at: Px, entry: &Entry) -> Result<(), PlotError> {
     let [x, y] = at;
     match entry {
         Entry::Line(ink, width) => canvas.line(&[[x, y], [x + 32.0, y]], ink, *width),

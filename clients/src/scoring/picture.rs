@@ -11,13 +11,12 @@
 //! seen.
 
 use rusty_contract::score::Score;
-use thiserror::Error;
+use rusty_plot::style::{INK, SOFT_INK};
+use rusty_plot::{Anchor, Canvas, PlotError, Rect, paint};
 
-use super::canvas::{Anchor, Canvas, Rect, paint};
 use super::errors::{self, Timeline};
 use super::map::View;
 use super::panel::Panel;
-use super::style::{INK, SOFT_INK};
 use super::trace::{RunTrace, Whole};
 
 const WIDTH: f64 = 1200.0;
@@ -32,39 +31,6 @@ const PLOT_HEIGHT: f64 = 150.0;
 /// Longest text of a title, characters.
 const LONGEST_TITLE: usize = 72;
 
-/// Why there is no picture.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum PictureError {
-    /// The drawing backend refuses.
-    #[error(
-        "picture: drawing failed: {detail}; the scores do not need it: score without a picture"
-    )]
-    Draw {
-        /// What it says.
-        detail: String,
-    },
-    /// The text to be rendered is no SVG.
-    #[error("picture: the text is no SVG ({detail}); give it as `svg` made it")]
-    NotSvg {
-        /// What the parser says, with the place.
-        detail: String,
-    },
-    /// The picture does not fit into memory.
-    #[error("picture: {width} × {height} pixels are too many; make the SVG smaller")]
-    TooLarge {
-        /// Its width, pixels.
-        width: f32,
-        /// Its height, pixels.
-        height: f32,
-    },
-    /// The pixels cannot be written as PNG.
-    #[error("picture: writing PNG failed: {detail}; use the SVG instead")]
-    Encode {
-        /// What the encoder says.
-        detail: String,
-    },
-}
-
 /// Draws a run as the text of an SVG file. `scores` are those of
 /// [`score`](super::score), found by name; an estimator without one has dashes
 /// in the table.
@@ -74,9 +40,9 @@ pub enum PictureError {
 /// edge, and the picture says so.
 ///
 /// # Errors
-/// [`PictureError::Draw`] if the drawing backend refuses; it writes to memory
+/// [`PlotError::Draw`] if the drawing backend refuses; it writes to memory
 /// only and is not known to.
-pub fn svg(trace: &RunTrace, scores: &[Score]) -> Result<String, PictureError> {
+pub fn svg(trace: &RunTrace, scores: &[Score]) -> Result<String, PlotError> {
     let time = Timeline::of(trace);
     let view = View::of(trace);
     let panel = Panel::new(trace, scores, &view, &time);
@@ -107,7 +73,7 @@ pub fn svg(trace: &RunTrace, scores: &[Score]) -> Result<String, PictureError> {
     })
 }
 
-fn draw_title(canvas: &mut Canvas<'_>, title: &str, details: &str) -> Result<(), PictureError> {
+fn draw_title(canvas: &mut Canvas<'_>, title: &str, details: &str) -> Result<(), PlotError> {
     canvas.text([MARGIN_LEFT, 36.0], Anchor::Start, 23.0, &INK, title)?;
     canvas.text([MARGIN_LEFT, 60.0], Anchor::Start, 14.0, &SOFT_INK, details)
 }

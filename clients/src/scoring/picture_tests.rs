@@ -1,9 +1,10 @@
 //! Any trace can be drawn, and the picture says what it must.
 
+use super::super::score;
 use super::super::trace::tests::empty;
-use super::super::{png, score};
 use super::*;
 use rusty_geometry::{SE2, trig};
+use rusty_plot::png;
 
 /// A circle of `ticks` ticks, with an estimate that drifts outwards.
 fn circle(names: &[&str], ticks: u32) -> RunTrace {

@@ -52,7 +52,8 @@ pub fn blind_header(
     let mut config = header.config.clone();
     config.seed = 0;
     config.lidar = header.told().lidar;
-    config.robot = RobotConfig { slip_std: 0.0, radius_bias_right: 0.0, ..config.robot };
+    config.robot =
+        RobotConfig { slip_std: 0.0, radius_bias_right: 0.0, track_bias: 0.0, ..config.robot };
     config.script = ScriptConfig::Commands { file: None, list: Vec::new() };
     if !start_known {
         config.start = SE2::identity();
@@ -83,7 +84,7 @@ mod tests {
                 dt_s: s.dt_s,
                 scan_every: s.scan_every,
                 start: s.start,
-                robot: RobotConfig { radius_bias_right: 0.01, ..s.robot },
+                robot: RobotConfig { radius_bias_right: 0.01, track_bias: 0.02, ..s.robot },
                 lidar: s.lidar,
                 script: s.script,
                 world: rusty_geometry::places::apartment().spec().clone(),
@@ -121,7 +122,8 @@ mod tests {
         assert_eq!(blind.seed(), None);
         assert_eq!(blind.config.seed, 0);
         let robot = blind.config.robot;
-        assert_eq!((robot.slip_std, robot.radius_bias_right), (0.0, 0.0));
+        let hidden = (robot.slip_std, robot.radius_bias_right, robot.track_bias);
+        assert_eq!(hidden, (0.0, 0.0, 0.0));
         assert_eq!(robot.nominal(), open.config.robot.nominal());
         assert_eq!(told(&blind), told(&open));
 

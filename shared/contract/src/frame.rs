@@ -141,10 +141,16 @@ impl Frame {
     /// Makes the frame ready to be read: digest of the observable part, then
     /// the truth, enciphered. Without a truth, zeros are sealed.
     pub fn seal(&mut self, key: &TruthKey, pose_in_world: Option<SE2>) {
-        self.set_truth_known(pose_in_world.is_some());
-        self.digest = self.observable_digest();
+        self.write_digest(pose_in_world.is_some());
         let pose = pose_in_world.unwrap_or_else(SE2::identity);
         self.sealed = key.seal(self.tick, &pose, self.digest);
+    }
+
+    /// The digest that [`seal`](Self::seal) writes, without sealing a truth: for
+    /// whoever keeps the frame to itself.
+    pub fn write_digest(&mut self, truth_known: bool) {
+        self.set_truth_known(truth_known);
+        self.digest = self.observable_digest();
     }
 
     /// Turns the frame into the last word of a run.

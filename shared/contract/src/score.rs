@@ -1,5 +1,11 @@
 //! What a scorer writes down (`score.json`) and a launcher prints.
 
+mod errors;
+pub mod quantile;
+
+pub use errors::{Errors, Figures, PathLength, heading_error_rad, position_error_m};
+pub use quantile::Quantiles;
+
 use serde::{Deserialize, Serialize};
 
 /// The scores of a run: a document of its own, in SI units and degrees where
@@ -38,11 +44,23 @@ pub struct Score {
     pub final_position_error_m: Option<f64>,
     /// Heading error there, degrees, 0 to 180.
     pub final_heading_error_deg: Option<f64>,
+    /// The same in rad, 0 to π.
+    #[serde(default)]
+    pub final_heading_error_rad: Option<f64>,
     /// Mean distance over all scored ticks, m.
     pub mean_drift_m: Option<f64>,
     /// 95th percentile of it, m (linear between ranks). Of more than 1,048,576
     /// scored ticks it is right to 1/4096 of itself.
     pub p95_drift_m: Option<f64>,
+    /// The greatest distance, m.
+    #[serde(default)]
+    pub max_drift_m: Option<f64>,
+    /// Root of the mean square of the heading error, rad.
+    #[serde(default)]
+    pub heading_rmse_rad: Option<f64>,
+    /// The greatest heading error, rad, 0 to π.
+    #[serde(default)]
+    pub heading_max_rad: Option<f64>,
     /// Absolute trajectory error: rmse of the translation part, m, no alignment.
     pub ate_rmse_m: Option<f64>,
     /// Relative pose error from one scored tick to the next: rmse of the

@@ -89,6 +89,13 @@ pub fn ln(x: f64) -> f64 {
     libm::log(x)
 }
 
+/// Natural logarithm of the gamma function's absolute value at `x`.
+#[inline]
+#[must_use]
+pub fn ln_gamma(x: f64) -> f64 {
+    libm::lgamma(x)
+}
+
 /// `sin(x) / x`, the ratio of a chord to its arc when `x` is half the turn;
 /// exactly 1 at zero. Even in `x`; in [2/π, 1] for `x` in [−π/2, π/2].
 ///
@@ -127,6 +134,8 @@ mod tests {
         assert_eq!(exp(1.0), core::f64::consts::E.next_up());
         assert_eq!(hypot(3.0, 4.0), 5.0);
         assert_eq!(ln(1.0), 0.0);
+        assert_eq!(ln_gamma(1.0), 0.0);
+        assert!((ln_gamma(0.5) - 0.5 * ln(core::f64::consts::PI)).abs() < 1e-15);
     }
 
     #[test]

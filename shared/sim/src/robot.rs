@@ -7,15 +7,16 @@
 //! * wheel angles += ω·dt, always: this is what the encoders see;
 //! * Δs_L = r·ω_L·dt·(1 + ε_L), Δs_R = r·(1 + δ)·ω_R·dt·(1 + ε_R): this is what
 //!   the floor delivers;
-//! * x ← x ⊞ (½(Δs_R + Δs_L), 0, (Δs_R − Δs_L)/ℓ), the exact arc, unless it
-//!   touches a wall.
+//! * x ← x ⊞ (½(Δs_R + Δs_L), 0, (Δs_R − Δs_L)/(ℓ·(1 + ε))), the exact arc,
+//!   unless it touches a wall.
 //!
 //! The gap between the first line and the second is all that odometry can never
 //! know. σ is per tick on purpose: it is not scaled by √dt.
 //!
 //! Departures: the whole arc is tested against the walls with the whole body, a
 //! disc, where the chapter tests the segment between the two centres; commands
-//! beyond the wheels' limit are scaled down first.
+//! beyond the wheels' limit are scaled down first; the track may be off by ε,
+//! the other systematic error of J. Borenstein and L. Feng (1996).
 
 use rusty_contract::RobotConfig;
 use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Twist, World};
@@ -25,7 +26,10 @@ use crate::outcome::StepOutcome;
 /// The robot: true parameters and true state.
 #[derive(Clone, Debug)]
 pub struct Robot {
+    /// As its controller believes it to be.
     drive: DiffDrive,
+    /// ℓ·(1 + ε) in place of ℓ.
+    true_drive: DiffDrive,
     body_radius_m: f64,
     wheel_limit_rad_s: f64,
     slip_std: f64,
@@ -40,8 +44,10 @@ impl Robot {
     /// The configuration must be checked, see [`RobotConfig::check`].
     #[must_use]
     pub fn new(config: &RobotConfig, start: SE2) -> Self {
+        let drive = config.nominal().drive;
         Self {
-            drive: config.nominal().drive,
+            drive,
+            true_drive: DiffDrive { track_m: drive.track_m * (1.0 + config.track_bias), ..drive },
             body_radius_m: config.body_radius_m,
             wheel_limit_rad_s: config.wheel_limit_rad_s,
             slip_std: config.slip_std,
@@ -83,7 +89,7 @@ impl Robot {
         let grip = slip_z.map(|z| 1.0 + self.slip_std * z);
         let ds_left_m = self.drive.wheel_radius_m * turned_rad[0] * grip[0];
         let ds_right_m = self.right_radius_m * turned_rad[1] * grip[1];
-        let tau = self.drive.tangent(ds_left_m, ds_right_m);
+        let tau = self.true_drive.tangent(ds_left_m, ds_right_m);
         let next = self.pose_in_world.boxplus(&tau);
         if world.blocks(&self.pose_in_world, &next, self.body_radius_m) {
             return StepOutcome::Blocked;
@@ -161,6 +167,19 @@ mod tests {
         let _ = robot.step(&open(), AHEAD, 1.0, [0.0, 0.0]);
         let expected_rad = 0.01 * 0.5 / 0.16;
         assert!((robot.pose_in_world().theta() - expected_rad).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_track_longer_than_believed_turns_the_robot_less() {
+        let config = RobotConfig { track_bias: 0.01, ..RobotConfig::default() };
+        let mut robot = Robot::new(&config, SE2::identity());
+        let spin = Twist { v_m_s: 0.0, omega_rad_s: 1.0 };
+        let _ = robot.step(&open(), spin, 1.0, [0.0, 0.0]);
+        assert!((robot.pose_in_world().theta() - 1.0 / 1.01).abs() < 1e-14);
+        // The wheels turn as for the track that was said.
+        let mut plain = rusty(SE2::identity());
+        let _ = plain.step(&open(), spin, 1.0, [0.0, 0.0]);
+        assert_eq!(robot.wheel_angles_rad(), plain.wheel_angles_rad());
     }
 
     #[test]

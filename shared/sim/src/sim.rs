@@ -77,6 +77,18 @@ impl Sim {
         Ok(())
     }
 
+    /// Back before the first tick, with another seed: the same as [`Sim::new`]
+    /// with it, but what no seed has a part in (walls and their tree, beams,
+    /// script) stays and is not made again. Allocates nothing.
+    pub fn restart(&mut self, seed: u64) {
+        self.config.seed = seed;
+        self.robot = Robot::new(&self.config.robot, self.config.start);
+        self.slip_noise = SlipNoise::new(seed);
+        self.lidar_noise = LidarNoise::new(seed);
+        // A command depends on tick and pose, not on commands before it.
+        self.ticks_done = 0;
+    }
+
     /// One tick: takes the script's command (or `driver`'s, where the script is
     /// "driver"; `None` stands), moves the robot, and writes tick, time, encoder
     /// counts, the command as applied (limited to what the wheels can do) and,

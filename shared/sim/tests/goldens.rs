@@ -126,6 +126,7 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         wheel_limit_rad_s: _,
         slip_std: _,
         radius_bias_right: _,
+        track_bias: _,
     } = robot;
     let LidarConfig {
         beams: _,
@@ -148,9 +149,10 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         ("body_radius_m", |c| c.robot.body_radius_m *= 1.5),
         ("ticks_per_rev", |c| c.robot.ticks_per_rev += 1),
         ("wheel_limit_rad_s", |c| next(&mut c.robot.wheel_limit_rad_s)),
-        // Both are added to one, where their own last bits are lost.
+        // They are added to one, where their own last bits are lost.
         ("slip_std", |c| c.robot.slip_std += 1e-13),
         ("radius_bias_right", |c| c.robot.radius_bias_right += 1e-13),
+        ("track_bias", |c| c.robot.track_bias += 1e-13),
         ("beams", |c| c.lidar.beams += 1),
         ("first_bearing_rad", |c| next(&mut c.lidar.first_bearing_rad)),
         ("fov_rad", |c| next(&mut c.lidar.fov_rad)),

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{config, patrol_start, sim, steered};
+use common::{config, patrol, patrol_start, sim, steered};
 use rusty_contract::config::PatrolConfig;
 use rusty_contract::{Frame, RunConfig, ScriptConfig};
 use rusty_geometry::apartment;
@@ -120,4 +120,18 @@ fn what_must_stay_is_named_and_nothing_changes() {
         assert!(error.contains(words), "{error}");
     }
     assert_eq!(go_on(&mut sim, TICKS - AT), rest);
+}
+
+#[test]
+fn a_restarted_world_is_a_new_one_of_that_seed() {
+    for script in [steered(), patrol()] {
+        let config = RunConfig { script, ..base() };
+        let mut reused = sim(config.clone());
+        for (seed, ticks) in [(3, 41), (9, 300), (3, 17)] {
+            reused.restart(seed);
+            let mut fresh = sim(RunConfig { seed, ..config.clone() });
+            assert!(go_on(&mut reused, ticks) == go_on(&mut fresh, ticks), "seed {seed}");
+            assert_eq!(reused.config(), fresh.config());
+        }
+    }
 }

@@ -100,6 +100,7 @@ fn robot() -> RobotConfig {
         wheel_limit_rad_s: 1000.0,
         slip_std: 0.0,
         radius_bias_right: 0.0,
+        track_bias: 0.0,
     }
 }
 

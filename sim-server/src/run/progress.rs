@@ -17,7 +17,12 @@ pub struct Progress {
     bar: Option<ProgressBar>,
     quiet: bool,
     ticks: u64,
+    began: Instant,
+    /// Ticks that were done before it began.
+    before: u64,
     last_line: Instant,
+    /// The last line is out.
+    told_all: bool,
     ended: Option<Instant>,
 }
 
@@ -33,7 +38,26 @@ impl Progress {
             }
             bar
         });
-        Self { bar, quiet, ticks, last_line: Instant::now(), ended: None }
+        let now = Instant::now();
+        Self {
+            bar,
+            quiet,
+            ticks,
+            began: now,
+            before: 0,
+            last_line: now,
+            told_all: false,
+            ended: None,
+        }
+    }
+
+    /// So many ticks were done before; rate and time left are about the rest.
+    pub fn begin_at(&mut self, before: u64) {
+        self.before = before;
+        if let Some(bar) = &self.bar {
+            bar.set_position(before);
+            bar.reset_eta();
+        }
     }
 
     /// So many ticks are done.
@@ -41,13 +65,38 @@ impl Progress {
         if !done.is_multiple_of(TICKS_BETWEEN_LOOKS) && done != self.ticks {
             return;
         }
+        self.at(done);
+    }
+
+    /// The same from whoever looks at the clock now and then: so many ticks are
+    /// done, not counting those [before](Self::begin_at).
+    pub fn at(&mut self, done: u64) {
+        let all = self.before + done;
         if let Some(bar) = &self.bar {
-            bar.set_position(done);
-        } else if !self.quiet && (self.last_line.elapsed() >= BETWEEN_LINES || done == self.ticks) {
-            self.last_line = Instant::now();
-            let percent = 100.0 * done as f64 / self.ticks as f64;
-            errln!("  {done}/{} ticks ({percent:.0} %)", self.ticks);
+            bar.set_position(all);
+            return;
         }
+        if self.quiet || self.told_all {
+            return;
+        }
+        if all == self.ticks || self.last_line.elapsed() >= BETWEEN_LINES {
+            self.last_line = Instant::now();
+            self.told_all = all == self.ticks;
+            let percent = 100.0 * all as f64 / self.ticks as f64;
+            let left = self.left(done);
+            errln!("  {all}/{} ticks ({percent:.0} %){left}", self.ticks);
+        }
+    }
+
+    /// The rate and the time left, in words, where there is some.
+    fn left(&self, done: u64) -> String {
+        let elapsed_s = self.began.elapsed().as_secs_f64();
+        let left = self.ticks.saturating_sub(self.before + done);
+        if done == 0 || left == 0 || elapsed_s == 0.0 {
+            return String::new();
+        }
+        let per_s = done as f64 / elapsed_s;
+        format!("  {per_s:.0}/s  {:.0} s left", left as f64 / per_s)
     }
 
     /// Says something without breaking the bar. Said even when quiet: it is

@@ -140,30 +140,8 @@ fn describe(ending: &Ending) -> String {
 
 /// Leaves of the two headers that differ, as `path: a and b`.
 fn header_differences(a: &rusty_contract::LogHeader, b: &rusty_contract::LogHeader) -> Vec<String> {
-    let mut found = Vec::new();
-    if let (Ok(a), Ok(b)) = (serde_json::to_value(a), serde_json::to_value(b)) {
-        walk("", &a, &b, &mut found);
-    }
-    found
-}
-
-fn walk(path: &str, a: &serde_json::Value, b: &serde_json::Value, found: &mut Vec<String>) {
-    use serde_json::Value::{Array, Object};
-    let inside = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-    match (a, b) {
-        _ if a == b => {}
-        (Object(x), Object(y)) => {
-            for key in x.keys().chain(y.keys().filter(|k| !x.contains_key(*k))) {
-                let missing = serde_json::Value::Null;
-                let (x, y) = (x.get(key).unwrap_or(&missing), y.get(key).unwrap_or(&missing));
-                walk(&inside(key), x, y, found);
-            }
-        }
-        (Array(x), Array(y)) if x.len() == y.len() => {
-            for (i, (x, y)) in x.iter().zip(y).enumerate() {
-                walk(&format!("{path}[{i}]"), x, y, found);
-            }
-        }
-        _ => found.push(format!("{path}: {a} and {b}")),
+    match (serde_json::to_value(a), serde_json::to_value(b)) {
+        (Ok(a), Ok(b)) => compare::documents(&a, &b),
+        _ => Vec::new(),
     }
 }

@@ -173,10 +173,12 @@ fn print_header(header: &LogHeader) {
                 let (r, l) = (&before.robot, &before.lidar);
                 outln!("source    forked at tick {at_tick}; what follows holds from there on");
                 outln!(
-                    "before    seed {}, slip {} per tick, right wheel {:+} %, range {} m, dropout {}",
+                    "before    seed {}, slip {} per tick, right wheel {:+} %, track {:+} %, \
+                     range {} m, dropout {}",
                     before.seed,
                     r.slip_std,
                     100.0 * r.radius_bias_right,
+                    100.0 * r.track_bias,
                     l.range_std_m,
                     l.dropout
                 );
@@ -186,9 +188,10 @@ fn print_header(header: &LogHeader) {
             outln!("script    {}", config.script.kind());
             let r = &config.robot;
             outln!(
-                "robot     slip {} per tick, right wheel {:+} %",
+                "robot     slip {} per tick, right wheel {:+} %, track {:+} %",
                 r.slip_std,
-                100.0 * r.radius_bias_right
+                100.0 * r.radius_bias_right,
+                100.0 * r.track_bias
             );
         }
     }

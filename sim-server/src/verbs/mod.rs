@@ -1,6 +1,7 @@
 //! The verbs of the command line, one file each.
 
 mod bench;
+mod budget;
 mod clean;
 mod confined;
 mod conformance;
@@ -16,10 +17,13 @@ mod replay;
 mod seal;
 mod serve;
 mod session;
+mod sweep;
+mod umbmark;
 mod verify;
 mod worlds;
 
 pub use bench::{bench, bench_peer};
+pub use budget::budget;
 pub use clean::clean;
 pub use confined::confined;
 pub use conformance::conformance;
@@ -34,6 +38,8 @@ pub use layout::layout;
 pub use replay::replay;
 pub use seal::seal;
 pub use serve::serve;
+pub use sweep::sweep;
+pub use umbmark::umbmark;
 pub use verify::verify;
 pub use worlds::worlds;
 

@@ -34,7 +34,10 @@ impl FieldError {
 }
 
 /// A number between two bounds, both allowed.
-pub(crate) fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), FieldError> {
+///
+/// # Errors
+/// [`FieldError`] names `field`.
+pub fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), FieldError> {
     if value.is_nan() {
         return Err(FieldError::new(
             field,

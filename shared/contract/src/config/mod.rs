@@ -9,7 +9,7 @@ mod robot;
 mod run;
 mod script;
 
-pub use check::{FieldError, seconds as check_seconds};
+pub use check::{FieldError, seconds as check_seconds, within as check_within};
 pub(crate) use check::{at_least, seconds, within};
 pub use lidar::LidarConfig;
 pub use robot::{NominalRobot, RobotConfig};

@@ -11,7 +11,7 @@ use super::{FieldError, within};
 pub struct RobotConfig {
     /// Nominal wheel radius r, m. The left wheel is exactly this large.
     pub wheel_radius_m: f64,
-    /// Distance ℓ between the wheels' contact points, m.
+    /// Nominal distance ℓ between the wheels' contact points, m.
     pub track_m: f64,
     /// Radius of the body's disc, m; it is what touches walls.
     pub body_radius_m: f64,
@@ -23,6 +23,16 @@ pub struct RobotConfig {
     pub slip_std: f64,
     /// δ: the right wheel is really r·(1 + δ). Odometry never learns this.
     pub radius_bias_right: f64,
+    /// ε: the wheels' contact points are really ℓ·(1 + ε) apart. Odometry never
+    /// learns this either. Not written where it is 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub track_bias: f64,
+}
+
+/// Whether nothing is lost if it is not written.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it like this")]
+fn is_zero(value: &f64) -> bool {
+    value.to_bits() == 0
 }
 
 impl Default for RobotConfig {
@@ -36,6 +46,7 @@ impl Default for RobotConfig {
             wheel_limit_rad_s: 20.0,
             slip_std: 0.02,
             radius_bias_right: 0.0,
+            track_bias: 0.0,
         }
     }
 }
@@ -52,7 +63,7 @@ pub struct NominalRobot {
 }
 
 impl RobotConfig {
-    /// What may be told of the robot: no slip, no bias.
+    /// What may be told of the robot: no slip, no biases.
     #[must_use]
     pub fn nominal(&self) -> NominalRobot {
         NominalRobot {
@@ -78,7 +89,8 @@ impl RobotConfig {
         within("robot.wheel_limit_rad_s", self.wheel_limit_rad_s, 1e-3, 1e5)?;
         // A negative σ would be accepted by the distribution and mirror the noise.
         within("robot.slip_std", self.slip_std, 0.0, 1.0)?;
-        within("robot.radius_bias_right", self.radius_bias_right, -0.5, 0.5)
+        within("robot.radius_bias_right", self.radius_bias_right, -0.5, 0.5)?;
+        within("robot.track_bias", self.track_bias, -0.5, 0.5)
     }
 }
 
@@ -89,7 +101,7 @@ mod tests {
     #[test]
     fn every_field_is_checked() {
         assert!(RobotConfig::default().check().is_ok());
-        let broken: [fn(&mut RobotConfig); 7] = [
+        let broken: [fn(&mut RobotConfig); 8] = [
             |r| r.wheel_radius_m = 0.0,
             |r| r.track_m = f64::NAN,
             |r| r.body_radius_m = -1.0,
@@ -97,11 +109,22 @@ mod tests {
             |r| r.wheel_limit_rad_s = f64::INFINITY,
             |r| r.slip_std = -0.02,
             |r| r.radius_bias_right = 2.0,
+            |r| r.track_bias = f64::NAN,
         ];
         for (i, break_it) in broken.iter().enumerate() {
             let mut robot = RobotConfig::default();
             break_it(&mut robot);
             assert!(robot.check().is_err(), "field {i}");
         }
+    }
+
+    #[test]
+    fn a_robot_whose_track_is_as_it_is_said_is_written_as_ever() {
+        let mut robot = RobotConfig::default();
+        assert!(!serde_json::to_string(&robot).unwrap().contains("track_bias"));
+        robot.track_bias = 0.01;
+        let text = serde_json::to_string(&robot).unwrap();
+        assert_eq!(serde_json::from_str::<RobotConfig>(&text).unwrap(), robot);
+        assert_eq!(robot.nominal(), RobotConfig::default().nominal());
     }
 }

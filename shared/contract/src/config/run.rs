@@ -141,11 +141,12 @@ mod tests {
 
     #[test]
     fn noise_and_script_may_change_in_the_middle_and_what_was_told_may_not() {
-        let free: [fn(&mut RunConfig); 7] = [
+        let free: [fn(&mut RunConfig); 8] = [
             |c| c.seed = 2,
             |c| c.ticks = 20,
             |c| c.robot.slip_std = 0.1,
             |c| c.robot.radius_bias_right = 0.1,
+            |c| c.robot.track_bias = 0.1,
             |c| c.lidar.range_std_m = 0.1,
             |c| c.lidar.dropout = 0.1,
             |c| c.script = ScriptConfig::Patrol(PatrolConfig::default()),

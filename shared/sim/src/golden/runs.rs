@@ -26,6 +26,7 @@ fn rusty(name: &str, world: &World, start: SE2, script: ScriptConfig) -> RunConf
             wheel_limit_rad_s: 20.0,
             slip_std: 0.02,
             radius_bias_right: 0.0,
+            track_bias: 0.0,
         },
         lidar: LidarConfig {
             beams: 180,
@@ -140,6 +141,7 @@ pub(super) fn lopsided() -> RunConfig {
             wheel_limit_rad_s: 11.3,
             slip_std: 0.031,
             radius_bias_right: -0.0137,
+            track_bias: 0.0,
         },
         lidar: LidarConfig {
             beams: 97,

@@ -8,10 +8,12 @@ use plotters::prelude::{DrawingBackend, FontTransform, IntoFont, RGBColor, SVGBa
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, ShapeStyle};
 
-use super::picture::PictureError;
+use rusty_geometry::trig;
+
+use crate::error::PlotError;
 
 /// A place on the page, units of the page (CSS pixels): x right, y down.
-pub(super) type Px = [f64; 2];
+pub type Px = [f64; 2];
 
 /// Steps of the backend per unit of the page.
 const FINENESS: f64 = 10.0;
@@ -20,18 +22,26 @@ const PLOTTERS_FONT_FACTOR: f64 = 1.24;
 
 /// A rectangle of the page.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rect {
+pub struct Rect {
+    /// Its left edge.
     pub left: f64,
+    /// Its upper edge, less than the lower one: y points down.
     pub top: f64,
+    /// Its right edge.
     pub right: f64,
+    /// Its lower edge.
     pub bottom: f64,
 }
 
 impl Rect {
+    /// From left to right.
+    #[must_use]
     pub fn width(&self) -> f64 {
         self.right - self.left
     }
 
+    /// From top to bottom.
+    #[must_use]
     pub fn height(&self) -> f64 {
         self.bottom - self.top
     }
@@ -39,7 +49,7 @@ impl Rect {
 
 /// Where a text stands relative to its place, and which way it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub enum Anchor {
     /// Begins there.
     Start,
     /// Has its middle there.
@@ -51,17 +61,21 @@ pub(super) enum Anchor {
 }
 
 /// The page while it is drawn.
-pub(super) struct Canvas<'a> {
+pub struct Canvas<'a> {
     backend: SVGBackend<'a>,
 }
 
 /// Draws a page of `width` × `height` units, white and opaque, with a title for
 /// those who cannot see it, and returns the SVG.
-pub(super) fn paint(
+///
+/// # Errors
+/// [`PlotError::Draw`] if the drawing backend refuses; it writes to memory only
+/// and is not known to.
+pub fn paint(
     (width, height): (f64, f64),
     title: &str,
-    draw: impl FnOnce(&mut Canvas<'_>) -> Result<(), PictureError>,
-) -> Result<String, PictureError> {
+    draw: impl FnOnce(&mut Canvas<'_>) -> Result<(), PlotError>,
+) -> Result<String, PlotError> {
     let mut text = String::new();
     {
         let (w, h) = fine([width, height]);
@@ -85,7 +99,10 @@ pub(super) fn paint(
 
 impl Canvas<'_> {
     /// A line through `points`; nothing if there are fewer than two.
-    pub fn line(&mut self, points: &[Px], ink: &RGBColor, width: f64) -> Result<(), PictureError> {
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn line(&mut self, points: &[Px], ink: &RGBColor, width: f64) -> Result<(), PlotError> {
         if points.len() < 2 {
             return Ok(());
         }
@@ -93,26 +110,77 @@ impl Canvas<'_> {
         self.backend.draw_path(points.iter().map(|&p| fine(p)), &style).map_err(refused)
     }
 
+    /// As [`Canvas::line`], but what lies beneath shines through: many such
+    /// lines on top of each other show where most of them are. `opacity` is 0
+    /// to 1.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn veil(
+        &mut self,
+        points: &[Px],
+        ink: &RGBColor,
+        width: f64,
+        opacity: f64,
+    ) -> Result<(), PlotError> {
+        if points.len() < 2 {
+            return Ok(());
+        }
+        let mut style = stroke(ink, width);
+        style.color = ink.mix(opacity);
+        self.backend.draw_path(points.iter().map(|&p| fine(p)), &style).map_err(refused)
+    }
+
+    /// A line of dashes through `points`, each `dash` long with as much between
+    /// two of them, units of the page.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn dashes(
+        &mut self,
+        points: &[Px],
+        ink: &RGBColor,
+        width: f64,
+        dash: f64,
+    ) -> Result<(), PlotError> {
+        for part in dashed(points, dash) {
+            self.line(&part, ink, width)?;
+        }
+        Ok(())
+    }
+
     /// A filled polygon.
-    pub fn polygon(&mut self, corners: &[Px], ink: &RGBColor) -> Result<(), PictureError> {
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn polygon(&mut self, corners: &[Px], ink: &RGBColor) -> Result<(), PlotError> {
         let corners = corners.iter().map(|&p| fine(p));
         self.backend.fill_polygon(corners, &ink.filled()).map_err(refused)
     }
 
     /// A filled circle.
-    pub fn disc(&mut self, centre: Px, radius: f64, ink: &RGBColor) -> Result<(), PictureError> {
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn disc(&mut self, centre: Px, radius: f64, ink: &RGBColor) -> Result<(), PlotError> {
         let radius = (radius * FINENESS) as u32;
         self.backend.draw_circle(fine(centre), radius, &ink.filled(), true).map_err(refused)
     }
 
     /// A filled rectangle.
-    pub fn rectangle(&mut self, rect: &Rect, ink: &RGBColor) -> Result<(), PictureError> {
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn rectangle(&mut self, rect: &Rect, ink: &RGBColor) -> Result<(), PlotError> {
         let (from, to) = (fine([rect.left, rect.top]), fine([rect.right, rect.bottom]));
         self.backend.draw_rect(from, to, &ink.filled(), true).map_err(refused)
     }
 
     /// A text on one line whose baseline goes through `place`. Characters that
     /// XML cannot hold become spaces.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
     pub fn text(
         &mut self,
         place: Px,
@@ -120,7 +188,7 @@ impl Canvas<'_> {
         size: f64,
         ink: &RGBColor,
         text: &str,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), PlotError> {
         let (h_pos, transform) = match anchor {
             Anchor::Start => (HPos::Left, FontTransform::None),
             Anchor::Middle => (HPos::Center, FontTransform::None),
@@ -139,6 +207,40 @@ impl Canvas<'_> {
     }
 }
 
+/// The drawn parts of a dashed line.
+fn dashed(points: &[Px], dash: f64) -> Vec<Vec<Px>> {
+    let mut parts: Vec<Vec<Px>> = Vec::new();
+    // How far the line has come, in dashes and gaps.
+    let mut gone = 0.0_f64;
+    for pair in points.windows(2) {
+        let ([x0, y0], [x1, y1]) = (pair[0], pair[1]);
+        let length = trig::hypot(x1 - x0, y1 - y0) / dash;
+        // A line this long is none that a page could show.
+        if length.is_nan() || length >= 1e5 {
+            continue;
+        }
+        let at = |way: f64| {
+            let share = if length > 0.0 { (way / length).clamp(0.0, 1.0) } else { 0.0 };
+            [x0 + share * (x1 - x0), y0 + share * (y1 - y0)]
+        };
+        let mut way = 0.0;
+        while way < length {
+            let step = (gone.floor() + 1.0 - gone).min(length - way).max(1e-9);
+            if (gone.floor() as u64).is_multiple_of(2) {
+                match parts.last_mut() {
+                    Some(part) if way == 0.0 && part.last() == Some(&pair[0]) => {
+                        part.push(at(way + step));
+                    }
+                    _ => parts.push(vec![at(way), at(way + step)]),
+                }
+            }
+            way += step;
+            gone += step;
+        }
+    }
+    parts
+}
+
 fn stroke(ink: &RGBColor, width: f64) -> ShapeStyle {
     ink.stroke_width((width * FINENESS).round() as u32)
 }
@@ -150,8 +252,8 @@ fn fine(place: Px) -> (i32, i32) {
     (step(place[0]), step(place[1]))
 }
 
-fn refused(error: impl std::fmt::Display) -> PictureError {
-    PictureError::Draw { detail: error.to_string() }
+fn refused(error: impl std::fmt::Display) -> PlotError {
+    PlotError::Draw { detail: error.to_string() }
 }
 
 fn printable(text: &str) -> String {
@@ -166,6 +268,26 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_dashed_line_is_half_there() {
+        let parts = dashed(&[[0.0, 0.0], [10.0, 0.0]], 2.0);
+        let ends: Vec<(f64, f64)> = parts.iter().map(|p| (p[0][0], p[1][0])).collect();
+        assert_eq!(ends, [(0.0, 2.0), (4.0, 6.0), (8.0, 10.0)]);
+        // Round a corner the rhythm goes on.
+        let parts = dashed(&[[0.0, 0.0], [1.0, 0.0], [1.0, 4.0]], 2.0);
+        assert_eq!(parts[0], [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
+        assert_eq!(parts[1], [[1.0, 3.0], [1.0, 4.0]]);
+        assert!(dashed(&[[0.0, 0.0], [f64::NAN, 1.0]], 2.0).is_empty());
+    }
+
+    #[test]
+    fn a_veil_is_transparent() {
+        let ink = RGBColor(1, 2, 3);
+        let line = [[1.0, 1.0], [5.0, 5.0]];
+        let svg = paint((9.0, 9.0), "", |canvas| canvas.veil(&line, &ink, 1.0, 0.25)).unwrap();
+        assert!(svg.contains("opacity=\"0.25\""), "{svg}");
+    }
 
     #[test]
     fn a_page_says_its_size_once_and_draws_finer() {

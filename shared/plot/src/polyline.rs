@@ -5,10 +5,10 @@
 //! caricature* (1973). Departure: long lines are thinned piece by piece, which
 //! keeps the worst case from growing with the square of their length.
 
-use super::canvas::{Px, Rect};
+use crate::canvas::{Px, Rect};
 
 /// Most points a line is drawn with.
-pub(super) const MOST_POINTS: usize = 2000;
+pub const MOST_POINTS: usize = 2000;
 /// Deviation from the true line that nobody sees, units of the page.
 const UNSEEN: f64 = 0.25;
 /// Points that [`thin`] looks at together.
@@ -18,7 +18,8 @@ const PIECE: usize = 512;
 /// where the estimates paused, that is, for more than five times the usual
 /// distance between two of them. "Usual" is the 90th percentile, so that neither
 /// an estimate every fifth tick nor a recording's uneven rhythm is a pause.
-pub(super) fn runs(samples: &[(usize, [f64; 2])]) -> Vec<Vec<[f64; 2]>> {
+#[must_use]
+pub fn runs(samples: &[(usize, [f64; 2])]) -> Vec<Vec<[f64; 2]>> {
     let mut gaps: Vec<usize> = samples.windows(2).map(|w| w[1].0.abs_diff(w[0].0)).collect();
     gaps.sort_unstable();
     let usual = gaps.get(gaps.len() * 9 / 10).copied().unwrap_or(1);
@@ -37,7 +38,8 @@ pub(super) fn runs(samples: &[(usize, [f64; 2])]) -> Vec<Vec<[f64; 2]>> {
 
 /// The line with fewer points that looks the same, of at most [`MOST_POINTS`];
 /// its ends stay.
-pub(super) fn thin(line: &[Px]) -> Vec<Px> {
+#[must_use]
+pub fn thin(line: &[Px]) -> Vec<Px> {
     let mut tolerance = UNSEEN;
     let mut thinned = thin_by(line, tolerance);
     while thinned.len() > MOST_POINTS && tolerance < 1e6 {
@@ -94,7 +96,8 @@ fn distance_to_segment(p: Px, a: Px, b: Px) -> f64 {
 
 /// A curve over time with at most two of each `bucket` points: the lowest and the
 /// highest, so that no peak is lost; its ends stay.
-pub(super) fn envelope(curve: &[[f64; 2]], bucket: usize) -> Vec<[f64; 2]> {
+#[must_use]
+pub fn envelope(curve: &[[f64; 2]], bucket: usize) -> Vec<[f64; 2]> {
     if bucket < 3 {
         return curve.to_vec();
     }
@@ -118,7 +121,8 @@ pub(super) fn envelope(curve: &[[f64; 2]], bucket: usize) -> Vec<[f64; 2]> {
 }
 
 /// The parts of a line that lie in `frame`, cut at its edges.
-pub(super) fn clip(line: &[Px], frame: &Rect) -> Vec<Vec<Px>> {
+#[must_use]
+pub fn clip(line: &[Px], frame: &Rect) -> Vec<Vec<Px>> {
     let mut parts: Vec<Vec<Px>> = Vec::new();
     for pair in line.windows(2) {
         let Some([from, to]) = clip_segment(pair[0], pair[1], frame) else {

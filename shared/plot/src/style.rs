@@ -4,27 +4,27 @@
 //! a set that people with any of the usual colour deficiencies tell apart. A
 //! colour is never alone: every estimator also has a mark of its own.
 
-use plotters::prelude::RGBColor;
+pub use plotters::prelude::RGBColor;
 
-use super::canvas::{Canvas, Px};
-use super::picture::PictureError;
+use crate::canvas::{Canvas, Px};
+use crate::error::PlotError;
 
 /// Text and frames.
-pub(super) const INK: RGBColor = RGBColor(26, 26, 26);
+pub const INK: RGBColor = RGBColor(26, 26, 26);
 /// Lesser text.
-pub(super) const SOFT_INK: RGBColor = RGBColor(85, 85, 85);
+pub const SOFT_INK: RGBColor = RGBColor(85, 85, 85);
 /// Lines of the grid.
-pub(super) const GRID: RGBColor = RGBColor(232, 232, 232);
+pub const GRID: RGBColor = RGBColor(232, 232, 232);
 /// The line of no error.
-pub(super) const ZERO: RGBColor = RGBColor(150, 150, 150);
+pub const ZERO: RGBColor = RGBColor(150, 150, 150);
 /// Background and rims.
-pub(super) const WHITE: RGBColor = RGBColor(255, 255, 255);
+pub const WHITE: RGBColor = RGBColor(255, 255, 255);
 /// The true path.
-pub(super) const TRUTH: RGBColor = RGBColor(158, 158, 158);
+pub const TRUTH: RGBColor = RGBColor(158, 158, 158);
 /// Width of the true path.
-pub(super) const TRUTH_WIDTH: f64 = 7.0;
+pub const TRUTH_WIDTH: f64 = 7.0;
 /// Points of a scan: dark rim, light heart.
-pub(super) const SCAN: RGBColor = RGBColor(240, 228, 66);
+pub const SCAN: RGBColor = RGBColor(240, 228, 66);
 
 const VERMILLION: RGBColor = RGBColor(213, 94, 0);
 const BLUE: RGBColor = RGBColor(0, 114, 178);
@@ -34,18 +34,18 @@ const ORANGE: RGBColor = RGBColor(230, 159, 0);
 const SKY: RGBColor = RGBColor(86, 180, 233);
 
 /// Ink and width of opaque walls.
-pub(super) const WALL: (RGBColor, f64) = (RGBColor(40, 40, 40), 3.0);
+pub const WALL: (RGBColor, f64) = (RGBColor(40, 40, 40), 3.0);
 /// Ink and width of glass.
-pub(super) const GLASS: (RGBColor, f64) = (SKY, 4.0);
+pub const GLASS: (RGBColor, f64) = (SKY, 4.0);
 /// Ink and width of doors.
-pub(super) const DOOR: (RGBColor, f64) = (ORANGE, 5.0);
+pub const DOOR: (RGBColor, f64) = (ORANGE, 5.0);
 
 /// The estimators' colours; the colours of doors and glass come last.
 const COLOURS: [RGBColor; 6] = [VERMILLION, BLUE, GREEN, PURPLE, ORANGE, SKY];
 
 /// How one estimator is drawn, everywhere.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Look {
+pub struct Look {
     /// Its colour.
     pub ink: RGBColor,
     /// Width of its lines on the map. Later ones are thinner, so that two
@@ -56,6 +56,7 @@ pub(super) struct Look {
 
 impl Look {
     /// The look of estimator `index` of `count`.
+    #[must_use]
     pub fn of(index: usize, count: usize) -> Self {
         let rank = index as f64 / count.saturating_sub(1).max(1) as f64;
         let width = if count < 2 { 2.2 } else { 3.2 - 1.8 * rank };
@@ -63,7 +64,10 @@ impl Look {
     }
 
     /// Draws its mark, `size` units in radius, with a white rim.
-    pub fn mark(&self, canvas: &mut Canvas<'_>, at: Px, size: f64) -> Result<(), PictureError> {
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn mark(&self, canvas: &mut Canvas<'_>, at: Px, size: f64) -> Result<(), PlotError> {
         // After all colours are used up the shapes move on by one, so that no
         // two of the sixteen possible estimators share both.
         let shape = (self.index + self.index / COLOURS.len()) % (SHAPES.len() + 1);
@@ -103,7 +107,8 @@ const SHAPES: [&[[f64; 2]]; 5] = [
 ];
 
 /// A number for the table, about four digits; an en dash where there is none.
-pub(super) fn figure(value: Option<f64>) -> String {
+#[must_use]
+pub fn figure(value: Option<f64>) -> String {
     match value {
         None => "–".to_owned(),
         Some(v) if !v.is_finite() => "∞".to_owned(),
@@ -121,7 +126,7 @@ mod tests {
     #[test]
     fn sixteen_estimators_have_sixteen_looks() {
         let look = |index| {
-            super::super::canvas::paint((20.0, 20.0), "", |canvas| {
+            crate::canvas::paint((20.0, 20.0), "", |canvas| {
                 Look::of(index, 16).mark(canvas, [10.0, 10.0], 5.0)
             })
             .unwrap()

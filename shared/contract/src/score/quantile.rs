@@ -4,9 +4,11 @@
 //! Up to [`MOST_KEPT`] numbers are kept and sorted: percentiles are exact. More
 //! of them are counted in bins instead, 4096 to every power of two: then a
 //! percentile is off by less than 1/4096 of itself (0.025 %), or by 10⁻⁹ where
-//! it is smaller than that; numbers beyond 10¹² count as that. Idea: G. Tene, *HdrHistogram*. Departure: bins are
-//! the upper bits of an IEEE 754 number, whose bits are ordered as the numbers
-//! are, so that nothing is computed to find one.
+//! it is smaller than that; numbers beyond 10¹² count as that.
+//!
+//! Idea: G. Tene, *HdrHistogram*. Departure: bins are the upper bits of an
+//! IEEE 754 number, whose bits are ordered as the numbers are, so that nothing is
+//! computed to find one.
 
 /// Up to so many numbers percentiles are exact.
 pub const MOST_KEPT: usize = 1 << 20;
@@ -65,6 +67,13 @@ impl Quantiles {
         }
     }
 
+    /// Forgets all of them, but not the room they need.
+    pub fn clear(&mut self) {
+        let mut kept = std::mem::take(&mut self.kept);
+        kept.clear();
+        *self = Self { kept, ..Self::keeping(self.most_kept, 0) };
+    }
+
     /// How many there were.
     #[must_use]
     pub fn count(&self) -> u64 {
@@ -72,21 +81,32 @@ impl Quantiles {
     }
 
     /// The value at `fraction` (0 to 1) of the way through the sorted numbers,
-    /// linear between ranks (numpy's default). `None` if there are none. Sorts
-    /// what is kept.
+    /// linear between ranks (numpy's default). `None` if there are none. Changes
+    /// the order of what is kept.
     pub fn at(&mut self, fraction: f64) -> Option<f64> {
         let rank = fraction * self.count.checked_sub(1)? as f64;
-        self.kept.sort_by(f64::total_cmp);
-        let low = self.ranked(rank.floor() as u64);
-        let high = self.ranked(rank.ceil() as u64);
-        Some(low + (high - low) * (rank - rank.floor()))
+        let below = rank.floor();
+        let (low, high) = if self.bins.is_empty() {
+            self.two_kept(below as usize, rank > below)
+        } else {
+            (self.ranked(below as u64), self.ranked(rank.ceil() as u64))
+        };
+        Some(low + (high - low) * (rank - below))
     }
 
-    /// The number that this many others come before.
-    fn ranked(&self, rank: u64) -> f64 {
-        if self.bins.is_empty() {
-            return self.kept[rank as usize];
+    /// Of what is kept the number that this many others come before, and the
+    /// next one if that is wanted.
+    fn two_kept(&mut self, rank: usize, and_next: bool) -> (f64, f64) {
+        let (_, low, rest) = self.kept.select_nth_unstable_by(rank, f64::total_cmp);
+        let low = *low;
+        match rest.iter().copied().min_by(f64::total_cmp) {
+            Some(next) if and_next => (low, next),
+            _ => (low, low),
         }
+    }
+
+    /// Of what is in bins the number that this many others come before.
+    fn ranked(&self, rank: u64) -> f64 {
         if rank == 0 {
             return self.least;
         }
@@ -118,6 +138,12 @@ fn edge(bin: usize) -> f64 {
     }
 }
 
+impl Default for Quantiles {
+    fn default() -> Self {
+        Self::expecting(0)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -137,6 +163,21 @@ mod tests {
             assert!((four.at(fraction).unwrap() - value).abs() < 1e-12);
         }
         assert_eq!(Quantiles::expecting(9).at(0.5), None);
+    }
+
+    #[test]
+    fn a_percentile_is_that_of_the_sorted_values() {
+        let mut some = Quantiles::expecting(0);
+        for count in 1..120_u64 {
+            some.clear();
+            let mut sorted: Vec<f64> = (0..count).map(drift_m).collect();
+            sorted.iter().for_each(|value| some.push(*value));
+            sorted.sort_by(f64::total_cmp);
+            let rank = 0.95 * (count - 1) as f64;
+            let (low, high) = (sorted[rank.floor() as usize], sorted[rank.ceil() as usize]);
+            let expected = low + (high - low) * (rank - rank.floor());
+            assert_eq!(some.at(0.95), Some(expected), "{count} values");
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
-use super::picture::PictureError;
+use crate::error::PlotError;
 
 /// Pixels per unit of the SVG: sharp in print and on dense screens.
 const PIXELS_PER_UNIT: f32 = 2.0;
@@ -16,19 +16,19 @@ const PIXELS_PER_UNIT: f32 = 2.0;
 /// neither has (Chinese, say) are left out.
 ///
 /// # Errors
-/// [`PictureError`] if the text is no SVG, or one too large for memory.
-pub fn png(svg: &str) -> Result<Vec<u8>, PictureError> {
+/// [`PlotError`] if the text is no SVG, or one too large for memory.
+pub fn png(svg: &str) -> Result<Vec<u8>, PlotError> {
     let options = Options { fontdb: fonts().into(), ..Options::default() };
     let tree = Tree::from_str(svg, &options)
-        .map_err(|error| PictureError::NotSvg { detail: error.to_string() })?;
+        .map_err(|error| PlotError::NotSvg { detail: error.to_string() })?;
     let size = tree.size();
     let (width, height) = (size.width() * PIXELS_PER_UNIT, size.height() * PIXELS_PER_UNIT);
     // A float too large for u32 saturates, and the pixmap refuses it.
     let mut pixels = Pixmap::new(width.ceil() as u32, height.ceil() as u32)
-        .ok_or(PictureError::TooLarge { width, height })?;
+        .ok_or(PlotError::TooLarge { width, height })?;
     let scale = Transform::from_scale(PIXELS_PER_UNIT, PIXELS_PER_UNIT);
     resvg::render(&tree, scale, &mut pixels.as_mut());
-    pixels.encode_png().map_err(|error| PictureError::Encode { detail: error.to_string() })
+    pixels.encode_png().map_err(|error| PlotError::Encode { detail: error.to_string() })
 }
 
 /// The embedded fonts, the first of them under every generic name.
@@ -77,9 +77,9 @@ mod tests {
 
     #[test]
     fn what_is_no_svg_or_too_large_is_refused() {
-        assert!(matches!(png("<svg"), Err(PictureError::NotSvg { .. })));
-        assert!(matches!(png(""), Err(PictureError::NotSvg { .. })));
+        assert!(matches!(png("<svg"), Err(PlotError::NotSvg { .. })));
+        assert!(matches!(png(""), Err(PlotError::NotSvg { .. })));
         let vast = square("").replace("\"40\"", "\"4e9\"").replace("\"20\"", "\"4e9\"");
-        assert!(matches!(png(&vast), Err(PictureError::TooLarge { .. })));
+        assert!(matches!(png(&vast), Err(PlotError::TooLarge { .. })));
     }
 }

@@ -1,16 +1,16 @@
 //! A frame with a grid, round numbers along its edges, and the way from data to
 //! the page.
 
-use super::canvas::{Anchor, Canvas, Px, Rect};
-use super::picture::PictureError;
-use super::style::{GRID, INK, SOFT_INK};
+use crate::canvas::{Anchor, Canvas, Px, Rect};
+use crate::error::PlotError;
+use crate::style::{GRID, INK, SOFT_INK};
 
 /// Size of the numbers along an edge.
 const NUMBER_SIZE: f64 = 12.0;
 
 /// Data coordinates (x right, y up) in a rectangle of the page.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Axes {
+pub struct Axes {
     /// Where on the page.
     pub frame: Rect,
     /// Least and greatest x, units of the data.
@@ -21,7 +21,7 @@ pub(super) struct Axes {
 
 /// The round numbers k · mantissa · 10^exponent along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Step {
+pub struct Step {
     mantissa: f64,
     exponent: i32,
 }
@@ -29,6 +29,7 @@ pub(super) struct Step {
 impl Axes {
     /// Axes in which a unit of x is as long as one of y and that show all of
     /// `x` and `y`; the shorter of the two is widened to fill the frame.
+    #[must_use]
     pub fn equal(frame: Rect, x: [f64; 2], y: [f64; 2]) -> Self {
         let per_unit = ((x[1] - x[0]) / frame.width()).max((y[1] - y[0]) / frame.height());
         let around = |range: [f64; 2], length: f64| {
@@ -39,6 +40,7 @@ impl Axes {
     }
 
     /// The place of a point of the data on the page.
+    #[must_use]
     pub fn px(&self, at: [f64; 2]) -> Px {
         let right = (at[0] - self.x[0]) / (self.x[1] - self.x[0]);
         let up = (at[1] - self.y[0]) / (self.y[1] - self.y[0]);
@@ -47,13 +49,17 @@ impl Axes {
     }
 
     /// Whether a place lies in the frame.
+    #[must_use]
     pub fn holds(&self, [x, y]: Px) -> bool {
         let f = &self.frame;
         (f.left..=f.right).contains(&x) && (f.top..=f.bottom).contains(&y)
     }
 
     /// Draws the grid; data go on top of it.
-    pub fn draw_grid(&self, canvas: &mut Canvas<'_>, x: Step, y: Step) -> Result<(), PictureError> {
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn draw_grid(&self, canvas: &mut Canvas<'_>, x: Step, y: Step) -> Result<(), PlotError> {
         let f = &self.frame;
         for (value, _) in x.numbers(self.x) {
             let at = self.px([value, self.y[0]])[0];
@@ -67,12 +73,15 @@ impl Axes {
     }
 
     /// Draws the frame, and the numbers along its left and, if wanted, lower edge.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
     pub fn draw_frame(
         &self,
         canvas: &mut Canvas<'_>,
         x: Option<Step>,
         y: Step,
-    ) -> Result<(), PictureError> {
+    ) -> Result<(), PlotError> {
         let f = &self.frame;
         let corners = [[f.left, f.top], [f.left, f.bottom], [f.right, f.bottom], [f.right, f.top]];
         canvas.line(&[&corners[..], &corners[..2]].concat(), &SOFT_INK, 1.0)?;
@@ -93,6 +102,7 @@ impl Axes {
 impl Step {
     /// The finest of 1, 2, 5 times a power of ten that goes into `span` at most
     /// `most` times.
+    #[must_use]
     pub fn of(span: f64, most: f64) -> Self {
         let wanted = span / most;
         if !(wanted.is_finite() && wanted > 0.0) {
@@ -115,11 +125,13 @@ impl Step {
     }
 
     /// As [`Step::of`], for degrees: quarters of a turn where the span is wide.
+    #[must_use]
     pub fn of_degrees(span: f64, most: f64) -> Self {
         if span > 180.0 { Self { mantissa: 9.0, exponent: 1 } } else { Self::of(span, most) }
     }
 
     /// The step itself.
+    #[must_use]
     pub fn size(&self) -> f64 {
         self.multiple(1.0)
     }

@@ -1,0 +1,31 @@
+//! Drawing: a page, axes, floor plans; as SVG, and the same in pixels.
+//!
+//! In reading order:
+//!
+//! * [`error`]: why there is no picture;
+//! * [`canvas`]: a page to draw on;
+//! * [`style`]: colours, widths and marks;
+//! * [`axes`], [`log_axes`]: a frame with round numbers, linear or logarithmic;
+//! * [`polyline`]: long lines made short, and cut at a frame;
+//! * [`floor`]: walls, paths and robots, seen from above;
+//! * [`mod@png`]: a page in pixels, with a font of its own.
+//!
+//! Whoever has something to show draws it with these: the scorer a run, a sweep
+//! what became of many. Nothing here reads a clock, a file or a font of the
+//! machine: the same calls give the same bytes.
+
+pub mod axes;
+pub mod canvas;
+pub mod error;
+pub mod floor;
+pub mod log_axes;
+pub mod png;
+pub mod polyline;
+pub mod style;
+
+pub use axes::{Axes, Step};
+pub use canvas::{Anchor, Canvas, Px, Rect, paint};
+pub use error::PlotError;
+pub use log_axes::LogAxes;
+pub use png::png;
+pub use style::Look;

@@ -1,0 +1,95 @@
+//! A row of the budget: runs with the same sources, over all seeds.
+
+use rusty_contract::{Frame, RunConfig};
+use rusty_geometry::{EncoderTicks, odometry_delta, trig};
+use rusty_sim::{Sim, SimError};
+use serde::Serialize;
+
+use crate::statistics::{Moments, percentile};
+use crate::sweep::Seeds;
+
+/// Runs between two questions whether to go on.
+const TURN: u64 = 16;
+
+/// What came of the runs with some sources.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Line {
+    /// Which, in words.
+    pub name: String,
+    /// Runs that were made: one where no seed has a say.
+    pub runs: u64,
+    /// Whether the runs differ from seed to seed.
+    pub varies_with_seed: bool,
+    /// Final position error of dead reckoning, m.
+    pub drift_m: Moments,
+    /// Its 95th percentile over the runs, linear between ranks, m.
+    pub p95_drift_m: f64,
+    /// Final heading error without its sign, degrees.
+    pub heading_deg: Moments,
+    /// Mean of the squares of the drift, m².
+    pub mean_square_m2: f64,
+    /// Of the sum of the mean squares of all sources alone; `None` for all
+    /// together.
+    pub share: Option<f64>,
+    /// Distance driven by command, mean, m.
+    pub driven_m: f64,
+}
+
+/// One run, at its end.
+struct Ended {
+    drift_m: f64,
+    heading_deg: f64,
+    driven_m: f64,
+}
+
+/// Makes the runs. Without slip nothing in them is chance (scans are not made:
+/// dead reckoning does not see them), and one is enough.
+pub(super) fn of(
+    config: &RunConfig,
+    name: String,
+    seeds: Seeds,
+    each: &mut dyn FnMut(&str) -> bool,
+) -> Result<Option<Line>, SimError> {
+    let varies_with_seed = config.robot.slip_std != 0.0;
+    let runs = if varies_with_seed { seeds.count() } else { 1 };
+    let mut ended = Vec::new();
+    for k in 0..runs {
+        if k.is_multiple_of(TURN) && !each(&name) {
+            return Ok(None);
+        }
+        ended.push(reckoned(config, seeds.at(k))?);
+    }
+    let all = |of: fn(&Ended) -> f64| ended.iter().map(of).collect::<Vec<f64>>();
+    let drift_m = all(|e| e.drift_m);
+    let squares: Vec<f64> = drift_m.iter().map(|d| d * d).collect();
+    Ok(Some(Line {
+        name,
+        runs,
+        varies_with_seed,
+        drift_m: Moments::of(&drift_m),
+        p95_drift_m: percentile(&drift_m, 0.95).unwrap_or(f64::NAN),
+        heading_deg: Moments::of(&all(|e| e.heading_deg)),
+        mean_square_m2: Moments::of(&squares).mean,
+        share: None,
+        driven_m: Moments::of(&all(|e| e.driven_m)).mean,
+    }))
+}
+
+/// Dead reckoning through a run, from the true start.
+fn reckoned(config: &RunConfig, seed: u64) -> Result<Ended, SimError> {
+    let drive = config.robot.nominal().drive;
+    let mut sim = Sim::new(RunConfig { seed, scan_every: 0, ..config.clone() })?;
+    let mut frame = Frame::boxed();
+    let (mut believed, mut last) = (config.start, EncoderTicks::default());
+    let mut driven_m = 0.0;
+    for _ in 0..config.ticks {
+        let _ = sim.step(None, &mut frame);
+        driven_m += frame.command().v_m_s.abs() * config.dt_s;
+        believed = believed.boxplus(&odometry_delta(last, frame.ticks(), &drive));
+        last = frame.ticks();
+    }
+    let truth = sim.truth();
+    let off = believed.translation() - truth.translation();
+    let heading_deg = believed.boxminus(&truth).z.abs().to_degrees();
+    Ok(Ended { drift_m: trig::hypot(off.x, off.y), heading_deg, driven_m })
+}

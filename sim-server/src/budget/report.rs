@@ -1,0 +1,90 @@
+//! A budget: a document, and a text for people.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::{Line, Source};
+use crate::sweep::summary::{degrees, metres};
+
+/// What a budget came to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Which seeds.
+    pub seeds: String,
+    /// Ticks of each run.
+    pub ticks: u64,
+    /// Length of a tick, s.
+    pub dt_s: f64,
+    /// Distance driven by command with all sources, mean, m.
+    pub driven_m: f64,
+    /// Each source alone.
+    pub sources: Vec<Line>,
+    /// Root of the sum of their mean squares: what they would come to if they
+    /// had nothing to do with each other, m.
+    pub sum_of_squares_rms_m: f64,
+    /// What they come to.
+    pub together: Line,
+    /// Sources that the scenario does not have.
+    pub absent: Vec<Source>,
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "odometry error budget of {} · {} ticks of {} s · {:.3} m driven · seeds {}\n",
+            self.scenario, self.ticks, self.dt_s, self.driven_m, self.seeds
+        )?;
+        let lines = || self.sources.iter().chain([&self.together]);
+        let width = lines().map(|l| l.name.chars().count()).max().unwrap_or(0);
+        writeln!(
+            f,
+            "{:width$}  {:>20}  {:>9}  {:>16}  {:>6}  varies with seed?",
+            "source", "mean drift", "p95", "mean |heading|", "share"
+        )?;
+        for line in lines() {
+            let drift = with_error(&line.drift_m, metres, "m");
+            let heading = with_error(&line.heading_deg, degrees, "°");
+            let share = line.share.map_or_else(String::new, percent);
+            let varies = if line.varies_with_seed { "yes" } else { "no" };
+            let p95 = metres(line.p95_drift_m);
+            let name = &line.name;
+            writeln!(
+                f,
+                "{name:width$}  {drift:>20}  {p95:>7} m  {heading:>16}  {share:>6}  {varies}"
+            )?;
+        }
+        let together_m = self.together.mean_square_m2.sqrt();
+        write!(
+            f,
+            "\nroot mean square drift together {} m; {} m if the sources were independent.\n\
+             Drift and heading are those of dead reckoning at the last tick, ± one standard \
+             error;\na share is of the sum of the mean squares of all sources alone.",
+            metres(together_m),
+            metres(self.sum_of_squares_rms_m)
+        )?;
+        for source in &self.absent {
+            write!(f, "\nnot in this scenario: --set {} would add a row", source.field())?;
+        }
+        Ok(())
+    }
+}
+
+fn with_error(of: &crate::statistics::Moments, number: fn(f64) -> String, unit: &str) -> String {
+    if of.n < 2 {
+        return format!("{} {unit}", number(of.mean));
+    }
+    format!("{} ± {} {unit}", number(of.mean), number(of.standard_error()))
+}
+
+/// Percent; 0 and 100 only where that is all there is to it.
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        s if s > 0.0 && s < 0.1 => "<0.1 %".to_owned(),
+        s if s > 99.9 && s < 100.0 => ">99.9 %".to_owned(),
+        s => format!("{s:.1} %"),
+    }
+}

@@ -1,0 +1,231 @@
+//! Runs with client processes: whole lockstep runs, side by side, each by a
+//! `sim-server launch` of its own and in a folder of its own. The scorer's
+//! `score.json` gives the figures, the logger's log, where there is one, the
+//! way.
+
+use std::fs::{self, File};
+use std::os::unix::process::CommandExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use rustix::process::{Pid, Signal, kill_process};
+use rusty_contract::log::{LogReader, Read};
+use rusty_contract::score::{Figures, PathLength, Score};
+use rusty_contract::{Effects, Exit};
+use serde::Deserialize;
+
+use super::error::SweepError;
+use super::inside::Place;
+use super::plan::{Plan, Sampling};
+use super::record::Record;
+use super::track::{Sample, Track};
+use super::workers::Maker;
+
+/// Between two looks at whether a run has ended.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(3);
+
+/// What of a run's report is looked at.
+#[derive(Deserialize)]
+struct Report {
+    ticks: u64,
+    ended: String,
+    digest: String,
+    scores: Vec<Score>,
+    losses: Vec<Loss>,
+    remarks: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct Loss {
+    name: String,
+    detail: String,
+}
+
+/// One worker: one launch after the other.
+pub struct Clients<'p> {
+    plan: &'p Plan,
+    stop: &'p AtomicBool,
+    ticks_done: &'p AtomicU64,
+    /// Where the folders of the runs are.
+    folder: &'p Path,
+    /// Whether they stay there.
+    keep: bool,
+}
+
+impl<'p> Clients<'p> {
+    /// A worker for the runs of `plan`, with a folder for each in `folder`.
+    #[must_use]
+    pub fn new(
+        plan: &'p Plan,
+        stop: &'p AtomicBool,
+        ticks_done: &'p AtomicU64,
+        folder: &'p Path,
+        keep: bool,
+    ) -> Self {
+        Self { plan, stop, ticks_done, folder, keep }
+    }
+
+    fn command(&self, run: u64, out: &Path) -> Result<Command, SweepError> {
+        let (cell, seed) = self.plan.place(run);
+        let request = &self.plan.request;
+        let program = std::env::current_exe().map_err(SweepError::io(Path::new("this program")))?;
+        let mut command = Command::new(program);
+        command.args(["launch", "--json", "--quiet", "--seed", &seed.to_string()]);
+        command.arg("--run").arg(format!("sweep-{}-{run}", std::process::id()));
+        command.arg("--out").arg(out);
+        for (key, value) in self.plan.cells[cell].parameters.iter() {
+            command.arg("--set").arg(format!("{key}={value}"));
+        }
+        if let Some(ticks) = request.ticks {
+            command.arg("--ticks").arg(ticks.to_string());
+        }
+        command.arg("--").arg(&request.scenario);
+        let file = |name| {
+            let path = out.join(name);
+            File::create(&path).map_err(SweepError::io(&path))
+        };
+        command.stdin(Stdio::null()).stdout(file("launch.json")?).stderr(file("launch.txt")?);
+        // Ctrl-C is for the sweep, which passes it on.
+        command.process_group(0);
+        Ok(command)
+    }
+
+    /// Waits for the end of a run; one that is to stop is asked to, once.
+    fn wait(&self, command: &mut Command) -> std::io::Result<ExitStatus> {
+        let mut child = command.spawn()?;
+        let mut asked = false;
+        loop {
+            if let Some(status) = child.try_wait()? {
+                return Ok(status);
+            }
+            if self.stop.load(Ordering::Relaxed) && !asked {
+                asked = true;
+                // It is still ours: nobody has waited for it.
+                let _ = Pid::from_raw(child.id() as i32).map(|p| kill_process(p, Signal::INT));
+            }
+            std::thread::sleep(BETWEEN_LOOKS);
+        }
+    }
+
+    fn record(&self, run: u64, report: &Report, out: &Path) -> Record {
+        let (cell, seed) = self.plan.place(run);
+        let config = &self.plan.cells[cell].config;
+        let place = |name: &str| Place { cell, seed, estimator: name.to_owned() };
+        let mut rows = Vec::new();
+        for name in self.answering(cell) {
+            let score = report.scores.iter().find(|s| s.name == name);
+            let mut row = place(name).row(&score.map(figures).unwrap_or_default());
+            row.ticks = report.ticks;
+            row.time_s = report.ticks.checked_sub(1).map_or(0.0, |tick| config.time_s(tick));
+            row.distance_m = score.map_or(f64::NAN, |s| s.distance_m);
+            row.digest.clone_from(&report.digest);
+            rows.push(row);
+        }
+        let sampling = self.plan.sampling(run);
+        let tracks = match sampling.count() {
+            0 => Vec::new(),
+            _ => tracks(&out.join("run.log"), sampling, &place).unwrap_or_default(),
+        };
+        let losses = report.losses.iter().map(|l| format!("{}: {}", l.name, l.detail));
+        let all: Vec<String> = losses.chain(report.remarks.iter().cloned()).collect();
+        let lost = (!all.is_empty()).then(|| all.join("; "));
+        Record { run, rows, tracks, lost }
+    }
+
+    /// Names of those whose answers are scored.
+    fn answering(&self, cell: usize) -> impl Iterator<Item = &str> {
+        let answering = self.plan.rosters[cell].iter().filter(|p| p.answers());
+        answering.map(|p| p.name.as_str())
+    }
+
+    fn failed(&self, run: u64, why: String) -> SweepError {
+        let (cell, seed) = self.plan.place(run);
+        let parameters = self.plan.cells[cell].parameters.iter();
+        let cell = parameters.map(|(k, v)| format!(", {k}={v}")).collect();
+        SweepError::Launch { seed, cell, why }
+    }
+}
+
+impl Maker for Clients<'_> {
+    fn make(&mut self, run: u64) -> Result<Option<Record>, SweepError> {
+        let (cell, seed) = self.plan.place(run);
+        let out: PathBuf = self.folder.join(format!("cell-{cell}-seed-{seed}"));
+        fs::create_dir_all(&out).map_err(SweepError::io(&out))?;
+        let status = self.wait(&mut self.command(run, &out)?);
+        let status = status.map_err(|e| self.failed(run, e.to_string()))?;
+        let text = fs::read(out.join("launch.json")).map_err(SweepError::io(&out))?;
+        let report = serde_json::from_slice::<Report>(&text).ok();
+        let stopped = self.stop.load(Ordering::Relaxed);
+        let record = match report {
+            // Whoever is asked to stop may have been at its last tick.
+            Some(report) if report.ended != "interrupted" => {
+                self.ticks_done.fetch_add(report.ticks, Ordering::Relaxed);
+                let mut record = self.record(run, &report, &out);
+                let fine = status.code() == Some(Exit::Done as i32);
+                if !fine && record.lost.is_none() {
+                    record.lost = Some(format!("the run ended with {status}"));
+                }
+                Some(record)
+            }
+            _ if stopped => None,
+            _ => return Err(self.failed(run, last_words(&out, status))),
+        };
+        if !self.keep {
+            // What cannot be removed goes with the folder around it.
+            let _ = fs::remove_dir_all(&out);
+        }
+        Ok(record)
+    }
+}
+
+fn last_words(out: &Path, status: ExitStatus) -> String {
+    let said = fs::read(out.join("launch.txt")).unwrap_or_default();
+    let said = String::from_utf8_lossy(&said);
+    let line = said.lines().rev().find(|line| !line.trim().is_empty());
+    line.map_or_else(|| format!("it ended with {status}"), |line| line.trim().to_owned())
+}
+
+/// A scorer's figures.
+fn figures(score: &Score) -> Figures {
+    Figures {
+        final_position_error_m: score.final_position_error_m,
+        final_heading_error_rad: score.final_heading_error_rad,
+        mean_drift_m: score.mean_drift_m,
+        p95_drift_m: score.p95_drift_m,
+        max_drift_m: score.max_drift_m,
+        ate_rmse_m: score.ate_rmse_m,
+        heading_rmse_rad: score.heading_rmse_rad,
+        heading_max_rad: score.heading_max_rad,
+    }
+}
+
+/// The way of every estimator of a log; `None` without a log that can be read.
+fn tracks(log: &Path, mut sampling: Sampling, place: &dyn Fn(&str) -> Place) -> Option<Vec<Track>> {
+    let mut reader = LogReader::open(log).ok()?;
+    let header = reader.header().clone();
+    let mut effects = Effects::of(&header);
+    let mut samples: Vec<Vec<Sample>> = header.answering().map(|_| Vec::new()).collect();
+    let (mut path, mut next) = (PathLength::default(), sampling.next_tick());
+    while let Ok(Read::Tick(entry)) = reader.read() {
+        let record = entry.record;
+        let has_scan = record.ranges_m.is_some();
+        effects.close(record.tick, has_scan, record.replies.iter().copied());
+        let truth = record.pose_in_world().filter(|p| p.is_finite());
+        truth.iter().for_each(|pose| path.push(pose));
+        if record.tick != next {
+            continue;
+        }
+        next = sampling.next_tick();
+        for (samples, reply) in samples.iter_mut().zip(effects.replies()) {
+            let estimate = reply.estimate().map(|e| e.pose_in_world).filter(|p| p.is_finite());
+            if let (Some(truth), Some(estimate)) = (truth, estimate) {
+                let time_s = header.config.time_s(record.tick);
+                samples.push(Sample { time_s, distance_m: path.metres(), truth, estimate });
+            }
+        }
+    }
+    let names = header.answering().map(|p| p.name.as_str());
+    Some(names.zip(samples).map(|(name, samples)| place(name).track(samples)).collect())
+}

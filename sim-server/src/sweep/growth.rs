@@ -1,0 +1,212 @@
+//! How a sweep's errors spread as the robot drives on.
+//!
+//! An error is taken on the group: estimate ⊟ truth = log(truth⁻¹ ∘ estimate),
+//! the constant twist that leads from the true robot to the believed one, in the
+//! frame of the true one. Its first part is the error along the track, its
+//! second across, its third the heading's. In these coordinates the banana that
+//! slip makes of the places is close to a Gaussian again (A. Long, K. Wolfe, M.
+//! Mashner, G. Chirikjian, *The Banana Distribution is Gaussian*, 2012); in the
+//! world frame what bends it is counted as an error along the track. At each
+//! sample the seeds have a mean of these (what is systematic) and a standard
+//! deviation (what is chance), and the standard deviation grows like a power of
+//! the distance driven.
+//!
+//! Which power can be worked out. Slip that is drawn anew in every tick gives
+//! the heading a random walk, whose standard deviation after n equal ticks is
+//! √n times that of one: **exponent 0.5**, and the same for the error along a
+//! straight track. Across a straight track the heading error is summed once
+//! more: tick j has n − j ticks ahead of it in which its turn is carried
+//! sideways, so the variance is proportional to Σ (n − j)² ≈ n³/3: **exponent
+//! 1.5**. A systematic error has no spread; where it grows, its *mean* does,
+//! with exponent 1 for a heading and 2 across. (Chapter 4 of the online
+//! *Probabilistic Robotics*, "Measuring the lab like an experimentalist", which
+//! measures 1.4 to 1.5 for both axes together.) Turns, walls and steering bend
+//! these laws; there the exponent describes and explains nothing.
+//!
+//! The line is fitted to the logarithms from [`FIT_FROM`] of the way on, where
+//! the sums above have become powers. Its points are no independent
+//! measurements: they are the same runs, farther on, and lie on a smooth curve
+//! whether or not it is the right one. So the exponent's standard error is not
+//! taken from how well the line fits but by the jackknife over groups of seeds
+//! (B. Efron, *The Jackknife, the Bootstrap and Other Resampling Plans*, 1982).
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::{Sample, Track};
+use crate::statistics::{Moments, PowerLaw};
+
+/// The part of the way that is left out of the fit: one sixth, that is half a
+/// second of the three in the chapter's laboratory.
+pub const FIT_FROM: f64 = 1.0 / 6.0;
+/// Most groups of seeds for the jackknife.
+const GROUPS: usize = 20;
+/// A spread below this is rounding, m or rad.
+const LEAST_SPREAD: f64 = 1e-9;
+
+/// The spread of an estimator's errors in a cell, sample by sample.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Growth {
+    /// Index of the cell.
+    pub cell: usize,
+    /// Name in the roster.
+    pub estimator: String,
+    /// In order of time.
+    pub samples: Vec<Spread>,
+    /// The power of the distance with which each spread grows; `None` where
+    /// there is none to speak of, or fewer than three samples.
+    pub exponents: Exponents,
+}
+
+/// The errors of all seeds at one sample.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// Time of the sample, s.
+    pub time_s: f64,
+    /// Distance truly driven up to then, mean over the seeds, m.
+    pub distance_m: f64,
+    /// Distance between estimate and truth, mean over the seeds, m.
+    pub mean_error_m: f64,
+    /// Error along the track, m.
+    pub along_m: Moments,
+    /// Error across the track, positive to the left, m.
+    pub across_m: Moments,
+    /// Heading error, rad.
+    pub heading_rad: Moments,
+}
+
+impl Spread {
+    /// Standard deviation of the position error over both axes, m.
+    #[must_use]
+    pub fn position_m(&self) -> f64 {
+        let (a, b) = (self.along_m.standard_deviation, self.across_m.standard_deviation);
+        (a * a + b * b).sqrt()
+    }
+}
+
+/// The fitted exponent of each spread against distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Exponents {
+    /// Along the track.
+    pub along: Option<Exponent>,
+    /// Across the track.
+    pub across: Option<Exponent>,
+    /// Of both together.
+    pub position: Option<Exponent>,
+    /// Of the heading.
+    pub heading: Option<Exponent>,
+}
+
+/// An exponent, and how far it is known.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Exponent {
+    /// The line; x is a distance in m, y m or rad.
+    pub law: PowerLaw,
+    /// Standard error of its exponent, by the jackknife over seeds; NaN with
+    /// fewer than three seeds.
+    pub standard_error: f64,
+}
+
+/// Which standard deviation.
+type Which = fn(&Spread) -> f64;
+
+const ALONG: Which = |s| s.along_m.standard_deviation;
+const ACROSS: Which = |s| s.across_m.standard_deviation;
+const HEADING: Which = |s| s.heading_rad.standard_deviation;
+
+/// The growth of every estimator in every cell, in the order in which they come
+/// in `tracks`. A track that lacks a sample is left out there.
+#[must_use]
+pub fn growth(tracks: &[Track]) -> Vec<Growth> {
+    let mut keys: Vec<(usize, &str)> = Vec::new();
+    for track in tracks {
+        let key = (track.cell, &*track.estimator);
+        if !keys.iter().rev().any(|k| *k == key) {
+            keys.push(key);
+        }
+    }
+    keys.into_iter()
+        .map(|(cell, estimator)| {
+            let is_it = |t: &&Track| t.cell == cell && *t.estimator == *estimator;
+            let own: Vec<&Track> = tracks.iter().filter(is_it).collect();
+            let samples = spreads(&own);
+            let exponents = exponents(&own, &samples);
+            Growth { cell, estimator: estimator.to_owned(), samples, exponents }
+        })
+        .collect()
+}
+
+fn spreads(tracks: &[&Track]) -> Vec<Spread> {
+    // By time, whose bits are in the order of the numbers, as none is negative.
+    let mut by_time: BTreeMap<u64, Vec<&Sample>> = BTreeMap::new();
+    for sample in tracks.iter().flat_map(|t| &t.samples) {
+        by_time.entry(sample.time_s.abs().to_bits()).or_default().push(sample);
+    }
+    by_time.values().filter_map(|samples| spread(samples)).collect()
+}
+
+/// Of samples of one time.
+fn spread(samples: &[&Sample]) -> Option<Spread> {
+    let of = |what: fn(&Sample) -> f64| {
+        let all: Vec<f64> = samples.iter().map(|s| what(s)).collect();
+        Moments::of(&all)
+    };
+    Some(Spread {
+        time_s: samples.first()?.time_s,
+        distance_m: of(|s| s.distance_m).mean,
+        mean_error_m: of(|s| (s.estimate.translation() - s.truth.translation()).norm()).mean,
+        along_m: of(|s| s.estimate.boxminus(&s.truth).x),
+        across_m: of(|s| s.estimate.boxminus(&s.truth).y),
+        heading_rad: of(|s| s.estimate.boxminus(&s.truth).z),
+    })
+}
+
+fn exponents(tracks: &[&Track], samples: &[Spread]) -> Exponents {
+    // The spreads with each group of seeds left out in turn.
+    let groups = tracks.len().min(GROUPS);
+    let without: Vec<Vec<Spread>> = (0..groups)
+        .map(|group| {
+            let rest: Vec<&Track> =
+                (0..tracks.len()).filter(|k| k % groups != group).map(|k| tracks[k]).collect();
+            spreads(&rest)
+        })
+        .collect();
+    let exponent = |which: Which| {
+        let law = fit(samples, which)?;
+        let standard_error = jackknife(&without, which);
+        Some(Exponent { law, standard_error })
+    };
+    Exponents {
+        along: exponent(ALONG),
+        across: exponent(ACROSS),
+        position: exponent(Spread::position_m),
+        heading: exponent(HEADING),
+    }
+}
+
+fn fit(samples: &[Spread], which: Which) -> Option<PowerLaw> {
+    let last = samples.last()?;
+    let end = which(last);
+    if end.is_nan() || end <= LEAST_SPREAD {
+        return None;
+    }
+    let points: Vec<[f64; 2]> = samples.iter().map(|s| [s.distance_m, which(s)]).collect();
+    // A hair below, so that a sample exactly there is in.
+    PowerLaw::fit(&points, FIT_FROM * last.distance_m * (1.0 - 1e-9))
+}
+
+/// √((g − 1)/g · Σ (pᵢ − p̄)²) over the g exponents without a group each.
+fn jackknife(without: &[Vec<Spread>], which: Which) -> f64 {
+    let exponents: Vec<f64> =
+        without.iter().filter_map(|s| fit(s, which)).map(|law| law.exponent).collect();
+    let g = exponents.len() as f64;
+    if exponents.len() < 3 || exponents.len() < without.len() {
+        return f64::NAN;
+    }
+    (g - 1.0) / g.sqrt() * Moments::of(&exponents).standard_deviation
+}
+
+#[cfg(test)]
+#[path = "growth_tests.rs"]
+mod tests;

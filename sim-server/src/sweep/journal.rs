@@ -1,0 +1,220 @@
+//! The journal of a sweep: what is done, on disk while the rest is not.
+//!
+//! A file beside the table, `FILE.part`: the settings as one line of JSON, then
+//! a record per run in the order in which they ended: length and CRC-32 (4
+//! bytes each, little-endian), then a [`Record`] as postcard. Wherever it is
+//! cut, it is good up to the last complete record. The kernel's lock on it says
+//! that somebody is at work.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{BufRead as _, BufReader, BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use super::error::SweepError;
+use super::record::Record;
+use super::settings::Settings;
+
+/// Longest record that is believed, bytes: sixteen estimators need 70 kB.
+const MOST_BYTES: u32 = 1 << 20;
+
+/// An open journal.
+pub struct Journal {
+    path: PathBuf,
+    file: BufWriter<File>,
+}
+
+impl Journal {
+    /// Begins a journal, or goes on with the one that is there, which must be of
+    /// the same settings: then with what it holds of `runs`, in no order.
+    ///
+    /// # Errors
+    /// [`SweepError`] if somebody else writes it, it is of another sweep, or the
+    /// disk says no.
+    pub fn open(
+        path: &Path,
+        settings: &Settings,
+        runs: &Range<u64>,
+    ) -> Result<(Self, Vec<Record>), SweepError> {
+        let io = || SweepError::io(path);
+        let mut open = OpenOptions::new();
+        let file = open.read(true).write(true).create(true).truncate(false).open(path);
+        let file = file.map_err(io())?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                return Err(SweepError::InTheWay {
+                    path: path.display().to_string(),
+                    what: "is being written by another sweep".to_owned(),
+                    remedy: "wait until it has ended, or write to another --out",
+                });
+            }
+            Err(TryLockError::Error(error)) => return Err(io()(error)),
+        }
+        let (mut file, good, records) = read(file, path, settings, runs)?;
+        file.set_len(good).and_then(|()| file.seek(SeekFrom::Start(good))).map_err(io())?;
+        let mut journal = Self { path: path.to_owned(), file: BufWriter::new(file) };
+        if good == 0 {
+            let line = settings.text();
+            journal.file.write_all(line.as_bytes()).map_err(io())?;
+            journal.file.write_all(b"\n").map_err(io())?;
+            journal.flush()?;
+        }
+        Ok((journal, records))
+    }
+
+    /// Adds a record as [`encoded`]; it is safe from the death of this process
+    /// after the next [`flush`](Self::flush).
+    ///
+    /// # Errors
+    /// [`SweepError::Io`] if the disk says no.
+    pub fn append(&mut self, record: &[u8]) -> Result<(), SweepError> {
+        self.file.write_all(record).map_err(SweepError::io(&self.path))
+    }
+
+    /// Hands everything to the operating system.
+    ///
+    /// # Errors
+    /// [`SweepError::Io`] if the disk says no.
+    pub fn flush(&mut self) -> Result<(), SweepError> {
+        self.file.flush().map_err(SweepError::io(&self.path))
+    }
+
+    /// Removes it: its table is written.
+    ///
+    /// # Errors
+    /// [`SweepError::Io`] if the disk says no.
+    pub fn remove(self) -> Result<(), SweepError> {
+        std::fs::remove_file(&self.path).map_err(SweepError::io(&self.path))
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// A record as it stands in a journal; empty if it has no such form, which no
+/// record lacks.
+#[must_use]
+pub fn encoded(record: &Record) -> Vec<u8> {
+    let body = postcard::to_allocvec(record).unwrap_or_default();
+    let mut bytes = Vec::with_capacity(8 + body.len());
+    bytes.extend((body.len() as u32).to_le_bytes());
+    bytes.extend(crc32fast::hash(&body).to_le_bytes());
+    bytes.extend(body);
+    bytes
+}
+
+/// The file again, how many bytes of it are good, and what is in them. A file
+/// that was cut in its first line holds nothing.
+fn read(
+    file: File,
+    path: &Path,
+    settings: &Settings,
+    runs: &Range<u64>,
+) -> Result<(File, u64, Vec<Record>), SweepError> {
+    let mut reader = BufReader::new(file);
+    let mut line = Vec::new();
+    reader.read_until(b'\n', &mut line).map_err(SweepError::io(path))?;
+    if line.pop() != Some(b'\n') {
+        return Ok((reader.into_inner(), 0, Vec::new()));
+    }
+    let name = || path.display().to_string();
+    let there = Settings::read(&line).map_err(|e| SweepError::NoSweep {
+        path: name(),
+        problem: format!("its first line is not that of a journal: {e}"),
+    })?;
+    if let Some(difference) = there.difference(settings) {
+        return Err(SweepError::Other { path: name(), difference });
+    }
+    let (mut good, mut records) = (line.len() as u64 + 1, Vec::new());
+    while let Some((record, bytes)) = next(&mut reader).map_err(SweepError::io(path))? {
+        good += bytes;
+        if runs.contains(&record.run) {
+            records.push(record);
+        }
+    }
+    Ok((reader.into_inner(), good, records))
+}
+
+/// The next record and its length in bytes; `None` where no good one follows.
+fn next(reader: &mut BufReader<File>) -> std::io::Result<Option<(Record, u64)>> {
+    let mut head = [0; 8];
+    let mut body = Vec::new();
+    let mut part = |reader: &mut BufReader<File>| -> std::io::Result<Option<Record>> {
+        reader.read_exact(&mut head)?;
+        let [length, crc] = [0, 4]
+            .map(|at| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]));
+        if length > MOST_BYTES {
+            return Ok(None);
+        }
+        body.resize(length as usize, 0);
+        reader.read_exact(&mut body)?;
+        let whole = crc32fast::hash(&body) == crc;
+        Ok(whole.then(|| postcard::from_bytes(&body).ok()).flatten())
+    };
+    match part(reader) {
+        Ok(record) => Ok(record.map(|record| (record, 8 + body.len() as u64))),
+        Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Ok(None),
+        Err(e) => Err(e),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(run: u64) -> Record {
+        Record { run, rows: Vec::new(), tracks: Vec::new(), lost: Some("x".repeat(run as usize)) }
+    }
+
+    #[test]
+    fn a_journal_is_good_up_to_wherever_it_was_cut() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.part");
+        let settings = Settings::read(br#"{"seeds":"0..9"}"#).unwrap();
+        let open = || Journal::open(&path, &settings, &(0..9)).unwrap();
+        let (mut journal, none) = open();
+        assert!(none.is_empty());
+        assert!(matches!(
+            Journal::open(&path, &settings, &(0..9)),
+            Err(SweepError::InTheWay { .. })
+        ));
+        for run in [4, 0, 7] {
+            journal.append(&encoded(&record(run))).unwrap();
+        }
+        journal.flush().unwrap();
+        drop(journal);
+        let whole = std::fs::read(&path).unwrap();
+        let expected = [record(4), record(0), record(7)];
+        let head = settings.text().len() + 1;
+        let ends = expected.iter().scan(head, |end, r| {
+            *end += encoded(r).len();
+            Some(*end)
+        });
+        let ends: Vec<usize> = ends.collect();
+        assert_eq!(ends[2], whole.len());
+        for length in 0..=whole.len() {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            let found = open().1;
+            let complete = ends.iter().filter(|end| **end <= length).count();
+            assert_eq!(found, expected[..complete], "{length} bytes");
+            // What follows the last good byte is gone, the first line is there.
+            let left = std::fs::metadata(&path).unwrap().len() as usize;
+            assert_eq!(left, ends[..complete].last().copied().unwrap_or(head));
+        }
+        // A bit that fell over ends it there.
+        let mut damaged = whole.clone();
+        damaged[ends[0] + 9] ^= 4;
+        std::fs::write(&path, &damaged).unwrap();
+        assert_eq!(open().1, expected[..1]);
+        std::fs::write(&path, &whole).unwrap();
+        let (_, few) = Journal::open(&path, &settings, &(0..5)).unwrap();
+        assert_eq!(few, expected[..2]);
+        let other = Settings::read(br#"{"seeds":"0..8"}"#).unwrap();
+        let error = Journal::open(&path, &other, &(0..9)).err().unwrap().to_string();
+        assert!(error.contains("seeds: \"0..9\" and \"0..8\""), "{error}");
+    }
+}

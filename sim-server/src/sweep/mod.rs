@@ -1,0 +1,56 @@
+//! Many runs: every seed in every cell of a grid of settings.
+//!
+//! In reading order:
+//!
+//! * [`seeds`], [`grid`], [`shard`], [`plan`]: what there is to do;
+//! * [`cell`], [`row`], [`track`], [`record`]: what comes of it;
+//! * [`workers`]: runs side by side, made [`inside`] or with [`clients`];
+//! * [`journal`]: what is done, while the rest is not;
+//! * [`table`], [`settings`]: what is written in the end;
+//! * [`sweeping`]: all of it together;
+//! * [`mod@summary`], [`mod@growth`], [`paired`]: what the rows and tracks say: means,
+//!   spreads over distance ([`growth_text`] for people), differences on the same seeds;
+//! * [`drawing`]: the fan and the growth, drawn;
+//! * [`report`]: what a person is told;
+//! * [`error`].
+
+pub mod cell;
+pub mod clients;
+pub mod drawing;
+pub mod error;
+#[cfg(test)]
+mod fixtures;
+pub mod grid;
+pub mod growth;
+pub mod growth_text;
+pub mod inside;
+pub mod journal;
+pub mod paired;
+pub mod plan;
+pub mod record;
+pub mod report;
+pub mod row;
+pub mod seeds;
+pub mod settings;
+pub mod shard;
+pub mod summary;
+pub mod sweeping;
+pub mod table;
+pub mod track;
+pub mod workers;
+
+pub use cell::{Cell, Swept};
+pub use error::SweepError;
+pub use grid::Axis;
+pub use growth::growth;
+pub use growth_text::GrowthText;
+pub use paired::ab;
+pub use plan::{Plan, Request};
+pub use report::Report;
+pub use row::Row;
+pub use seeds::Seeds;
+pub use shard::Shard;
+pub use summary::{Summary, summary};
+pub use sweeping::{Came, Sweeping};
+pub use table::Table;
+pub use track::{Sample, Track};

@@ -1,0 +1,247 @@
+//! Two settings on the same seeds: what common random numbers gain.
+//!
+//! Noise is placed by (seed, source, tick, beam), so the runs of one seed in two
+//! cells meet the same noise, and what chance adds to one it adds to the other.
+//! The difference is then taken seed by seed and its interval is that of a mean
+//! of n differences (Student's t, n − 1 degrees of freedom). Beside it stands
+//! the interval of two samples that had nothing to do with each other, with the
+//! degrees of freedom of B. Welch (*The generalization of "Student's" problem
+//! when several different population variances are involved*, Biometrika 34,
+//! 1947). The ratio of their widths, squared, is the factor by which more runs
+//! would have been needed without the pairing (A. Law and W. Kelton, *Simulation
+//! Modeling and Analysis*, §11.2, common random numbers; they call it variance
+//! reduction). Below 1 the pairing did harm: the two react to the same noise in
+//! opposite ways.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use serde::Serialize;
+
+use super::summary::{degrees, metres, setting};
+use super::{Row, Swept};
+use crate::statistics::Moments;
+use crate::statistics::student::t_975;
+
+/// Seeds listed in a text before "and so many more".
+const SHOWN: usize = 8;
+
+/// A figure of one estimator in two cells, A and B.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Paired {
+    /// Name in the roster.
+    pub estimator: String,
+    /// Which figure, with its unit.
+    pub figure: Figure,
+    /// Index of cell A, and of cell B.
+    pub cells: [usize; 2],
+    /// What is set in A, and in B.
+    pub settings: [String; 2],
+    /// Seeds that have a figure in both.
+    pub pairs: usize,
+    /// Mean over those seeds in A, and in B.
+    pub means: [f64; 2],
+    /// B − A, mean over the seeds.
+    pub difference: f64,
+    /// Half the width of its 95 % interval, seed by seed; NaN with fewer than
+    /// two pairs.
+    pub paired_half_width: f64,
+    /// Half the width that two independent samples of this size and spread
+    /// would have (Welch); NaN with fewer than two pairs.
+    pub unpaired_half_width: f64,
+    /// (unpaired over paired half width)²: how many times as many runs the
+    /// unpaired comparison needs; infinite where the differences have no spread.
+    pub variance_reduction: f64,
+    /// Correlation of A and B over the seeds; NaN where one has no spread.
+    pub correlation: f64,
+    /// Seeds that are missing, or have no figure, in A; and in B.
+    pub missing: [Vec<u64>; 2],
+}
+
+/// What is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Figure {
+    /// Final position error, m.
+    FinalPositionErrorM,
+    /// Final heading error without its sign, degrees.
+    FinalHeadingErrorDeg,
+}
+
+impl Figure {
+    fn of(self, row: &Row) -> f64 {
+        match self {
+            Self::FinalPositionErrorM => row.final_position_error_m,
+            Self::FinalHeadingErrorDeg => row.final_heading_error_rad.abs().to_degrees(),
+        }
+    }
+
+    fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::FinalPositionErrorM => ("drift", "m"),
+            Self::FinalHeadingErrorDeg => ("|heading|", "°"),
+        }
+    }
+
+    fn number(self, value: f64) -> String {
+        match self {
+            Self::FinalPositionErrorM => metres(value),
+            Self::FinalHeadingErrorDeg => degrees(value),
+        }
+    }
+}
+
+/// What `--ab` says: its two values are those of the field that changes fastest,
+/// so cells 0 and 1 differ in it alone, and 2 and 3, and so on.
+#[must_use]
+pub fn ab(swept: &Swept) -> Vec<Paired> {
+    let first = (0..swept.cells.len()).step_by(2).filter(|a| a + 1 < swept.cells.len());
+    first.flat_map(|a| paired(&swept.rows, [a, a + 1])).collect()
+}
+
+/// Both figures of every estimator, B less A, in the order in which estimators
+/// first come in `rows`.
+#[must_use]
+pub fn paired(rows: &[Row], cells: [usize; 2]) -> Vec<Paired> {
+    let mut names: Vec<&str> = Vec::new();
+    for row in rows.iter().filter(|r| cells.contains(&r.cell)) {
+        if !names.contains(&&*row.estimator) {
+            names.push(&row.estimator);
+        }
+    }
+    let figures = [Figure::FinalPositionErrorM, Figure::FinalHeadingErrorDeg];
+    names
+        .into_iter()
+        .flat_map(|name| figures.map(|figure| compare(rows, cells, name, figure)))
+        .collect()
+}
+
+fn compare(rows: &[Row], cells: [usize; 2], estimator: &str, figure: Figure) -> Paired {
+    let own =
+        |cell: usize| rows.iter().filter(move |r| r.cell == cell && *r.estimator == *estimator);
+    let by_seed = cells.map(|cell| -> BTreeMap<u64, f64> {
+        let figures = own(cell).map(|r| (r.seed, figure.of(r)));
+        figures.filter(|(_, value)| value.is_finite()).collect()
+    });
+    let seeds = |cell: usize| own(cell).map(|r| r.seed);
+    let every: BTreeSet<u64> = cells.into_iter().flat_map(seeds).collect();
+    let missing = [0, 1]
+        .map(|i| every.iter().copied().filter(|seed| !by_seed[i].contains_key(seed)).collect());
+    let (a, b): (Vec<f64>, Vec<f64>) =
+        by_seed[0].iter().filter_map(|(seed, a)| Some((*a, *by_seed[1].get(seed)?))).unzip();
+    let differences: Vec<f64> = a.iter().zip(&b).map(|(a, b)| b - a).collect();
+    let [of_a, of_b, of_difference] = [&a, &b, &differences].map(|v| Moments::of(v));
+    let paired_half_width = half_width(&of_difference);
+    let unpaired_half_width = welch_half_width(&of_a, &of_b);
+    let ratio = unpaired_half_width / paired_half_width;
+    Paired {
+        estimator: estimator.to_owned(),
+        figure,
+        cells,
+        settings: cells
+            .map(|cell| own(cell).next().map_or_else(String::new, |r| setting(&r.parameters))),
+        pairs: differences.len(),
+        means: [of_a.mean, of_b.mean],
+        difference: of_difference.mean,
+        paired_half_width,
+        unpaired_half_width,
+        variance_reduction: ratio * ratio,
+        correlation: correlation(&a, &b),
+        missing,
+    }
+}
+
+/// Half the width of the 95 % interval of a mean.
+fn half_width(of: &Moments) -> f64 {
+    if of.n < 2 { f64::NAN } else { t_975((of.n - 1) as f64) * of.standard_error() }
+}
+
+/// Half the width of the 95 % interval of the difference of two independent
+/// means whose variances may differ.
+fn welch_half_width(a: &Moments, b: &Moments) -> f64 {
+    if a.n < 2 || b.n < 2 {
+        return f64::NAN;
+    }
+    let (va, vb) = (a.variance_of_mean(), b.variance_of_mean());
+    if va + vb == 0.0 {
+        return 0.0;
+    }
+    let square = |v: f64| v * v;
+    let degrees = square(va + vb) / (square(va) / (a.n - 1) as f64 + square(vb) / (b.n - 1) as f64);
+    t_975(degrees) * (va + vb).sqrt()
+}
+
+/// Pearson's correlation.
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let (of_a, of_b) = (Moments::of(a), Moments::of(b));
+    let products = a.iter().zip(b).map(|(x, y)| (x - of_a.mean) * (y - of_b.mean));
+    let covariance = products.sum::<f64>() / (a.len() as f64 - 1.0);
+    covariance / (of_a.standard_deviation * of_b.standard_deviation)
+}
+
+impl fmt::Display for Paired {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (what, unit) = self.figure.words();
+        let number = |value: f64| self.figure.number(value);
+        writeln!(
+            f,
+            "{} {what}: A {} {unit}, B {} {unit}, over {} pairs of runs on the same seeds",
+            self.estimator,
+            number(self.means[0]),
+            number(self.means[1]),
+            self.pairs
+        )?;
+        if self.pairs < 2 {
+            write!(f, "  one pair has no interval: sweep more seeds")?;
+        } else {
+            let [paired, unpaired] =
+                [self.paired_half_width, self.unpaired_half_width].map(|half| self.interval(half));
+            writeln!(f, "  B − A  paired    {paired}")?;
+            writeln!(f, "         unpaired  {unpaired}")?;
+            write!(f, "         {}", self.gain())?;
+        }
+        for (name, missing) in ["A", "B"].iter().zip(&self.missing) {
+            if !missing.is_empty() {
+                write!(f, "\n  {name} lacks {}", listed(missing))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Paired {
+    fn interval(&self, half_width: f64) -> String {
+        let unit = self.figure.words().1;
+        let number = |value: f64| self.figure.number(value);
+        let (low, high) = (self.difference - half_width, self.difference + half_width);
+        let verdict = if low <= 0.0 && high >= 0.0 { "  (no difference shown)" } else { "" };
+        format!(
+            "{:>9} {unit}, 95 % in [{}, {}]{verdict}",
+            number(self.difference),
+            number(low),
+            number(high)
+        )
+    }
+
+    fn gain(&self) -> String {
+        if self.variance_reduction.is_infinite() || self.variance_reduction.is_nan() {
+            return "the differences have no spread".to_owned();
+        }
+        format!(
+            "the same noise for both saves {:.1}× the runs (correlation {:.3})",
+            self.variance_reduction, self.correlation
+        )
+    }
+}
+
+fn listed(seeds: &[u64]) -> String {
+    let shown: Vec<String> = seeds.iter().take(SHOWN).map(u64::to_string).collect();
+    let more = seeds.len().saturating_sub(SHOWN);
+    let word = if seeds.len() == 1 { "seed" } else { "seeds" };
+    let tail = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{word} {}{tail}", shown.join(", "))
+}
+
+#[cfg(test)]
+#[path = "paired_tests.rs"]
+mod tests;
