@@ -22,6 +22,7 @@ mod contender;
 mod error;
 mod meter;
 mod ours;
+mod output;
 mod server;
 mod stop;
 mod table;

@@ -63,7 +63,8 @@ impl Meter {
 
     /// What came of it.
     pub fn finish(self, digest: String) -> Measured {
-        let difference = |pid: &u32| Some(self.after.get(pid)?.saturating_sub(*self.before.get(pid)?));
+        let difference =
+            |pid: &u32| Some(self.after.get(pid)?.saturating_sub(*self.before.get(pid)?));
         let cpu_ns = self.pids.iter().map(difference).sum();
         let ticks_ns = self.stamps_ns.windows(2).map(|pair| pair[1] - pair[0]).collect();
         Measured { ticks_ns, cpu_ns, digest }

@@ -8,6 +8,8 @@ use std::time::Duration;
 
 use rusty_contract::Exit;
 
+use crate::output::say;
+
 /// Between two looks.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(500);
 /// Looks without a tick after which nothing will come.
@@ -96,7 +98,7 @@ impl Watched {
                 _ => continue,
             };
             if !self.is_stopped() {
-                eprintln!("after {ticks} ticks: {problem}");
+                say(format_args!("after {ticks} ticks: {problem}"));
             }
             // The clients go with this process: the kernel was told so.
             std::process::exit(i32::from(Exit::Failed as u8));

@@ -83,9 +83,8 @@ impl World {
     /// [`BenchError::Answer`] if it is none, or not the first of its client.
     pub fn take(&mut self, answer: &Answer) -> Result<(), BenchError> {
         let (tick, place) = (self.tick, answer.participant);
-        let wrong = |problem: &str| {
-            Err(BenchError::Answer { tick, place, problem: problem.to_owned() })
-        };
+        let wrong =
+            |problem: &str| Err(BenchError::Answer { tick, place, problem: problem.to_owned() });
         if answer.run_id != self.run_id {
             return wrong("is of another run");
         }

@@ -10,8 +10,8 @@ use std::path::Path;
 
 use rustix::io::Errno;
 use rustix::net::{
-    AddressFamily, RecvFlags, SendFlags, SocketAddrUnix, SocketFlags, SocketType, accept_with, bind,
-    connect, listen, recv, send, socket_with,
+    AddressFamily, RecvFlags, SendFlags, SocketAddrUnix, SocketFlags, SocketType, accept_with,
+    bind, connect, listen, recv, send, socket_with,
 };
 use rusty_contract::{Answer, Frame};
 
@@ -33,7 +33,9 @@ impl Stream {
         loop {
             match send(&self.socket, bytes, SendFlags::NOSIGNAL) {
                 Ok(sent) if sent == bytes.len() => return Ok(()),
-                Ok(sent) => return Err(BenchError::of(LIBRARY, what)(format!("only {sent} bytes"))),
+                Ok(sent) => {
+                    return Err(BenchError::of(LIBRARY, what)(format!("only {sent} bytes")));
+                }
                 Err(Errno::INTR) => {}
                 Err(e) => return Err(BenchError::of(LIBRARY, what)(e)),
             }

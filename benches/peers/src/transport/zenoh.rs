@@ -83,10 +83,7 @@ fn publisher(session: &Session, key: &'static str) -> Result<Publisher<'static>,
 type Channel = Subscriber<FifoChannelHandler<Sample>>;
 
 fn channel(session: &Session, key: &'static str) -> Result<Channel, BenchError> {
-    session
-        .declare_subscriber(key)
-        .wait()
-        .map_err(BenchError::of(LIBRARY, "declare a subscriber"))
+    session.declare_subscriber(key).wait().map_err(BenchError::of(LIBRARY, "declare a subscriber"))
 }
 
 /// Waits for the next message.
@@ -246,5 +243,27 @@ impl ClientEnd for Client {
             .map_err(BenchError::of(LIBRARY, "declare a subscriber"))?;
         say_ready(&self.session, &ready, &begun)?;
         end.recv().map_err(BenchError::of(LIBRARY, "hear of the end"))?
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_read_where_they_were_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut server = Server::open(Wait::Block, folder.path()).unwrap();
+        let session = open(folder.path(), false).unwrap();
+        let frames = channel(&session, FRAMES).unwrap();
+        // The subscription takes a while to reach the server.
+        let sample = (0..1000).find_map(|_| {
+            server.publish(&mut |frame| frame.end(rusty_contract::Phase::Done, 7)).unwrap();
+            frames.recv_timeout(Duration::from_millis(20)).unwrap()
+        });
+        let sample = sample.unwrap();
+        assert!(sample.payload().as_shm().is_some(), "not in shared memory");
+        let bytes = sample.payload().to_bytes();
+        assert_eq!(bytemuck::try_from_bytes::<Frame>(&bytes).unwrap().tick(), 7);
     }
 }
