@@ -54,12 +54,12 @@ pub struct TourArgs {
 
     /// Ticks of one measurement
     #[arg(long, default_value_t = 10_000, value_name = "N",
-          value_parser = value_parser!(u64).range(1..=100_000_000))]
+          value_parser = value_parser!(u64).range(1..=10_000_000))]
     pub ticks: u64,
 
     /// Ticks before each that are not measured
     #[arg(long, default_value_t = 1_000, value_name = "N",
-          value_parser = value_parser!(u64).range(0..=100_000_000))]
+          value_parser = value_parser!(u64).range(0..=10_000_000))]
     pub warm_up: u64,
 
     /// How often each is measured, all taking turns

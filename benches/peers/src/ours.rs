@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use rustix::process::Signal;
 use rusty_clients::dead_reckoning::DeadReckoning;
 use rusty_clients::{ClientArgs, Session};
 use rusty_contract::log::Source;
@@ -16,6 +17,7 @@ use sim_server::run::{Children, Pace, Progress, Run, RunSetup, Spawn, Stop};
 use sim_server::source::{FrameSource, Simulated, SourceError};
 
 use crate::cli::ServerPlan;
+use crate::client::end_with_parent;
 use crate::error::BenchError;
 use crate::meter::{Measured, Meter, run_ticks};
 use crate::work;
@@ -124,6 +126,9 @@ fn client(place: usize) -> Participant {
 /// # Errors
 /// [`BenchError::Client`].
 pub fn dead_reckoning(args: &ClientArgs) -> Result<(), BenchError> {
+    if let Some(launcher) = args.launcher {
+        end_with_parent(launcher, Signal::KILL)?;
+    }
     let mut session = Session::join(args)?;
     let start = session.start();
     let mut reckoning =

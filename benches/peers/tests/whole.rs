@@ -94,7 +94,7 @@ fn everyone_makes_the_same_run_and_an_interrupted_tour_leaves_nothing() {
     assert_eq!(shared_memory(), before);
 
     for signals in 1..=2 {
-        let args = ["--clients=2", "--ticks=100000000", "--repetitions=1"];
+        let args = ["--clients=2", "--ticks=10000000", "--repetitions=1"];
         let child = start(&args, temp.path());
         let began = Instant::now();
         // Until a server has its clients, or at least something lies there.
