@@ -85,6 +85,9 @@ pub enum VerbError {
         /// What is known.
         why: String,
     },
+    /// A bench could not measure.
+    #[error("nothing was measured: {0}")]
+    Bench(String),
     /// A drawing failed.
     #[error("cannot draw {path}: {why}")]
     Draw {

@@ -7,10 +7,13 @@
 //! * [`usage`]: what a process has used of the machine;
 //! * [`report`]: the document that every bench prints.
 //!
+//! The benches: [`latency`].
+//!
 //! A bench never decides what is fast: it measures beside something else in the
 //! same run and prints the ratio. Times are read from the monotonic clock and
 //! reach no digest.
 
+pub mod latency;
 pub mod machine;
 pub mod noise;
 pub mod quantiles;
