@@ -12,7 +12,7 @@ use sim_server::bench::report::Printing;
 use crate::contender::{Contender, Wait};
 use crate::error::BenchError;
 use crate::output::{print, say};
-use crate::{client, ours, server, tour};
+use crate::{client, ours, raw, server, tour};
 
 /// The tick of sim-server beside the same tick over ZeroMQ, Zenoh and Unix sockets
 ///
@@ -68,7 +68,7 @@ pub struct TourArgs {
     pub repetitions: u32,
 
     /// Who is measured beside ours
-    #[arg(long, value_delimiter = ',', default_value = "zmq,zenoh,uds", value_name = "WHO,…")]
+    #[arg(long, value_delimiter = ',', default_value = "zmq,zenoh,uds,raw", value_name = "WHO,…")]
     pub peers: Vec<Contender>,
 
     /// Ways of waiting
@@ -192,6 +192,7 @@ pub fn main() -> Exit {
     let done = match &cli.role {
         None => return tour::main(&cli.tour),
         Some(Role::Server(plan)) => serve(plan),
+        Some(Role::Client(plan)) if plan.cell.contender == Contender::Raw => raw::client(plan),
         Some(Role::Client(plan)) => client::main(plan),
         Some(Role::DeadReckoning(args)) => ours::dead_reckoning(args),
     };
@@ -210,6 +211,7 @@ fn serve(plan: &ServerPlan) -> Result<(), BenchError> {
     client::end_with_parent(plan.cell.parent, Signal::TERM)?;
     let measured = match plan.cell.contender {
         Contender::Ours => ours::measure(plan),
+        Contender::Raw => raw::measure(plan),
         _ => server::measure(plan),
     };
     // Should the parent be gone, nobody else removes it.

@@ -18,6 +18,8 @@ pub enum Contender {
     Uds,
     /// `sim-server` and its clients.
     Ours,
+    /// iceoryx2 as ours uses it, without our protocol and without a world.
+    Raw,
 }
 
 /// How a process waits for the other side.
@@ -28,14 +30,14 @@ pub enum Wait {
     Block,
     /// It looks again and again and gives its core away between looks.
     Poll,
-    /// It looks for a while, then sleeps: how `sim-server` comes; no other
-    /// contender has it.
+    /// It looks for a while, then sleeps: how `sim-server` comes; the others
+    /// do not have it.
     Balanced,
 }
 
 impl Contender {
     /// Everyone, in the order in which they take turns.
-    pub const ALL: [Self; 4] = [Self::Zmq, Self::Zenoh, Self::Uds, Self::Ours];
+    pub const ALL: [Self; 5] = [Self::Zmq, Self::Zenoh, Self::Uds, Self::Ours, Self::Raw];
 
     /// The word of the command line.
     pub fn word(self) -> &'static str {
@@ -44,6 +46,7 @@ impl Contender {
             Self::Zenoh => "zenoh",
             Self::Uds => "uds",
             Self::Ours => "ours",
+            Self::Raw => "raw",
         }
     }
 
@@ -56,7 +59,7 @@ impl Contender {
         match self {
             Self::Zmq if !cfg!(feature = "zmq") => without("zmq"),
             Self::Zenoh if !cfg!(feature = "zenoh") => without("zenoh"),
-            Self::Ours => {
+            Self::Ours | Self::Raw => {
                 let memory = rusty_link::memory_state();
                 memory.problem.map(|problem| format!("{}: {problem}; mount it", memory.path))
             }
@@ -67,7 +70,7 @@ impl Contender {
     /// How it can wait.
     pub fn waits(self) -> &'static [Wait] {
         match self {
-            Self::Ours => &[Wait::Block, Wait::Poll, Wait::Balanced],
+            Self::Ours | Self::Raw => &[Wait::Block, Wait::Poll, Wait::Balanced],
             _ => &[Wait::Block, Wait::Poll],
         }
     }

@@ -10,6 +10,7 @@
 //! * [`transport`]: how frames and answers travel, a file per library;
 //! * [`server`] and [`client`]: the processes of the others;
 //! * [`ours`]: the processes of `sim-server`, in the same program;
+//! * [`raw`]: the transport of `sim-server` without its protocol;
 //! * [`meter`]: what is measured in a server's process;
 //! * [`cell`]: one measurement, run and waited for;
 //! * [`tour`]: all measurements, in turn;
@@ -23,6 +24,7 @@ mod error;
 mod meter;
 mod ours;
 mod output;
+mod raw;
 mod server;
 mod stop;
 mod table;

@@ -57,6 +57,8 @@ impl Case {
         let p50_by_repetition_ns = Spread::of(p50_ns.map(|ns| ns as f64));
         let cpu_ns: Option<u64> = self.measured.iter().map(|m| m.cpu_ns).sum();
         let mut digests: Vec<String> = self.measured.iter().map(|m| m.digest.clone()).collect();
+        // Bytes without a world make no run.
+        digests.retain(|digest| !digest.is_empty());
         digests.sort();
         digests.dedup();
         let repetitions = self.measured.len();

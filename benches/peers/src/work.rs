@@ -137,7 +137,9 @@ impl Mind {
 
     /// What it says before the first frame.
     pub fn ready(place: u32) -> Answer {
-        Answer { participant: place, ..Answer::carrying(&Message::Ready) }
+        let mut answer = Answer::carrying(&Message::Ready);
+        answer.participant = place;
+        answer
     }
 
     /// What it says to a frame; nothing to the last word.
@@ -205,12 +207,15 @@ mod tests {
         world.write(&mut frame);
         let good = mind.answer(&frame).unwrap().unwrap();
         let refused = |world: &mut World, answer: Answer| world.take(&answer).unwrap_err();
-        for (answer, word) in [
-            (Answer { run_id: 0, ..good }, "run"),
-            (Answer { tick: 9, ..good }, "tick 9"),
-            (Answer { digest_seen: 0, ..good }, "another frame"),
-            (Answer { participant: 1, ..good }, "no place"),
-        ] {
+        let spoils: [(fn(&mut Answer), &str); 4] = [
+            (|answer| answer.run_id = 0, "another run"),
+            (|answer| answer.tick = 9, "tick 9"),
+            (|answer| answer.digest_seen = 0, "another frame"),
+            (|answer| answer.participant = 1, "no place"),
+        ];
+        for (spoil, word) in spoils {
+            let mut answer = good;
+            spoil(&mut answer);
             assert!(refused(&mut world, answer).to_string().contains(word), "{word}");
         }
         world.take(&good).unwrap();

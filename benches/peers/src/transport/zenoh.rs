@@ -40,6 +40,9 @@ const ANSWERS: &str = "rusty/answers";
 /// Room for frames in shared memory, bytes; two are in use at a time.
 const POOL_BYTES: usize = 1 << 20;
 
+/// Frames are written and read in place.
+const FRAME_ALIGNMENT: AllocAlignment = AllocAlignment::for_type::<Frame>();
+
 /// Between two times that a client says it is ready.
 const BETWEEN_READY: Duration = Duration::from_millis(5);
 
@@ -117,7 +120,7 @@ impl Server {
     /// Listens in `folder`.
     pub fn open(wait: Wait, folder: &Path) -> Result<Self, BenchError> {
         let session = open(folder, true)?;
-        let memory = ShmProviderBuilder::default_backend(POOL_BYTES)
+        let memory = ShmProviderBuilder::default_backend((POOL_BYTES, FRAME_ALIGNMENT))
             .wait()
             .map_err(BenchError::of(LIBRARY, "make shared memory"))?;
         let answers = channel(&session, ANSWERS)?;
@@ -143,7 +146,7 @@ impl ServerEnd for Server {
     }
 
     fn publish(&mut self, write: &mut dyn FnMut(&mut Frame)) -> Result<(), BenchError> {
-        let layout = (size_of::<Frame>(), AllocAlignment::for_type::<Frame>());
+        let layout = (size_of::<Frame>(), FRAME_ALIGNMENT);
         let mut buffer = self
             .memory
             .alloc(layout)
