@@ -207,15 +207,13 @@ mod tests {
         world.write(&mut frame);
         let good = mind.answer(&frame).unwrap().unwrap();
         let refused = |world: &mut World, answer: Answer| world.take(&answer).unwrap_err();
-        let spoils: [(fn(&mut Answer), &str); 4] = [
-            (|answer| answer.run_id = 0, "another run"),
-            (|answer| answer.tick = 9, "tick 9"),
-            (|answer| answer.digest_seen = 0, "another frame"),
-            (|answer| answer.participant = 1, "no place"),
-        ];
-        for (spoil, word) in spoils {
-            let mut answer = good;
-            spoil(&mut answer);
+        let mut spoiled = [good; 4];
+        spoiled[0].run_id = 0;
+        spoiled[1].tick = 9;
+        spoiled[2].digest_seen = 0;
+        spoiled[3].participant = 1;
+        let words = ["another run", "tick 9", "another frame", "no place"];
+        for (answer, word) in spoiled.into_iter().zip(words) {
             assert!(refused(&mut world, answer).to_string().contains(word), "{word}");
         }
         world.take(&good).unwrap();
