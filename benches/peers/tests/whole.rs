@@ -1,5 +1,7 @@
 //! The whole program: every contender makes the same run, and nothing is left.
 
+#![allow(clippy::unwrap_used)] // in a test's helpers, too, a panic is the failure
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
