@@ -137,6 +137,25 @@ fn the_modules_are_those_of_the_architecture_page() {
     }
 }
 
+#[test]
+fn what_stands_beside_the_workspace_is_in_nobody_s_build() {
+    let root: toml::Table = toml::from_str(&read("Cargo.toml")).unwrap();
+    let outside: Vec<&str> =
+        root["workspace"]["exclude"].as_array().unwrap().iter().flat_map(|e| e.as_str()).collect();
+    let ci = read(".ci/run");
+    for room in ["benches/peers", "fuzz"] {
+        assert!(outside.contains(&room), "{room} is not excluded");
+        let manifest: toml::Table = toml::from_str(&read(format!("{room}/Cargo.toml"))).unwrap();
+        assert!(manifest.contains_key("workspace"), "{room} is no workspace of its own");
+        assert!(read(format!("{room}/Cargo.lock")).contains("version = "), "{room} is not locked");
+        assert!(!ci.contains(room), "CI builds {room}");
+        let package = manifest["package"]["name"].as_str().unwrap();
+        for (inside, _) in ROOMS {
+            assert!(!dependencies(inside).contains(package), "{inside} uses {room}");
+        }
+    }
+}
+
 /// The fenced blocks of a language.
 fn blocks(text: &str, language: &str) -> Vec<String> {
     let fence = format!("```{language}\n");
