@@ -1,7 +1,9 @@
 //! The command line: arguments in, one verb called, an exit code out.
 
+mod bench;
 mod control;
 
+pub use bench::{BenchArgs, BenchCommonArgs, BenchNoiseArgs, BenchVerb};
 pub use control::{ControlArgs, ControlVerb};
 
 use std::ffi::OsString;
@@ -68,6 +70,8 @@ enum Verb {
     Doctor(JsonArgs),
     /// Test a client program, in whatever language, against the protocol
     Conformance(ConformanceArgs),
+    /// Measure speed, beside what it is to be compared with
+    Bench(BenchArgs),
     /// Remove what dead runs left in shared memory; living ones stay
     Clean(JsonArgs),
     /// Confine this process, then become a participant (the server does this)
@@ -370,6 +374,7 @@ pub fn main() -> Exit {
         Verb::Control(args) => verbs::control(&args),
         Verb::Doctor(args) => verbs::doctor(&args),
         Verb::Conformance(args) => verbs::conformance(&args),
+        Verb::Bench(args) => verbs::bench(&args.what),
         Verb::Clean(args) => verbs::clean(&args),
         Verb::Confined(args) => verbs::confined(&args),
     };

@@ -13,9 +13,11 @@
 //! * [`conformance`]: what a client gets right of the protocol;
 //! * [`import`]: recordings of real robots;
 //! * [`seal`]: logs without their truth, to hand out;
+//! * [`bench`]: speed, measured beside what it is to be compared with;
 //! * [`report`]: what a run came to;
 //! * [`bits`], [`error`].
 
+pub mod bench;
 pub mod bits;
 pub mod cli;
 pub mod compare;

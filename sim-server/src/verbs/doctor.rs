@@ -7,6 +7,7 @@ use rusty_sim::{GOLDENS, Golden};
 use serde::Serialize;
 
 use super::{Verbed, print_json};
+use crate::bench::machine;
 use crate::cli::JsonArgs;
 use crate::confine;
 
@@ -156,14 +157,8 @@ fn build() -> Build {
         arch: std::env::consts::ARCH,
         os: std::env::consts::OS,
         compiled_for: features.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect(),
-        cpu: std::fs::read_to_string("/proc/cpuinfo").ok().as_deref().and_then(cpu_name),
+        cpu: std::fs::read_to_string("/proc/cpuinfo").ok().as_deref().and_then(machine::cpu_name),
     }
-}
-
-/// The first "model name" in the kernel's list of CPUs.
-fn cpu_name(cpuinfo: &str) -> Option<String> {
-    let line = cpuinfo.lines().find(|line| line.starts_with("model name"))?;
-    Some(line.split_once(':')?.1.trim().to_owned())
 }
 
 fn print(c: &Checkup) {
@@ -223,12 +218,5 @@ mod tests {
         let (exit, verdict) = judge(0, 8, &memory(Some("Permission denied")));
         assert!(exit == Exit::Failed && verdict.contains("Permission denied"), "{verdict}");
         assert_eq!(judge(1, 8, &memory(Some("Permission denied"))).0, Exit::NotBitExact);
-    }
-
-    #[test]
-    fn the_cpu_is_named_where_the_kernel_names_it() {
-        let list = "processor\t: 0\nmodel name\t: Example 9 @ 1 GHz\nmodel name\t: Another\n";
-        assert_eq!(cpu_name(list).as_deref(), Some("Example 9 @ 1 GHz"));
-        assert_eq!(cpu_name("processor : 0\n"), None);
     }
 }

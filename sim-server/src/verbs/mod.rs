@@ -1,5 +1,6 @@
 //! The verbs of the command line, one file each.
 
+mod bench;
 mod clean;
 mod confined;
 mod conformance;
@@ -18,6 +19,7 @@ mod session;
 mod verify;
 mod worlds;
 
+pub use bench::bench;
 pub use clean::clean;
 pub use confined::confined;
 pub use conformance::conformance;

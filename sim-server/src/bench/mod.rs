@@ -1,0 +1,18 @@
+//! Speed, measured: each bench in a file or room of its own, and what all of
+//! them share.
+//!
+//! * [`machine`]: on what it was measured;
+//! * [`noise`]: how much the machine was disturbed meanwhile;
+//! * [`quantiles`]: what a list of durations comes to;
+//! * [`usage`]: what a process has used of the machine;
+//! * [`report`]: the document that every bench prints.
+//!
+//! A bench never decides what is fast: it measures beside something else in the
+//! same run and prints the ratio. Times are read from the monotonic clock and
+//! reach no digest.
+
+pub mod machine;
+pub mod noise;
+pub mod quantiles;
+pub mod report;
+pub mod usage;
