@@ -3,7 +3,10 @@
 mod bench;
 mod control;
 
-pub use bench::{BenchArgs, BenchCommonArgs, BenchNoiseArgs, BenchVerb};
+pub use bench::{
+    BenchArgs, BenchCommonArgs, BenchNoiseArgs, BenchPageArgs, BenchScanArgs, BenchStepArgs,
+    BenchVerb, DensityWord, PatternWord,
+};
 pub use control::{ControlArgs, ControlVerb};
 
 use std::ffi::OsString;

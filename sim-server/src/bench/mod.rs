@@ -5,14 +5,21 @@
 //! * [`noise`]: how much the machine was disturbed meanwhile;
 //! * [`quantiles`]: what a list of durations comes to;
 //! * [`usage`]: what a process has used of the machine;
-//! * [`report`]: the document that every bench prints.
+//! * [`report`]: the document that every bench prints;
+//! * [`alternate`]: several ways to do something, timed in turns;
+//! * [`scan`], [`step`]: what a beam costs, and the parts of a tick;
+//! * [`page`]: all of them on a page.
 //!
 //! A bench never decides what is fast: it measures beside something else in the
 //! same run and prints the ratio. Times are read from the monotonic clock and
 //! reach no digest.
 
+pub mod alternate;
 pub mod machine;
 pub mod noise;
+pub mod page;
 pub mod quantiles;
 pub mod report;
+pub mod scan;
+pub mod step;
 pub mod usage;

@@ -1,5 +1,9 @@
 //! `bench`: speed, measured beside what it is to be compared with.
 
+mod page;
+mod scan;
+mod step;
+
 use std::time::{Duration, Instant};
 
 use super::Verbed;
@@ -15,6 +19,9 @@ use crate::output::outln;
 pub fn bench(what: &BenchVerb) -> Verbed {
     match what {
         BenchVerb::Noise(args) => noise(args),
+        BenchVerb::Scan(args) => scan::scan(args),
+        BenchVerb::Step(args) => step::step(args),
+        BenchVerb::Page(args) => page::page(args),
     }
 }
 

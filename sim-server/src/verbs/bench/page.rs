@@ -1,0 +1,60 @@
+//! `bench page`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rusty_contract::Exit;
+
+use super::super::Verbed;
+use crate::bench::page::benches::{self, BENCHES, Bench};
+use crate::bench::page::markdown::render;
+use crate::bench::page::{Documents, Notes, PageError};
+use crate::cli::BenchPageArgs;
+use crate::error::VerbError;
+use crate::output::{errln, outln};
+
+/// Measures what it is asked to, and prints or writes the page.
+///
+/// # Errors
+/// [`PageError`].
+pub fn page(args: &BenchPageArgs) -> Verbed {
+    let asked = asked(&args.only)?;
+    let folder = folder(args.write.as_deref());
+    let latest = folder.join("latest.json");
+    let (mut documents, to_measure) = match &args.from {
+        Some(file) => (Documents::read(file)?, asked),
+        None if args.only.is_empty() => (Documents::default(), BENCHES.iter().collect()),
+        None => (Documents::read(&latest)?, asked),
+    };
+    let notes = Notes::read(&folder.join("notes.md"))?;
+    for bench in to_measure {
+        errln!("bench {}", bench.name);
+        documents.measure(bench, args.quick)?;
+    }
+    let page = render(&documents, &notes)?;
+    let Some(file) = &args.write else {
+        outln!("{}", page.trim_end());
+        return Ok(Exit::Done);
+    };
+    fs::create_dir_all(&folder).map_err(VerbError::io(&folder))?;
+    documents.write(&latest)?;
+    fs::write(file, page).map_err(VerbError::io(file))?;
+    errln!("written: {} and {}", file.display(), latest.display());
+    Ok(Exit::Done)
+}
+
+/// Where documents and notes lie: beside the page, else beside where one is.
+fn folder(page: Option<&Path>) -> PathBuf {
+    page.and_then(Path::parent).unwrap_or(Path::new("")).join("benchmarks")
+}
+
+/// The benches of these names.
+fn asked(names: &[String]) -> Result<Vec<&'static Bench>, PageError> {
+    let one = |name: &String| {
+        benches::bench(name).ok_or_else(|| PageError::NoSuchBench {
+            name: name.clone(),
+            known: BENCHES.map(|bench| bench.name).join(", "),
+        })
+    };
+    names.iter().map(one).collect()
+}
