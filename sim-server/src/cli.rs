@@ -4,8 +4,8 @@ mod bench;
 mod control;
 
 pub use bench::{
-    BenchArgs, BenchCommonArgs, BenchNoiseArgs, BenchPageArgs, BenchScanArgs, BenchStepArgs,
-    BenchVerb, DensityWord, PatternWord,
+    BenchArgs, BenchCommonArgs, BenchNoiseArgs, BenchPageArgs, BenchPeerArgs, BenchScanArgs,
+    BenchStepArgs, BenchVerb, DensityWord, LatencyArgs, PatternWord,
 };
 pub use control::{ControlArgs, ControlVerb};
 
@@ -77,6 +77,9 @@ enum Verb {
     Bench(BenchArgs),
     /// Remove what dead runs left in shared memory; living ones stay
     Clean(JsonArgs),
+    /// Take part in a bench without a protocol (the bench does this)
+    #[command(hide = true)]
+    BenchPeer(BenchPeerArgs),
     /// Confine this process, then become a participant (the server does this)
     #[command(hide = true)]
     Confined(ConfinedArgs),
@@ -379,6 +382,7 @@ pub fn main() -> Exit {
         Verb::Conformance(args) => verbs::conformance(&args),
         Verb::Bench(args) => verbs::bench(&args.what),
         Verb::Clean(args) => verbs::clean(&args),
+        Verb::BenchPeer(args) => verbs::bench_peer(&args),
         Verb::Confined(args) => verbs::confined(&args),
     };
     done.unwrap_or_else(|e| {

@@ -93,6 +93,9 @@ pub enum VerbError {
     /// A world of a bench.
     #[error(transparent)]
     World(#[from] WorldError),
+    /// A bench could not measure.
+    #[error("nothing was measured: {0}")]
+    Bench(String),
     /// A drawing failed.
     #[error("cannot draw {path}: {why}")]
     Draw {

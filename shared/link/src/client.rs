@@ -16,12 +16,8 @@ use rusty_contract::{Answer, Frame, JoinRequest, RunName, Start, Tally};
 use crate::feed::{Refeed, is_last_word};
 use crate::lobby::Lobby;
 use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
-use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
+use crate::wait::{LOOKS_BETWEEN_CHECKS, Waiter, may_sleep, monotonic_ns, readable};
 use crate::{Domain, LinkError, Peer, WaitPolicy};
-
-/// How often a participant that never sleeps looks whether its server lives,
-/// in looks for a frame.
-const LOOKS_BETWEEN_CHECKS: u32 = 4096;
 
 /// A participant's ports on a run.
 pub struct ClientLink {

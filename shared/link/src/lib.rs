@@ -12,6 +12,9 @@
 //! * [`mod@control`]: how somebody else says when ticks may happen;
 //! * [`client`]: the side that borrows frames and answers.
 //!
+//! For the bench, without a protocol: [`raw`], the transport alone, and
+//! [`floor`], the machine alone.
+//!
 //! Wake-ups are hints. Nothing here waits without a bound, and after every
 //! wait the data is looked at. The clock is read to decide who might be
 //! asleep; it never reaches a digest.
@@ -22,10 +25,12 @@ pub mod domain;
 mod domain_error;
 mod error;
 pub mod feed;
+pub mod floor;
 mod lobby;
 mod lock;
 pub mod memory;
 pub mod process;
+pub mod raw;
 pub mod server;
 mod services;
 mod sweep;

@@ -82,11 +82,18 @@ pub(crate) struct Waiter {
     slice: Duration,
 }
 
+/// How often a process that never sleeps looks around itself, in looks for
+/// data.
+pub(crate) const LOOKS_BETWEEN_CHECKS: u32 = 4096;
+
 /// First and longest slice of blocking.
 const FIRST_SLICE: Duration = Duration::from_millis(2);
 const LONGEST_SLICE: Duration = Duration::from_millis(20);
 
 impl Waiter {
+    /// No bound but that of the slice.
+    pub(crate) const FOR_EVER: Duration = Duration::MAX;
+
     /// A wait that began at `since_ns`.
     pub(crate) fn new(policy: WaitPolicy, since_ns: u64) -> Self {
         Self { awake_until_ns: since_ns.saturating_add(policy.awake_ns()), slice: FIRST_SLICE }

@@ -7,14 +7,17 @@
 //! * [`usage`]: what a process has used of the machine;
 //! * [`report`]: the document that every bench prints;
 //! * [`alternate`]: several ways to do something, timed in turns;
-//! * [`scan`], [`step`]: what a beam costs, and the parts of a tick;
 //! * [`page`]: all of them on a page.
+//!
+//! The benches: [`latency`], a tick; [`scan`], a beam; [`step`], the parts of a
+//! tick.
 //!
 //! A bench never decides what is fast: it measures beside something else in the
 //! same run and prints the ratio. Times are read from the monotonic clock and
 //! reach no digest.
 
 pub mod alternate;
+pub mod latency;
 pub mod machine;
 pub mod noise;
 pub mod page;

@@ -1,7 +1,7 @@
 //! What a process has used of the machine, as the kernel counts it.
 
 use std::fs;
-use std::ops::Sub;
+use std::ops::{Add, Sub};
 
 use serde::Serialize;
 
@@ -46,6 +46,21 @@ impl Usage {
             resident_bytes: field(&status, "VmRSS:").unwrap_or(0) * 1024,
             peak_resident_bytes: field(&status, "VmHWM:").unwrap_or(0) * 1024,
         })
+    }
+}
+
+impl Add for Usage {
+    type Output = Self;
+
+    /// Of two processes together.
+    fn add(self, other: Self) -> Self {
+        Self {
+            cpu_ns: self.cpu_ns + other.cpu_ns,
+            voluntary_switches: self.voluntary_switches + other.voluntary_switches,
+            involuntary_switches: self.involuntary_switches + other.involuntary_switches,
+            resident_bytes: self.resident_bytes + other.resident_bytes,
+            peak_resident_bytes: self.peak_resident_bytes + other.peak_resident_bytes,
+        }
     }
 }
 

@@ -9,6 +9,8 @@ pub use scan::{BenchScanArgs, DensityWord, PatternWord};
 pub use step::BenchStepArgs;
 
 use clap::{Args, Subcommand};
+use rusty_contract::RunName;
+use rusty_link::WaitPolicy;
 
 /// `bench`.
 #[derive(Args, Clone, Debug)]
@@ -26,6 +28,8 @@ pub struct BenchArgs {
 /// What to measure.
 #[derive(Subcommand, Clone, Debug)]
 pub enum BenchVerb {
+    /// A tick of the protocol beside the raw transport and the machine's floor
+    Latency(LatencyArgs),
     /// Nothing but the machine: can what is measured on it be believed?
     Noise(BenchNoiseArgs),
     /// A beam of a scan, beside a ray for each beam
@@ -59,4 +63,58 @@ pub struct BenchNoiseArgs {
     /// What all share.
     #[command(flatten)]
     pub common: BenchCommonArgs,
+}
+
+/// `bench latency`.
+#[derive(Args, Clone, Debug)]
+pub struct LatencyArgs {
+    /// Numbers of clients, each a process of its own
+    #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "1,2,3,8")]
+    pub clients: Vec<usize>,
+    /// Numbers of beams
+    #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "180,1080")]
+    pub beams: Vec<u32>,
+    /// A scan in every so-manyth tick; 0: no scans
+    #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "0,1")]
+    pub scan_every: Vec<u64>,
+    /// Also measure server, estimator, scorer and logger together
+    #[arg(long)]
+    pub mix: bool,
+    /// Ticks of a repetition, after a warm-up of a tenth as many
+    #[arg(long, value_name = "N", default_value_t = 20_000)]
+    pub ticks: usize,
+    /// How often each measurement is repeated, in turns with the others
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub repeat: usize,
+    /// How everyone waits: balanced, spin (a core each) or block
+    #[arg(long, default_value_t, value_name = "HOW")]
+    pub wait: WaitPolicy,
+    /// Cores to keep everyone on: the server's, then the clients' in turn
+    /// [default: where the kernel likes]
+    #[arg(long, value_name = "CORE,…", value_delimiter = ',')]
+    pub pin: Vec<usize>,
+    /// What all share.
+    #[command(flatten)]
+    pub common: BenchCommonArgs,
+}
+
+/// `bench-peer`.
+#[derive(Args, Clone, Debug)]
+pub struct BenchPeerArgs {
+    /// What it takes part in: raw or floor
+    pub what: String,
+    /// Which of the clients it is, from 0
+    pub client: usize,
+    /// The run to take part in
+    #[arg(long, value_name = "NAME")]
+    pub run: RunName,
+    /// Its name
+    #[arg(long, value_name = "NAME")]
+    pub name: String,
+    /// How to wait
+    #[arg(long, value_name = "HOW")]
+    pub wait: WaitPolicy,
+    /// Process of the server that started it
+    #[arg(long, value_name = "PID")]
+    pub launcher: u32,
 }

@@ -6,11 +6,17 @@ mod step;
 
 use std::time::{Duration, Instant};
 
+use rusty_contract::{Exit, FieldError, MAX_PARTICIPANTS, RunName};
+use rusty_link::{Domain, floor, raw};
+
 use super::Verbed;
+use crate::bench::latency::{self, Bare, Plan};
 use crate::bench::noise::NoiseMeter;
 use crate::bench::report::{Printing, Report};
-use crate::cli::{BenchCommonArgs, BenchNoiseArgs, BenchVerb};
-use crate::output::outln;
+use crate::cli::{BenchCommonArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, LatencyArgs};
+use crate::error::VerbError;
+use crate::output::{errln, outln};
+use crate::run::Stop;
 
 /// Runs one bench: exit 0 if its results can be believed, 1 if not.
 ///
@@ -18,6 +24,7 @@ use crate::output::outln;
 /// As the bench.
 pub fn bench(what: &BenchVerb) -> Verbed {
     match what {
+        BenchVerb::Latency(args) => latency(args),
         BenchVerb::Noise(args) => noise(args),
         BenchVerb::Scan(args) => scan::scan(args),
         BenchVerb::Step(args) => step::step(args),
@@ -60,4 +67,65 @@ fn noise(args: &BenchNoiseArgs) -> Verbed {
         outln!("other processes   {}", cores(found.others_cores));
         outln!("the hypervisor    {}", cores(found.stolen_cores));
     }))
+}
+
+/// Ticks, raw rounds and the floor, in turns.
+fn latency(args: &LatencyArgs) -> Verbed {
+    check(args)?;
+    let run = fresh_name()?;
+    let stop = Stop::listen(&run).map_err(VerbError::io("signals".as_ref()))?;
+    let _ = Domain::sweep_dead();
+    let plan = Plan {
+        clients: args.clients.clone(),
+        beams: args.beams.clone(),
+        scan_every: args.scan_every.clone(),
+        mix: args.mix,
+        ticks: args.ticks,
+        repeat: args.repeat,
+        wait: args.wait,
+        pin: args.pin.clone(),
+        quiet: args.common.quiet,
+    };
+    let mut meter = NoiseMeter::begin();
+    let Some(results) = plan.measure(&run, &stop, &mut meter)? else {
+        errln!("stopped; nothing of it is kept");
+        return Ok(Exit::Lost);
+    };
+    let report = Report::new("latency", meter.finish(), results);
+    Ok(report.finish(args.common.printing(), latency::print))
+}
+
+fn check(args: &LatencyArgs) -> Result<(), FieldError> {
+    let bad = |field: &str, value: &dyn std::fmt::Display, problem: &str, remedy: &str| {
+        Err(FieldError::new(field, value, problem, remedy))
+    };
+    if let Some(n) = args.clients.iter().find(|n| !(1..=MAX_PARTICIPANTS).contains(*n)) {
+        return bad("--clients", n, "a run has 1 to 16 participants", "give such numbers");
+    }
+    if args.ticks < 100 {
+        return bad("--ticks", &args.ticks, "too few for any quantile", "give 100 or more");
+    }
+    if args.repeat == 0 {
+        return bad("--repeat", &args.repeat, "measures nothing", "give 1 or more");
+    }
+    Ok(())
+}
+
+/// A name that no other bench has.
+fn fresh_name() -> Result<RunName, VerbError> {
+    let random = getrandom::u32().map_err(VerbError::Random)?;
+    Ok(RunName::new(&format!("bench-{random:08x}"))?)
+}
+
+/// A client without a protocol.
+///
+/// # Errors
+/// [`VerbError`] if there is nothing to take part in.
+pub fn bench_peer(args: &BenchPeerArgs) -> Verbed {
+    if args.what == Bare::Raw.word() {
+        raw::serve_raw(&args.run, args.wait)?;
+    } else {
+        floor::serve_floor(&args.run, args.client, args.wait)?;
+    }
+    Ok(Exit::Done)
 }

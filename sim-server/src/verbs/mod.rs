@@ -19,7 +19,7 @@ mod session;
 mod verify;
 mod worlds;
 
-pub use bench::bench;
+pub use bench::{bench, bench_peer};
 pub use clean::clean;
 pub use confined::confined;
 pub use conformance::conformance;

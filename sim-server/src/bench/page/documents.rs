@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::benches::Bench;
+use super::benches::{Bench, Source};
 use super::error::PageError;
 use rusty_contract::Exit;
 
@@ -90,32 +90,53 @@ impl Documents {
         text.and_then(|text| fs::write(path, text + "\n")).map_err(PageError::io(path))
     }
 
-    /// The document of a bench.
+    /// The document of a bench; `None` where one may be absent and is.
     ///
     /// # Errors
     /// [`PageError::Missing`].
-    pub fn of(&self, bench: &'static Bench) -> Result<&Document, PageError> {
-        self.0.get(bench.name).ok_or(PageError::Missing { bench: bench.name })
+    pub fn of(&self, bench: &'static Bench) -> Result<Option<&Document>, PageError> {
+        match (self.0.get(bench.name), bench.source) {
+            (None, Source::Run { .. }) => Err(PageError::Missing { bench: bench.name }),
+            (found, _) => Ok(found),
+        }
+    }
+
+    /// Takes the document of `bench` from a file, as that program printed it.
+    ///
+    /// # Errors
+    /// [`PageError::Io`] and [`PageError::OldDocument`].
+    pub fn take(&mut self, bench: &'static Bench, path: &Path) -> Result<(), PageError> {
+        let text = fs::read_to_string(path).map_err(PageError::io(path))?;
+        let document = serde_json::from_str(&text)
+            .map_err(|error| PageError::OldDocument { bench: bench.name, error })?;
+        self.0.insert(bench.name.to_owned(), document);
+        Ok(())
     }
 
     /// Runs a bench in a process of its own and keeps its document in place of
-    /// the one before. It talks to this process's stderr.
+    /// the one before. It talks to this process's stderr. Where the document
+    /// comes from a file, nothing happens.
     ///
     /// # Errors
     /// [`PageError::Failed`] if it ends with another exit code than 0, and
     /// [`PageError::OldDocument`] if it prints something else.
-    pub fn measure(&mut self, bench: &'static Bench, quick: bool) -> Result<(), PageError> {
-        let mut args = vec!["bench", bench.name, "--json", "--accept-noise"];
-        if quick {
-            args.extend(bench.quick);
+    pub fn measure(&mut self, bench: &'static Bench, is_quick: bool) -> Result<(), PageError> {
+        let Source::Run { args, quick } = bench.source else { return Ok(()) };
+        let mut command = vec!["bench", bench.name, "--json", "--accept-noise"];
+        command.extend(args);
+        if is_quick {
+            command.extend(quick);
         }
-        let ran = std::env::current_exe()
-            .and_then(|program| Command::new(program).args(args).stderr(Stdio::inherit()).output());
         let failed =
             |how: String, not_exact| PageError::Failed { bench: bench.name, how, not_exact };
-        let ran = ran.map_err(|error| failed(error.to_string(), false))?;
+        let program = std::env::current_exe();
+        let ran = program
+            .and_then(|program| {
+                Command::new(program).args(command).stderr(Stdio::inherit()).output()
+            })
+            .map_err(|error| failed(error.to_string(), false))?;
         if !ran.status.success() {
-            let not_exact = ran.status.code() == Some(i32::from(Exit::NotBitExact as u8));
+            let not_exact = ran.status.code() == Some(Exit::NotBitExact as i32);
             return Err(failed(ran.status.to_string(), not_exact));
         }
         let document = serde_json::from_slice(&ran.stdout)

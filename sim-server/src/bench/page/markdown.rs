@@ -26,9 +26,7 @@ its section again.
 /// [`PageError`] if a bench has no document, one of another form, or one that
 /// was changed by hand, or if a note is about nothing.
 pub fn render(documents: &Documents, notes: &Notes) -> Result<String, PageError> {
-    let sections: Result<Vec<_>, PageError> =
-        BENCHES.iter().map(|bench| part(bench, documents)).collect();
-    let sections = sections?;
+    let sections = parts(documents)?;
     let findings = sections.iter().flat_map(|(_, _, section)| &section.findings);
     let goals = findings.map(|finding| finding.key);
     let known: Vec<&str> = goals.chain(BENCHES.iter().map(|bench| bench.name)).collect();
@@ -48,8 +46,7 @@ pub fn render(documents: &Documents, notes: &Notes) -> Result<String, PageError>
 /// As [`render`].
 pub fn unexplained(documents: &Documents, notes: &Notes) -> Result<Vec<&'static str>, PageError> {
     let mut keys = Vec::new();
-    for bench in &BENCHES {
-        let (_, document, section) = part(bench, documents)?;
+    for (_, document, section) in parts(documents)? {
         let missed = section.findings.iter().filter(|finding| !finding.met);
         let silent = missed.filter(|finding| notes.on(finding.key).is_none());
         keys.extend(silent.filter(|_| document.noise.is_quiet()).map(|finding| finding.key));
@@ -64,8 +61,7 @@ pub fn unexplained(documents: &Documents, notes: &Notes) -> Result<Vec<&'static 
 /// As [`render`].
 pub fn stale_rows(documents: &Documents) -> Result<Vec<String>, PageError> {
     let mut stale = Vec::new();
-    for bench in &BENCHES {
-        let (_, _, section) = part(bench, documents)?;
+    for (bench, _, section) in parts(documents)? {
         let firsts = section.tables.iter().flat_map(|table| &table.rows).filter_map(|r| r.first());
         let there: Vec<String> = firsts.cloned().collect();
         let wanted = (bench.rows)();
@@ -78,15 +74,19 @@ pub fn stale_rows(documents: &Documents) -> Result<Vec<String>, PageError> {
 
 type Part<'a> = (&'static Bench, &'a Document, Section);
 
-/// A bench with its document and the section that it makes.
-fn part<'a>(bench: &'static Bench, documents: &'a Documents) -> Result<Part<'a>, PageError> {
-    let document = documents.of(bench)?;
-    if results_hash(&document.results) != document.results_hash {
-        return Err(PageError::Changed { bench: bench.name });
+/// Every bench that has a document, with it and the section that it makes.
+fn parts(documents: &Documents) -> Result<Vec<Part<'_>>, PageError> {
+    let mut parts = Vec::new();
+    for bench in &BENCHES {
+        let Some(document) = documents.of(bench)? else { continue };
+        if results_hash(&document.results) != document.results_hash {
+            return Err(PageError::Changed { bench: bench.name });
+        }
+        let section = (bench.section)(&document.results)
+            .map_err(|error| PageError::OldDocument { bench: bench.name, error })?;
+        parts.push((bench, document, section));
     }
-    let section = (bench.section)(&document.results)
-        .map_err(|error| PageError::OldDocument { bench: bench.name, error })?;
-    Ok((bench, document, section))
+    Ok(parts)
 }
 
 fn put_goals(page: &mut String, sections: &[Part<'_>], notes: &Notes) {
@@ -215,7 +215,9 @@ mod tests {
         let plan = scan::Plan { time: Duration::ZERO, walls: vec![64], ..scan::Plan::default() };
         let scanned = scan::run(&plan, |_, _| {}).unwrap();
         let stepped = step::run(Duration::ZERO).unwrap();
+        let ticked = json!({"wait": "balanced", "pin": [], "ticks": 1, "repeat": 1, "rows": []});
         json!({
+            "latency": printed("latency", ticked, verdict),
             "scan": printed("scan", serde_json::to_value(scanned).unwrap(), verdict),
             "step": printed("step", serde_json::to_value(stepped).unwrap(), verdict),
         })
@@ -246,7 +248,8 @@ mod tests {
         assert_eq!(unexplained(&read(&documents("noisy")), &notes).unwrap(), [""; 0]);
 
         let stale = stale_rows(&read(&quiet)).unwrap();
-        assert_eq!(stale.len(), 3 * 2 * 2 * 2, "{stale:?}");
+        // The other sizes of worlds, and all rows of the latency.
+        assert_eq!(stale.len(), 3 * 2 * 2 * 2 + 15, "{stale:?}");
         assert!(stale.contains(&"scan: segments-area-512, 1080".to_owned()));
     }
 

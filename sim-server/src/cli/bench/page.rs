@@ -29,6 +29,9 @@ pub struct BenchPageArgs {
     /// Measure these alone; the others are as in --from, or as beside the page
     #[arg(long, value_delimiter = ',', value_name = "BENCH,…")]
     pub only: Vec<String>,
+    /// What `rusty-peers --json` printed (see benches/peers), to go on the page
+    #[arg(long, value_name = "FILE")]
+    pub peers: Option<PathBuf>,
     /// Measure for a short while: numbers that are no more than examples
     #[arg(long)]
     pub quick: bool,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rusty_contract::Exit;
 
 use super::super::Verbed;
-use crate::bench::page::benches::{self, BENCHES, Bench};
+use crate::bench::page::benches::{self, BENCHES, Bench, Source, runnable};
 use crate::bench::page::markdown::render;
 use crate::bench::page::{Documents, Notes, PageError};
 use crate::cli::BenchPageArgs;
@@ -23,9 +23,15 @@ pub fn page(args: &BenchPageArgs) -> Verbed {
     let latest = folder.join("latest.json");
     let (mut documents, to_measure) = match &args.from {
         Some(file) => (Documents::read(file)?, asked),
-        None if args.only.is_empty() => (Documents::default(), BENCHES.iter().collect()),
+        None if args.only.is_empty() => (kept(&latest), runnable().collect()),
         None => (Documents::read(&latest)?, asked),
     };
+    if let Some(file) = &args.peers {
+        let peers = BENCHES.iter().filter(|bench| matches!(bench.source, Source::File));
+        for bench in peers {
+            documents.take(bench, file)?;
+        }
+    }
     let notes = Notes::read(&folder.join("notes.md"))?;
     for bench in to_measure {
         errln!("bench {}", bench.name);
@@ -48,12 +54,18 @@ fn folder(page: Option<&Path>) -> PathBuf {
     page.and_then(Path::parent).unwrap_or(Path::new("")).join("benchmarks")
 }
 
+/// What is kept beside the page, if anything: it holds what this program cannot
+/// measure itself.
+fn kept(latest: &Path) -> Documents {
+    Documents::read(latest).unwrap_or_default()
+}
+
 /// The benches of these names.
 fn asked(names: &[String]) -> Result<Vec<&'static Bench>, PageError> {
     let one = |name: &String| {
         benches::bench(name).ok_or_else(|| PageError::NoSuchBench {
             name: name.clone(),
-            known: BENCHES.map(|bench| bench.name).join(", "),
+            known: runnable().map(|bench| bench.name).collect::<Vec<_>>().join(", "),
         })
     };
     names.iter().map(one).collect()
