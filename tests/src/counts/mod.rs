@@ -5,9 +5,9 @@
 //! those inside the functions of [`work`], and [`budget`] compares them with
 //! what was agreed on, so that nothing becomes slower unnoticed.
 //!
-//! * [`work`]: what is counted;
-//! * [`callgrind`]: how;
-//! * [`budget`]: what it may come to.
+//! * [`work`] is what is counted;
+//! * [`callgrind`] is how;
+//! * [`budget`] is what it may come to.
 
 pub mod budget;
 pub mod callgrind;
