@@ -23,8 +23,8 @@ pub fn page(args: &BenchPageArgs) -> Verbed {
     let latest = folder.join("latest.json");
     let (mut documents, to_measure) = match &args.from {
         Some(file) => (Documents::read(file)?, asked),
-        None if args.only.is_empty() => (kept(&latest), runnable().collect()),
-        None => (Documents::read(&latest)?, asked),
+        None if args.only.is_empty() => (kept(&latest)?, runnable().collect()),
+        None => (kept(&latest)?, asked),
     };
     if let Some(file) = &args.peers {
         let peers = BENCHES.iter().filter(|bench| matches!(bench.source, Source::File));
@@ -33,16 +33,22 @@ pub fn page(args: &BenchPageArgs) -> Verbed {
         }
     }
     let notes = Notes::read(&folder.join("notes.md"))?;
+    if args.write.is_some() {
+        fs::create_dir_all(&folder).map_err(VerbError::io(&folder))?;
+    }
     for bench in to_measure {
         errln!("bench {}", bench.name);
         documents.measure(bench, args.quick)?;
+        // Whatever stops the next one, this one need not be measured again.
+        if args.write.is_some() {
+            documents.write(&latest)?;
+        }
     }
     let page = render(&documents, &notes)?;
     let Some(file) = &args.write else {
         outln!("{}", page.trim_end());
         return Ok(Exit::Done);
     };
-    fs::create_dir_all(&folder).map_err(VerbError::io(&folder))?;
     documents.write(&latest)?;
     fs::write(file, page).map_err(VerbError::io(file))?;
     errln!("written: {} and {}", file.display(), latest.display());
@@ -56,8 +62,8 @@ fn folder(page: Option<&Path>) -> PathBuf {
 
 /// What is kept beside the page, if anything: it holds what this program cannot
 /// measure itself.
-fn kept(latest: &Path) -> Documents {
-    Documents::read(latest).unwrap_or_default()
+fn kept(latest: &Path) -> Result<Documents, PageError> {
+    if latest.exists() { Documents::read(latest) } else { Ok(Documents::default()) }
 }
 
 /// The benches of these names.
