@@ -5,8 +5,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// A count that is more than this share off its budget is another one.
-pub const TOLERANCE: f64 = 0.05;
+/// A count that is more than so many percent off its budget is another one.
+pub const TOLERANCE_PERCENT: u64 = 5;
 
 /// What writes a new budget.
 pub const REMEDY: &str = "cargo build --release && ./target/release/instruction-counts --write";
@@ -68,11 +68,14 @@ impl Line {
         match (self.budget, self.found) {
             (None, _) => Verdict::WithoutBudget,
             (_, None) => Verdict::WithoutWork,
-            (Some(budget), Some(found)) => match found as f64 / budget as f64 - 1.0 {
-                change if change > TOLERANCE => Verdict::Grown,
-                change if change < -TOLERANCE => Verdict::Shrunk,
-                _ => Verdict::Within,
-            },
+            // In whole numbers: exactly 5 % is within.
+            (Some(budget), Some(found)) if found * 100 > budget * (100 + TOLERANCE_PERCENT) => {
+                Verdict::Grown
+            }
+            (Some(budget), Some(found)) if found * 100 < budget * (100 - TOLERANCE_PERCENT) => {
+                Verdict::Shrunk
+            }
+            (Some(_), Some(_)) => Verdict::Within,
         }
     }
 
