@@ -13,7 +13,7 @@
 //! * [`conformance`]: what a client gets right of the protocol;
 //! * [`import`]: recordings of real robots;
 //! * [`seal`]: logs without their truth, to hand out;
-//! * [`bench`]: speed, measured beside what it is to be compared with;
+//! * [`mod@bench`]: speed, measured beside what it is to be compared with;
 //! * [`report`]: what a run came to;
 //! * [`bits`], [`error`].
 
