@@ -9,8 +9,8 @@
 //! counter-clockwise in (−π, π]; world frame unless a name says otherwise.
 //!
 //! In reading order: [`trig`], [`angle`], [`se2`]; [`drive`], [`encoders`];
-//! [`material`], [`wall`], [`gap`], [`world_spec`], [`world`], [`motion_arc`],
-//! [`sweep`], [`places`], [`generated`].
+//! [`material`], [`wall`], [`gap`], [`world_spec`], [`world`], [`fan`], [`scan`],
+//! [`motion_arc`], [`sweep`], [`places`], [`generated`].
 //!
 //! The chapter this grew from is chapter 4 of the online *Probabilistic
 //! Robotics*, "Rusty, Sensors, and the Simulator".
@@ -23,8 +23,10 @@ pub mod se2;
 pub mod drive;
 pub mod encoders;
 
+pub mod fan;
 pub mod gap;
 pub mod material;
+pub mod scan;
 pub mod wall;
 mod wall_tree;
 pub mod world;
@@ -40,10 +42,12 @@ pub mod places;
 pub use angle::wrap_angle;
 pub use drive::{DiffDrive, Twist, WheelRates};
 pub use encoders::{EncoderTicks, odometry_delta, tick_length};
+pub use fan::Fan;
 pub use gap::Gap;
 pub use material::{Material, MaterialError};
 pub use motion_arc::MotionArc;
 pub use places::{PLACES, apartment, hallway, open, place};
+pub use scan::Scan;
 pub use se2::SE2;
 pub use wall::Wall;
 pub use world::{Hit, World};

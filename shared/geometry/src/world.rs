@@ -13,6 +13,7 @@
 use nalgebra::{Point2, Vector2};
 
 use crate::material::Material;
+use crate::scan::Blocks;
 use crate::trig;
 use crate::wall::Wall;
 use crate::wall_tree::WallTree;
@@ -35,6 +36,7 @@ pub struct World {
     spec: WorldSpec,
     walls: Vec<Wall>,
     tree: WallTree,
+    blocks: Blocks,
 }
 
 impl World {
@@ -46,7 +48,8 @@ impl World {
         spec.check()?;
         let walls = spec.to_walls();
         let tree = WallTree::new(&walls);
-        Ok(Self { spec, walls, tree })
+        let blocks = Blocks::new(&walls);
+        Ok(Self { spec, walls, tree, blocks })
     }
 
     /// The world as it was given.
@@ -137,5 +140,10 @@ impl World {
     /// The search tree, for the other queries of this crate.
     pub(crate) fn tree(&self) -> &WallTree {
         &self.tree
+    }
+
+    /// The walls as a scan takes them.
+    pub(crate) fn wall_blocks(&self) -> &Blocks {
+        &self.blocks
     }
 }

@@ -45,7 +45,7 @@ fn main() {
     noise.bench_function("180 beams", |bencher| {
         bencher.iter(|| {
             tick += 1;
-            draws.at(tick).take(180).map(|draw| draw.u + draw.z).sum::<f64>()
+            draws.at(tick, 180).map(|draw| draw.u + draw.z).sum::<f64>()
         });
     });
     noise.finish();

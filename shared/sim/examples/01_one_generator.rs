@@ -59,7 +59,7 @@ fn with_one_generator(beams: u32) -> Result<Path, SimError> {
     let world = World::new(config.world.clone())?;
     let drive = config.robot.nominal().drive;
     let mut robot = Robot::new(&config.robot, config.start);
-    let lidar = Lidar::new(&config.lidar);
+    let mut lidar = Lidar::new(&config.lidar);
     let mut hits = vec![Hit { distance_m: 0.0, material: None }; lidar.beams()];
     let mut ranges_m = vec![0.0; lidar.beams()];
 

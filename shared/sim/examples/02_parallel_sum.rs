@@ -53,7 +53,7 @@ fn scan() -> Result<Vec<Beam>, SimError> {
     let _ = sim.step(None, &mut frame);
     let measured_m = frame.ranges_m().unwrap_or_default();
     let mut hits = vec![Hit { distance_m: 0.0, material: None }; measured_m.len()];
-    let lidar = Lidar::new(&sim.config().lidar);
+    let mut lidar = Lidar::new(&sim.config().lidar);
     lidar.ranges_and_materials(sim.world(), &sim.truth(), &mut hits);
     let beams = measured_m.iter().zip(&hits);
     Ok(beams.map(|(m, hit)| Beam { measured_m: *m, expected_m: hit.distance_m }).collect())

@@ -9,19 +9,18 @@
 //!
 //! Departures: the sine and cosine of every φ_k are taken once, and a scan turns
 //! them by the heading, so that it costs one sine and one cosine in all; the
-//! draws are placed, not consumed, see [`crate::noise`].
+//! beams are cast together, see [`rusty_geometry::scan`], with the bits of one
+//! ray at a time; the draws are placed, not consumed, see [`crate::noise`].
 
-use nalgebra::{Point2, Vector2};
 use rusty_contract::LidarConfig;
-use rusty_geometry::{Hit, SE2, World, trig};
+use rusty_geometry::{Fan, Hit, SE2, Scan, World};
 
 use crate::noise::LidarNoise;
 
 /// A planar LiDAR.
 #[derive(Clone, Debug)]
 pub struct Lidar {
-    /// (cos φ_k, sin φ_k), sensor frame.
-    beams_in_sensor: Vec<Vector2<f64>>,
+    scan: Scan,
     range_max_m: f64,
     range_std_m: f64,
     dropout: f64,
@@ -33,12 +32,19 @@ impl Lidar {
     /// see [`LidarConfig::check`].
     #[must_use]
     pub fn new(config: &LidarConfig) -> Self {
-        let direction = |k| {
-            let (s, c) = trig::sin_cos(config.bearing_rad(k));
-            Vector2::new(c, s)
-        };
+        Self::with(config, Scan::new)
+    }
+
+    /// The same, but with the instructions that every machine of this kind has,
+    /// see [`Scan::portable`]. The bits are equal.
+    #[must_use]
+    pub fn portable(config: &LidarConfig) -> Self {
+        Self::with(config, Scan::portable)
+    }
+
+    fn with(config: &LidarConfig, scan: impl FnOnce(Fan) -> Scan) -> Self {
         Self {
-            beams_in_sensor: (0..config.beams).map(direction).collect(),
+            scan: scan(config.fan()),
             range_max_m: config.range_max_m,
             range_std_m: config.range_std_m,
             dropout: config.dropout,
@@ -49,7 +55,7 @@ impl Lidar {
     /// Number of beams n.
     #[must_use]
     pub fn beams(&self) -> usize {
-        self.beams_in_sensor.len()
+        self.scan.fan().beams as usize
     }
 
     /// The scan of tick `tick` from the body pose `pose_in_world`: writes the
@@ -59,7 +65,7 @@ impl Lidar {
     /// The noise depends on seed, tick and beam alone: not on what other scans
     /// were taken, nor on what the beams hit.
     pub fn scan(
-        &self,
+        &mut self,
         world: &World,
         pose_in_world: &SE2,
         noise: &mut LidarNoise,
@@ -67,12 +73,13 @@ impl Lidar {
         ranges_m: &mut [f64],
     ) {
         let sensor_in_world = pose_in_world.compose(&self.sensor_in_body);
-        let hits = self.hits(world, &sensor_in_world);
-        for ((range_m, hit), draw) in ranges_m.iter_mut().zip(hits).zip(noise.at(tick)) {
+        self.scan.take(world, &sensor_in_world, self.range_max_m);
+        let (exact, draws) = (self.scan.distances_m(), noise.at(tick, self.beams()));
+        for ((range_m, exact_m), draw) in ranges_m.iter_mut().zip(exact).zip(draws) {
             *range_m = if draw.u < self.dropout {
                 self.range_max_m
             } else {
-                self.measured_m(&hit, self.range_std_m * draw.z)
+                self.measured_m(exact_m, self.range_std_m * draw.z)
             };
         }
     }
@@ -80,27 +87,18 @@ impl Lidar {
     /// What the beams meet from the *sensor* pose `sensor_in_world`, without
     /// noise or dropout: distance (z_max where nothing is met) and material of
     /// beam k to `hits[k]`. For drawings and tests.
-    pub fn ranges_and_materials(&self, world: &World, sensor_in_world: &SE2, hits: &mut [Hit]) {
-        for (place, hit) in hits.iter_mut().zip(self.hits(world, sensor_in_world)) {
+    pub fn ranges_and_materials(&mut self, world: &World, sensor_in_world: &SE2, hits: &mut [Hit]) {
+        self.scan.take(world, sensor_in_world, self.range_max_m);
+        for (place, hit) in hits.iter_mut().zip(self.scan.hits(world)) {
             *place = hit;
         }
     }
 
-    /// The exact hit of every beam, in order.
-    fn hits(&self, world: &World, sensor_in_world: &SE2) -> impl Iterator<Item = Hit> {
-        let origin = Point2::from(sensor_in_world.translation());
-        let (s, c) = trig::sin_cos(sensor_in_world.theta());
-        self.beams_in_sensor.iter().map(move |beam| {
-            let along = Vector2::new(c * beam.x - s * beam.y, s * beam.x + c * beam.y);
-            world.raycast_dir(origin, along, self.range_max_m)
-        })
-    }
-
     /// The range of a beam that did not drop out. Written with comparisons:
     /// `f64::max` may return either zero for two zeros of unlike sign.
-    fn measured_m(&self, hit: &Hit, error_m: f64) -> f64 {
-        let range_m = hit.distance_m + error_m;
-        if hit.distance_m >= self.range_max_m || range_m >= self.range_max_m {
+    fn measured_m(&self, exact_m: f64, error_m: f64) -> f64 {
+        let range_m = exact_m + error_m;
+        if exact_m >= self.range_max_m || range_m >= self.range_max_m {
             self.range_max_m
         } else if range_m <= 0.0 {
             0.0
@@ -113,12 +111,13 @@ impl Lidar {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Point2;
     use rusty_geometry::{Material, apartment, open};
 
     const NOTHING: Hit = Hit { distance_m: f64::NAN, material: None };
 
     fn scan(config: &LidarConfig, world: &World, tick: u64) -> Vec<f64> {
-        let lidar = Lidar::new(config);
+        let mut lidar = Lidar::new(config);
         let mut ranges_m = vec![f64::NAN; lidar.beams()];
         let pose = SE2::new(4.9, 2.84, 1.0);
         lidar.scan(world, &pose, &mut LidarNoise::new(3), tick, &mut ranges_m);
@@ -152,7 +151,7 @@ mod tests {
             sensor_in_body: SE2::new(0.05, -0.02, 0.3),
             ..LidarConfig::default()
         };
-        let lidar = Lidar::new(&config);
+        let mut lidar = Lidar::new(&config);
         let mut hits = vec![NOTHING; lidar.beams()];
         let sensor = SE2::new(4.9, 2.84, 1.0).compose(&config.sensor_in_body);
         lidar.ranges_and_materials(&apartment(), &sensor, &mut hits);
@@ -164,7 +163,7 @@ mod tests {
     #[test]
     fn a_turned_table_is_as_good_as_a_table_of_turned_bearings() {
         let config = LidarConfig::default();
-        let lidar = Lidar::new(&config);
+        let mut lidar = Lidar::new(&config);
         let sensor = SE2::new(4.9, 2.84, 0.7);
         let mut hits = vec![NOTHING; lidar.beams()];
         lidar.ranges_and_materials(&apartment(), &sensor, &mut hits);
@@ -178,7 +177,7 @@ mod tests {
 
     #[test]
     fn a_short_slice_takes_the_first_beams() {
-        let lidar = Lidar::new(&LidarConfig::default());
+        let mut lidar = Lidar::new(&LidarConfig::default());
         let pose = SE2::new(4.9, 2.84, 1.0);
         let mut few_m = [0.0; 7];
         let mut noise = LidarNoise::new(3);

@@ -189,7 +189,7 @@ fn slip_leaves_the_noise_of_the_scans_alone() {
 #[test]
 fn a_scan_can_be_computed_alone() {
     let mut sim = sim(base());
-    let lidar = Lidar::new(&sim.config().lidar);
+    let mut lidar = Lidar::new(&sim.config().lidar);
     let mut frame = Frame::boxed();
     for tick in 0..60 {
         let _ = sim.step(None, &mut frame);

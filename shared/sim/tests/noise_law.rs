@@ -97,7 +97,7 @@ fn the_test_notices_one_percent() {
 
 /// Scans of 4000 ticks from one place, and what a perfect sensor would see.
 fn scans(config: &LidarConfig) -> (Vec<Vec<f64>>, Vec<Hit>) {
-    let (lidar, world) = (Lidar::new(config), apartment());
+    let (mut lidar, world) = (Lidar::new(config), apartment());
     let pose = SE2::new(4.9, 2.84, 0.3);
     let nothing = Hit { distance_m: f64::NAN, material: None };
     let mut hits = vec![nothing; lidar.beams()];
@@ -151,7 +151,7 @@ fn dropout_has_its_frequency_on_every_beam() {
 fn whether_a_beam_drops_out_says_nothing_of_its_error() {
     let mut noise = LidarNoise::new(31);
     let draws: Vec<_> =
-        (0..2000).flat_map(|tick| noise.at(tick).take(180).collect::<Vec<_>>()).collect();
+        (0..2000).flat_map(|tick| noise.at(tick, 180).collect::<Vec<_>>()).collect();
     // √12 (u − ½) has variance one.
     let centred = |u: f64| 12.0_f64.sqrt() * (u - 0.5);
     assert!(draws.iter().all(|d| (0.0..1.0).contains(&d.u)));

@@ -51,7 +51,7 @@ fn ranges_are_distributed_as_rand_distr_s_normal() {
     let mut noise = LidarNoise::new(13);
     let mut ours = Vec::with_capacity(DRAWS);
     for tick in 0..DRAWS as u64 / 200 {
-        ours.extend(noise.at(tick).take(200).map(|draw| draw.z));
+        ours.extend(noise.at(tick, 200).map(|draw| draw.z));
     }
     let found = distance(&mut ours, &mut reference(14));
     assert!(found < limit(), "{found}");

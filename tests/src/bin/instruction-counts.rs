@@ -9,7 +9,7 @@ use std::process::{Command, ExitCode};
 use clap::Parser;
 use rusty_tests::counts::budget::{Budget, REMEDY, compare};
 use rusty_tests::counts::callgrind;
-use rusty_tests::counts::work::{self, WORK};
+use rusty_tests::counts::work::{self, WORK, Work};
 use rusty_tests::repository;
 
 /// Count the instructions of the core's work, with valgrind, and compare them
@@ -61,9 +61,23 @@ fn cannot_count() -> Option<&'static str> {
 
 fn counted() -> Result<BTreeMap<String, u64>, String> {
     let program = std::env::current_exe().map_err(|e| format!("where am I? {e}"))?;
-    let one =
-        |(name, _): &(&str, &str)| Ok(((*name).to_owned(), callgrind::count(&program, name)?));
-    WORK.iter().map(one).collect()
+    let one = |work: &Work| Ok((work.name.to_owned(), callgrind::count(&program, work.name)?));
+    WORK.iter().filter(|work| can_count(work)).map(one).collect()
+}
+
+/// Whether this work takes the instructions here that the budget was made with.
+fn can_count(work: &Work) -> bool {
+    !work.is_wide || has_avx2()
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx2() -> bool {
+    std::arch::is_x86_feature_detected!("avx2")
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn has_avx2() -> bool {
+    false
 }
 
 fn compiler() -> String {
@@ -72,6 +86,9 @@ fn compiler() -> String {
 }
 
 fn write(file: &std::path::Path, counts: BTreeMap<String, u64>) -> Result<ExitCode, String> {
+    if !WORK.iter().all(can_count) {
+        return Err("this CPU has no AVX2, and the budget is one of CPUs with it".to_owned());
+    }
     let budget = Budget { compiler: compiler(), counts };
     let text = budget.to_text();
     std::fs::write(file, &text).map_err(|e| format!("{}: {e}", file.display()))?;
@@ -82,10 +99,14 @@ fn write(file: &std::path::Path, counts: BTreeMap<String, u64>) -> Result<ExitCo
 fn check(file: &std::path::Path, found: &BTreeMap<String, u64>) -> Result<ExitCode, String> {
     let place = |e: String| format!("{}: {e}; write it with: {REMEDY}", file.display());
     let text = std::fs::read_to_string(file).map_err(|e| place(e.to_string()))?;
-    let budget: Budget = toml::from_str(&text).map_err(|e| place(e.to_string()))?;
+    let mut budget: Budget = toml::from_str(&text).map_err(|e| place(e.to_string()))?;
+    for work in WORK.iter().filter(|work| !can_count(work)) {
+        println!("{} skipped: this CPU has no AVX2", work.name);
+        budget.counts.remove(work.name);
+    }
     let lines = compare(&budget, found);
     for line in &lines {
-        let what = WORK.iter().find(|(name, _)| *name == line.name).map_or("", |(_, what)| *what);
+        let what = WORK.iter().find(|work| work.name == line.name).map_or("", |work| work.what);
         println!("{line}  {what}");
     }
     if !lines.iter().any(|line| line.fails()) {

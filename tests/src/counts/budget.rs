@@ -88,7 +88,7 @@ impl Line {
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (budget, found) = (self.budget.unwrap_or(0), self.found.unwrap_or(0));
-        write!(f, "{:16} {found:>12} of {budget:>12}  ", self.name)?;
+        write!(f, "{:21} {found:>12} of {budget:>12}  ", self.name)?;
         let percent = 100.0 * (found as f64 / budget as f64 - 1.0);
         match self.verdict() {
             Verdict::Within => write!(f, "{percent:+.2} %"),

@@ -1,6 +1,6 @@
 //! The LiDAR: geometry of its beams, and the noise its data sheet states.
 
-use rusty_geometry::SE2;
+use rusty_geometry::{Fan, SE2};
 use serde::{Deserialize, Serialize};
 
 use super::{FieldError, at_least, within};
@@ -48,7 +48,14 @@ impl LidarConfig {
     /// Bearing φ_k of beam `k` in the sensor frame, rad.
     #[must_use]
     pub fn bearing_rad(&self, k: u32) -> f64 {
-        self.first_bearing_rad + self.fov_rad * f64::from(k) / f64::from(self.beams)
+        self.fan().bearing_rad(k)
+    }
+
+    /// The beams.
+    #[must_use]
+    pub fn fan(&self) -> Fan {
+        let Self { first_bearing_rad, fov_rad, beams, .. } = *self;
+        Fan { first_bearing_rad, fov_rad, beams }
     }
 
     /// Checks every field.

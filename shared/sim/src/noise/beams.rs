@@ -2,7 +2,7 @@
 
 use rusty_contract::MAX_BEAMS;
 
-use super::normal::{standard_normal, uniform};
+use super::normal::{standard_normals, uniform};
 use super::stream::{Source, Stream};
 
 /// How many beams a tick has room for in the stream.
@@ -24,23 +24,35 @@ pub struct BeamDraw {
 #[derive(Clone, Debug)]
 pub struct LidarNoise {
     stream: Stream,
+    /// Room for the draws of one scan: words as they come, then bits for the
+    /// normal numbers, then those.
+    words: Vec<u64>,
+    bits: Vec<u64>,
+    normals: Vec<f64>,
 }
 
 impl LidarNoise {
     /// The LiDAR noise of `seed`.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Lidar) }
+        let stream = Stream::new(seed, Source::Lidar);
+        Self { stream, words: Vec::new(), bits: Vec::new(), normals: Vec::new() }
     }
 
-    /// The draws of tick `tick`, beam 0 first, [`BEAM_SLOTS`] in all; take as
-    /// many as there are beams. Any tick may be asked for, in any order.
-    pub fn at(&mut self, tick: u64) -> impl Iterator<Item = BeamDraw> + '_ {
+    /// The draws of the first `beams` beams in tick `tick`, beam 0 first; there
+    /// are never more than [`BEAM_SLOTS`]. Any tick may be asked for, in any
+    /// order. Allocates when a scan has more beams than any before it.
+    pub fn at(&mut self, tick: u64, beams: usize) -> impl Iterator<Item = BeamDraw> + '_ {
+        let beams = beams.min(BEAM_SLOTS);
+        self.words.resize(2 * beams, 0);
+        self.normals.resize(beams, 0.0);
         self.stream.seek(u128::from(tick) << 13);
-        (0..BEAM_SLOTS).map(|_| BeamDraw {
-            u: uniform(self.stream.next_u64()),
-            z: standard_normal(self.stream.next_u64()),
-        })
+        self.stream.fill(&mut self.words);
+        self.bits.clear();
+        self.bits.extend(self.words.iter().skip(1).step_by(2));
+        standard_normals(&self.bits, &mut self.normals);
+        let uniforms = self.words.iter().step_by(2).map(|bits| uniform(*bits));
+        uniforms.zip(&self.normals).map(|(u, z)| BeamDraw { u, z: *z })
     }
 }
 
@@ -49,14 +61,14 @@ mod tests {
     use super::*;
 
     fn alone(seed: u64, tick: u64) -> Vec<BeamDraw> {
-        LidarNoise::new(seed).at(tick).take(180).collect()
+        LidarNoise::new(seed).at(tick, 180).collect()
     }
 
     #[test]
     fn a_tick_is_the_same_alone_and_after_others() {
         let mut noise = LidarNoise::new(4);
         for (tick, beams) in [(0, 180), (1, 7), (5, 1080), (10_000, 180), (5, 180)] {
-            let drawn: Vec<_> = noise.at(tick).take(beams).collect();
+            let drawn: Vec<_> = noise.at(tick, beams).collect();
             let shared = beams.min(180);
             assert_eq!(drawn[..shared], alone(4, tick)[..shared], "tick {tick}");
         }
@@ -65,7 +77,7 @@ mod tests {
     #[test]
     fn the_room_of_a_tick_ends_where_the_next_begins() {
         let mut noise = LidarNoise::new(4);
-        assert_eq!(noise.at(0).count(), BEAM_SLOTS);
+        assert_eq!(noise.at(0, usize::MAX).count(), BEAM_SLOTS);
         // The stream now stands at the next tick: no word was skipped or shared.
         assert_eq!(noise.stream.next_u64(), {
             let mut stream = Stream::new(4, Source::Lidar);

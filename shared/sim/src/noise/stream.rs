@@ -1,7 +1,7 @@
 //! One stream of the generator, read at any place.
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::{Rng, SeedableRng};
 
 /// The part of the key that is not the seed: it keeps this program's numbers
 /// apart from those of any other that hands the same seed to the same generator.
@@ -18,9 +18,20 @@ pub(super) enum Source {
 }
 
 /// The words of one source.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Stream {
     rng: ChaCha8Rng,
+}
+
+/// The generator cannot be copied, so that nobody uses a key twice by accident;
+/// here the same words are wanted.
+impl Clone for Stream {
+    fn clone(&self) -> Self {
+        let mut rng = ChaCha8Rng::from_seed(self.rng.get_seed());
+        rng.set_stream(self.rng.get_stream());
+        rng.set_word_pos(self.rng.get_word_pos());
+        Self { rng }
+    }
 }
 
 impl Stream {
@@ -40,6 +51,15 @@ impl Stream {
     pub(super) fn seek(&mut self, word: u128) {
         if self.rng.get_word_pos() != word {
             self.rng.set_word_pos(word);
+        }
+    }
+
+    /// The next words, two to a number, the earlier one in the low half.
+    pub(super) fn fill(&mut self, numbers: &mut [u64]) {
+        self.rng.fill_bytes(bytemuck::cast_slice_mut(numbers));
+        for number in numbers {
+            // The bytes are those of a little-endian machine, on any.
+            *number = u64::from_le(*number);
         }
     }
 
@@ -74,6 +94,20 @@ mod tests {
         for k in 0..200 {
             sought.seek(2 * k);
             assert_eq!(plain.next_u64(), sought.next_u64());
+        }
+    }
+
+    #[test]
+    fn many_at_once_are_the_same() {
+        let mut one_by_one = Stream::new(5, Source::Lidar);
+        for (first, length) in [(0, 1), (3, 200), (64, 64), (7, 0), (1000, 33)] {
+            let mut numbers = vec![0; length];
+            let mut stream = Stream::new(5, Source::Lidar);
+            stream.seek(2 * first as u128);
+            stream.fill(&mut numbers);
+            one_by_one.seek(2 * first as u128);
+            assert!(numbers.iter().all(|number| *number == one_by_one.next_u64()));
+            assert_eq!(stream.next_u64(), one_by_one.next_u64(), "and go on alike");
         }
     }
 

@@ -8,7 +8,7 @@ use parry2d_f64::math::Vector;
 use parry2d_f64::query::{Ray, RayCast};
 use parry2d_f64::shape::Polyline;
 use rusty_contract::LidarConfig;
-use rusty_geometry::{Hit, SE2, World, trig};
+use rusty_geometry::{SE2, Scan, World, trig};
 use rusty_sim::Lidar;
 use rusty_sim::noise::LidarNoise;
 
@@ -21,24 +21,23 @@ pub trait Way {
 /// The laboratory's own: a scan as one problem.
 pub struct Kernel<'a> {
     world: &'a World,
-    lidar: Lidar,
-    hits: Vec<Hit>,
+    scan: Scan,
+    range_max_m: f64,
 }
 
 impl<'a> Kernel<'a> {
     /// In this world, with this sensor's beams.
     #[must_use]
     pub fn new(world: &'a World, config: &LidarConfig) -> Self {
-        let nothing = Hit { distance_m: 0.0, material: None };
-        Self { world, lidar: Lidar::new(config), hits: vec![nothing; config.beams as usize] }
+        Self { world, scan: Scan::new(config.fan()), range_max_m: config.range_max_m }
     }
 }
 
 impl Way for Kernel<'_> {
     fn scan(&mut self, sensor_in_world: &SE2, ranges_m: &mut [f64]) {
-        self.lidar.ranges_and_materials(self.world, sensor_in_world, &mut self.hits);
-        for (range_m, hit) in ranges_m.iter_mut().zip(&self.hits) {
-            *range_m = hit.distance_m;
+        self.scan.take(self.world, sensor_in_world, self.range_max_m);
+        for (range_m, exact_m) in ranges_m.iter_mut().zip(self.scan.distances_m()) {
+            *range_m = exact_m;
         }
     }
 }
@@ -130,11 +129,8 @@ struct Beams {
 
 impl Beams {
     fn new(config: &LidarConfig) -> Self {
-        let direction = |k| {
-            let (s, c) = trig::sin_cos(config.bearing_rad(k));
-            Vector2::new(c, s)
-        };
-        let in_sensor = (0..config.beams).map(direction).collect();
+        let fan = config.fan();
+        let in_sensor = (0..fan.beams).map(|k| fan.direction(k)).collect();
         Self { in_sensor, range_max_m: config.range_max_m }
     }
 
