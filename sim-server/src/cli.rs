@@ -7,8 +7,9 @@ mod sweep;
 mod umbmark;
 
 pub use bench::{
-    BenchArgs, BenchCommonArgs, BenchLogArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, IdleArgs,
-    LatencyArgs, StartArgs,
+    BenchArgs, BenchCommonArgs, BenchLogArgs, BenchNoiseArgs, BenchPageArgs, BenchPeerArgs,
+    BenchScanArgs, BenchStepArgs, BenchVerb, DensityWord, IdleArgs, LatencyArgs, PatternWord,
+    StartArgs,
 };
 pub use budget::BudgetArgs;
 pub use control::{ControlArgs, ControlVerb};

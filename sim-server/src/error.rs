@@ -3,10 +3,12 @@
 use rusty_contract::Exit;
 use rusty_contract::log::LogError;
 use rusty_contract::{FieldError, NameError};
+use rusty_geometry::WorldError;
 use rusty_link::{DomainError, LinkError};
 use rusty_sim::SimError;
 use thiserror::Error;
 
+use crate::bench::page::PageError;
 use crate::confine::ConfineError;
 use crate::import::ImportError;
 use crate::run::ChildrenError;
@@ -93,6 +95,12 @@ pub enum VerbError {
         /// What is known.
         why: String,
     },
+    /// The page of benches.
+    #[error(transparent)]
+    Page(#[from] PageError),
+    /// A world of a bench.
+    #[error(transparent)]
+    World(#[from] WorldError),
     /// A bench could not measure.
     #[error("nothing was measured: {0}")]
     Bench(String),
@@ -126,6 +134,7 @@ impl VerbError {
             Self::Fork(e) => e.exit(),
             Self::Seal(e) => e.exit(),
             Self::Sweep(e) => e.exit(),
+            Self::Page(e) => e.exit(),
             Self::Setup(_)
             | Self::Field(_)
             | Self::Name(_)

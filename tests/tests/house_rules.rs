@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_tests::repository;
+use sim_server::bench::page::{Documents, Notes, markdown};
 
 /// Lines of a file. "About 400", with some air.
 const MAX_LINES: usize = 420;
@@ -268,4 +269,36 @@ fn every_promise_has_a_test() {
         let held = cells.last().unwrap_or(&"");
         assert!(held.contains(".rs::") || held.contains("compile-fail"), "nothing holds {row}");
     }
+}
+
+/// What the benches found, and the notes on it.
+fn benched() -> (Documents, Notes) {
+    let folder = repository().join("benchmarks");
+    let documents = Documents::read(&folder.join("latest.json")).unwrap();
+    (documents, Notes::read(&folder.join("notes.md")).unwrap())
+}
+
+#[test]
+fn the_page_of_benchmarks_is_what_its_command_writes() {
+    let (documents, notes) = benched();
+    let page = markdown::render(&documents, &notes).unwrap();
+    assert!(
+        read("BENCHMARKS.md") == page,
+        "BENCHMARKS.md is not what its documents and notes make: sim-server bench page \
+         --write BENCHMARKS.md --from benchmarks/latest.json"
+    );
+}
+
+#[test]
+fn the_page_of_benchmarks_has_the_rows_that_the_benches_have() {
+    let (documents, _) = benched();
+    let stale = markdown::stale_rows(&documents).unwrap();
+    assert!(stale.is_empty(), "measure again, these rows are new or gone: {stale:#?}");
+}
+
+#[test]
+fn every_goal_that_was_missed_is_explained() {
+    let (documents, notes) = benched();
+    let silent = markdown::unexplained(&documents, &notes).unwrap();
+    assert!(silent.is_empty(), "benchmarks/notes.md says nothing on {silent:?}");
 }

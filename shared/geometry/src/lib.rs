@@ -10,7 +10,7 @@
 //!
 //! In reading order: [`trig`], [`angle`], [`se2`]; [`drive`], [`encoders`];
 //! [`material`], [`wall`], [`gap`], [`world_spec`], [`world`], [`fan`], [`scan`],
-//! [`motion_arc`], [`sweep`], [`places`].
+//! [`motion_arc`], [`sweep`], [`places`], [`generated`].
 //!
 //! The chapter this grew from is chapter 4 of the online *Probabilistic
 //! Robotics*, "Rusty, Sensors, and the Simulator".
@@ -36,6 +36,7 @@ pub mod world_spec;
 pub mod motion_arc;
 pub mod sweep;
 
+pub mod generated;
 pub mod places;
 
 pub use angle::wrap_angle;

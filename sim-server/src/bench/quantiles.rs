@@ -1,10 +1,10 @@
 //! What a list of durations comes to.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Quantiles of durations, ns. They are exact: each is one of the durations,
 /// the smallest that so many of them do not exceed (nearest rank).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quantiles {
     /// How many durations.
     pub count: usize,
@@ -51,7 +51,7 @@ fn nearest_rank(sorted: &[u64], per_mille: usize) -> u64 {
 
 /// A number measured in several repetitions: its median, and how far apart
 /// they were.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// The middle one; of an even number, the mean of the middle two.
     pub median: f64,

@@ -3,7 +3,7 @@
 use std::ops::{Add, Sub};
 
 use rusty_link::monotonic_ns;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::bench::usage::Usage;
 
@@ -36,7 +36,7 @@ pub struct Used {
 }
 
 /// The same for each round.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct UsePerRound {
     /// Processor time, ns.
     pub cpu_ns: f64,

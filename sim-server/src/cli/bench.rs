@@ -1,6 +1,13 @@
 //! What `bench` takes.
 
 use std::path::PathBuf;
+mod page;
+mod scan;
+mod step;
+
+pub use page::BenchPageArgs;
+pub use scan::{BenchScanArgs, DensityWord, PatternWord};
+pub use step::BenchStepArgs;
 
 use clap::{Args, Subcommand};
 use rusty_contract::RunName;
@@ -32,6 +39,12 @@ pub enum BenchVerb {
     Log(BenchLogArgs),
     /// Nothing but the machine: can what is measured on it be believed?
     Noise(BenchNoiseArgs),
+    /// A beam of a scan, beside a ray for each beam
+    Scan(BenchScanArgs),
+    /// The parts of a tick before it is sent
+    Step(BenchStepArgs),
+    /// All benches as a page in Markdown, with what the goals came to
+    Page(BenchPageArgs),
 }
 
 /// What all benches share.

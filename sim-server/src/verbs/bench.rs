@@ -1,5 +1,9 @@
 //! `bench`: speed, measured beside what it is to be compared with.
 
+mod page;
+mod scan;
+mod step;
+
 use std::time::{Duration, Instant};
 
 use rusty_contract::config::check_seconds;
@@ -31,6 +35,9 @@ pub fn bench(what: &BenchVerb) -> Verbed {
         BenchVerb::Start(args) => start(args),
         BenchVerb::Log(args) => log(args),
         BenchVerb::Noise(args) => noise(args),
+        BenchVerb::Scan(args) => scan::scan(args),
+        BenchVerb::Step(args) => step::step(args),
+        BenchVerb::Page(args) => page::page(args),
     }
 }
 

@@ -14,7 +14,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::run::{Stop, kill_group};
 
@@ -22,7 +22,7 @@ use crate::run::{Stop, kill_group};
 const LOOK: Duration = Duration::from_millis(10);
 
 /// System calls of all processes of a run together.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SystemCalls {
     /// Calls for each tick, by name, `sched_yield` left out; those of which the
     /// longer run made no more than the shorter one are left out, too.

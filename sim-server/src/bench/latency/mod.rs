@@ -9,6 +9,7 @@
 //! within a repetition.
 
 mod calls;
+pub mod section;
 mod table;
 
 pub use calls::SystemCalls;
@@ -16,7 +17,7 @@ pub use table::print;
 
 use rusty_contract::{Participant, Role, RunConfig, RunName};
 use rusty_link::WaitPolicy;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::noise::NoiseMeter;
 use super::quantiles::{Quantiles, Spread};
@@ -51,7 +52,7 @@ pub struct Plan {
 }
 
 /// What came of it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Results {
     /// How everyone waited.
     pub wait: String,
@@ -66,7 +67,7 @@ pub struct Results {
 }
 
 /// One combination.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Row {
     /// Client processes.
     pub clients: usize,
@@ -91,7 +92,7 @@ pub struct Row {
 }
 
 /// Rounds of one kind.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Measured {
     /// The rounds of all repetitions.
     pub all: Quantiles,
