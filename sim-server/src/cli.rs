@@ -8,8 +8,8 @@ mod umbmark;
 
 pub use bench::{
     BenchArgs, BenchCommonArgs, BenchLogArgs, BenchNoiseArgs, BenchPageArgs, BenchPeerArgs,
-    BenchScanArgs, BenchStepArgs, BenchVerb, DensityWord, IdleArgs, LatencyArgs, PatternWord,
-    StartArgs,
+    BenchScanArgs, BenchStepArgs, BenchSweepArgs, BenchVerb, DensityWord, IdleArgs, LatencyArgs,
+    PatternWord, StartArgs,
 };
 pub use budget::BudgetArgs;
 pub use control::{ControlArgs, ControlVerb};

@@ -11,7 +11,7 @@
 //! * [`page`]: all of them on a page.
 //!
 //! The benches: [`latency`], a tick; [`scan`], a beam; [`step`], the parts of a
-//! tick; [`mod@log`], a record; [`idle`], waiting; [`start`], a launch.
+//! tick; [`mod@log`], a record; [`sweep`], many runs; [`idle`], waiting; [`start`], a launch.
 //!
 //! A bench never decides what is fast: it measures beside something else in the
 //! same run and prints the ratio. Times are read from the monotonic clock and
@@ -31,4 +31,5 @@ pub mod stage;
 pub mod stamps;
 pub mod start;
 pub mod step;
+pub mod sweep;
 pub mod usage;

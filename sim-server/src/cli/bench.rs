@@ -4,10 +4,12 @@ use std::path::PathBuf;
 mod page;
 mod scan;
 mod step;
+mod sweep;
 
 pub use page::BenchPageArgs;
 pub use scan::{BenchScanArgs, DensityWord, PatternWord};
 pub use step::BenchStepArgs;
+pub use sweep::BenchSweepArgs;
 
 use clap::{Args, Subcommand};
 use rusty_contract::RunName;
@@ -43,6 +45,8 @@ pub enum BenchVerb {
     Scan(BenchScanArgs),
     /// The parts of a tick before it is sent
     Step(BenchStepArgs),
+    /// Sweeps without clients, on one core and on all
+    Sweep(BenchSweepArgs),
     /// All benches as a page in Markdown, with what the goals came to
     Page(BenchPageArgs),
 }

@@ -3,6 +3,7 @@
 mod page;
 mod scan;
 mod step;
+mod sweep;
 
 use std::time::{Duration, Instant};
 
@@ -37,6 +38,7 @@ pub fn bench(what: &BenchVerb) -> Verbed {
         BenchVerb::Noise(args) => noise(args),
         BenchVerb::Scan(args) => scan::scan(args),
         BenchVerb::Step(args) => step::step(args),
+        BenchVerb::Sweep(args) => sweep::sweep(args),
         BenchVerb::Page(args) => page::page(args),
     }
 }

@@ -12,14 +12,18 @@ use std::os::unix::process::CommandExt as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use rustix::process::{Pid, Signal, kill_process_group};
 use serde::{Deserialize, Serialize};
 
 use crate::run::{Stop, kill_group};
 
 /// Between two looks whether they are done.
 const LOOK: Duration = Duration::from_millis(10);
+
+/// How long those who are asked to end may take.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// System calls of all processes of a run together.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -71,6 +75,16 @@ pub fn count(args: &[String], lengths: [usize; 2], folder: &Path, stop: &Stop) -
     SystemCalls { per_tick, total_per_tick, not_counted: None }
 }
 
+/// Asks a launch under `strace` to end, as Ctrl-C does. Not killed at once:
+/// without their tracer, whom it counts would get no system call through, not
+/// even the one that ends them.
+fn interrupt_group(leader: u32) {
+    if let Some(leader) = i32::try_from(leader).ok().and_then(Pid::from_raw) {
+        // It may have ended by itself.
+        let _ = kill_process_group(leader, Signal::INT);
+    }
+}
+
 fn count_once(
     args: &[String],
     ticks: usize,
@@ -94,18 +108,29 @@ fn count_once(
         std::io::ErrorKind::NotFound => "strace is not installed; apt install strace".to_owned(),
         _ => format!("strace cannot be started: {e}"),
     })?;
+    let mut told = None;
     let status = loop {
         match child.try_wait() {
             Ok(Some(status)) => break status,
-            Ok(None) if stop.flag().load(Ordering::Relaxed) => {
-                kill_group(child.id());
-                let _ = child.wait();
-                return Err("stopped".to_owned());
-            }
+            Ok(None) if stop.flag().load(Ordering::Relaxed) => match told {
+                None => {
+                    interrupt_group(child.id());
+                    told = Some(Instant::now());
+                }
+                Some(since) if since.elapsed() > PATIENCE => {
+                    kill_group(child.id());
+                    let _ = child.wait();
+                    return Err("stopped".to_owned());
+                }
+                Some(_) => std::thread::sleep(LOOK),
+            },
             Ok(None) => std::thread::sleep(LOOK),
             Err(e) => return Err(format!("strace: {e}")),
         }
     };
+    if told.is_some() {
+        return Err("stopped".to_owned());
+    }
     if !status.success() {
         return Err(format!("strace ended with {status}; may this user trace processes?"));
     }

@@ -8,6 +8,7 @@ use super::peers::{self, PeersResults};
 use crate::bench::latency::{self, Results as LatencyResults};
 use crate::bench::scan::{self, results::ScanResults};
 use crate::bench::step::{self, results::StepResults};
+use crate::bench::sweep::{self, results::SweepResults};
 
 /// A bench on the page.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +39,7 @@ pub enum Source {
 }
 
 /// The benches in the order of the page.
-pub const BENCHES: [Bench; 4] = [
+pub const BENCHES: [Bench; 5] = [
     Bench {
         name: "latency",
         source: Source::Run { args: &["--mix"], quick: &["--ticks", "500", "--repeat", "1"] },
@@ -62,6 +63,12 @@ pub const BENCHES: [Bench; 4] = [
         source: Source::Run { args: &[], quick: &["--seconds", "0.2"] },
         section: section::<StepResults>,
         rows: step::section::rows,
+    },
+    Bench {
+        name: "sweep",
+        source: Source::Run { args: &[], quick: &["--seconds", "0.2"] },
+        section: section::<SweepResults>,
+        rows: sweep::section::rows,
     },
 ];
 
