@@ -193,3 +193,15 @@ pub fn bench_peer(args: &BenchPeerArgs) -> Verbed {
     }
     Ok(Exit::Done)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::{Args as _, Command, FromArgMatches as _};
+
+    #[test]
+    fn without_arguments_a_log_has_the_beams_of_the_page() {
+        let matches = BenchLogArgs::augment_args(Command::new("log")).get_matches_from(["log"]);
+        assert_eq!(BenchLogArgs::from_arg_matches(&matches).unwrap().beams, log::BEAMS);
+    }
+}

@@ -5,8 +5,11 @@ use serde_json::Value;
 
 use super::Section;
 use super::peers::{self, PeersResults};
+use crate::bench::idle::{self, Results as IdleResults};
 use crate::bench::latency::{self, Results as LatencyResults};
+use crate::bench::log::{self, Results as LogResults};
 use crate::bench::scan::{self, results::ScanResults};
+use crate::bench::start::{self, Results as StartResults};
 use crate::bench::step::{self, results::StepResults};
 use crate::bench::sweep::{self, results::SweepResults};
 
@@ -39,7 +42,7 @@ pub enum Source {
 }
 
 /// The benches in the order of the page.
-pub const BENCHES: [Bench; 5] = [
+pub const BENCHES: [Bench; 8] = [
     Bench {
         name: "latency",
         source: Source::Run { args: &["--mix"], quick: &["--ticks", "500", "--repeat", "1"] },
@@ -69,6 +72,24 @@ pub const BENCHES: [Bench; 5] = [
         source: Source::Run { args: &[], quick: &["--seconds", "0.2"] },
         section: section::<SweepResults>,
         rows: sweep::section::rows,
+    },
+    Bench {
+        name: "log",
+        source: Source::Run { args: &[], quick: &["--ticks", "1000", "--repeat", "1"] },
+        section: section::<LogResults>,
+        rows: log::section::rows,
+    },
+    Bench {
+        name: "idle",
+        source: Source::Run { args: &[], quick: &["--seconds", "0.5"] },
+        section: section::<IdleResults>,
+        rows: idle::section::rows,
+    },
+    Bench {
+        name: "start",
+        source: Source::Run { args: &[], quick: &["--repeat", "2"] },
+        section: section::<StartResults>,
+        rows: start::section::rows,
     },
 ];
 

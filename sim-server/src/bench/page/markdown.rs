@@ -197,8 +197,9 @@ mod tests {
     use super::super::benches::bench;
     use super::*;
     use crate::bench::noise::NoiseMeter;
+    use crate::bench::quantiles::Quantiles;
     use crate::bench::report::Report;
-    use crate::bench::{scan, step};
+    use crate::bench::{scan, start, step};
     use serde_json::{Value, json};
     use std::time::Duration;
 
@@ -216,10 +217,20 @@ mod tests {
         let scanned = scan::run(&plan, |_, _| {}).unwrap();
         let stepped = step::run(Duration::ZERO).unwrap();
         let ticked = json!({"wait": "balanced", "pin": [], "ticks": 1, "repeat": 1, "rows": []});
+        let logged = json!({"ticks": 1, "synced": false, "rows": []});
+        let idled = json!({"wait": "balanced", "seconds": 1.0, "rows": []});
+        let started = start::Results {
+            to_first_frame: Quantiles::of(&mut [31_000_000]),
+            to_end: Quantiles::of(&mut [80_000_000]),
+            server_peak_resident_bytes: 12_000_000,
+        };
         json!({
             "latency": printed("latency", ticked, verdict),
             "scan": printed("scan", serde_json::to_value(scanned).unwrap(), verdict),
             "step": printed("step", serde_json::to_value(stepped).unwrap(), verdict),
+            "log": printed("log", logged, verdict),
+            "idle": printed("idle", idled, verdict),
+            "start": printed("start", serde_json::to_value(started).unwrap(), verdict),
         })
     }
 
@@ -237,6 +248,7 @@ mod tests {
             "| ≤ 15 ns per beam in the Apartment with 180 beams |",
             "\n**from 64 to 32,768 walls the cost of a beam grows ≤ 2 ×.** Because.\n",
             "| rooms-constant-64, 180 |",
+            "| the server takes ≤ 20 MB at most with the Apartment | 12.0 MB | met |",
             "\nSee there.\n\n`sim-server bench step`, results `",
             "The machine was quiet.",
         ] {
@@ -248,8 +260,8 @@ mod tests {
         assert_eq!(unexplained(&read(&documents("noisy")), &notes).unwrap(), [""; 0]);
 
         let stale = stale_rows(&read(&quiet)).unwrap();
-        // The other sizes of worlds, and all rows of the latency.
-        assert_eq!(stale.len(), 3 * 2 * 2 * 2 + 15, "{stale:?}");
+        // The other sizes of worlds, and all rows of latency, log and idle.
+        assert_eq!(stale.len(), 3 * 2 * 2 * 2 + 15 + 3 + 8, "{stale:?}");
         assert!(stale.contains(&"scan: segments-area-512, 1080".to_owned()));
     }
 

@@ -1,12 +1,16 @@
 //! `bench idle`: what waiting costs, in a run that is paused and in one that
 //! goes at the pace of real time.
+//!
+//! * [`section`]: the results on the page.
+
+pub mod section;
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use rusty_contract::RunName;
 use rusty_link::WaitPolicy;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::stage::{Stage, mix};
 use super::stamps::Stamps;
@@ -21,8 +25,12 @@ const SETTLED: Duration = Duration::from_secs(1);
 /// Between two looks at the wish to stop.
 const LOOK: Duration = Duration::from_millis(20);
 
+/// The runs: what each does meanwhile, its pace, and whether it is paused.
+const RUNS: [(&str, Pace, bool); 2] =
+    [("paused", Pace::Max, true), ("real time, 50 ticks a second", Pace::Factor(1.0), false)];
+
 /// What came of it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Results {
     /// How everyone waited.
     pub wait: String,
@@ -33,7 +41,7 @@ pub struct Results {
 }
 
 /// One run.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Row {
     /// What the run did meanwhile.
     pub run: String,
@@ -54,9 +62,7 @@ pub fn measure(
 ) -> Result<Option<Results>, VerbError> {
     let stage = Stage { run, wait, rounds: 1, warm_up: 0, pin: &[], stop };
     let mut rows = Vec::new();
-    for (words, pace, paused) in
-        [("paused", Pace::Max, true), ("real time, 50 ticks a second", Pace::Factor(1.0), false)]
-    {
+    for (words, pace, paused) in RUNS {
         match one(&stage, (pace, paused), seconds)? {
             Some(cores) => rows.push(Row { run: words.to_owned(), cores }),
             None => return Ok(None),
@@ -83,8 +89,13 @@ fn one(
     })?;
     let Some(cores) = cores else { return Ok(None) };
     stage.stop.flag().store(false, Ordering::Relaxed);
-    let names = ["server"].into_iter().chain(roster.iter().map(|p| p.name.as_str()));
-    Ok(Some(names.map(str::to_owned).zip(cores).collect()))
+    Ok(Some(processes().into_iter().zip(cores).collect()))
+}
+
+/// The processes of a run, in the order in which they are watched.
+fn processes() -> Vec<String> {
+    let clients = mix().into_iter().map(|participant| participant.name);
+    std::iter::once("server".to_owned()).chain(clients).collect()
 }
 
 /// Cores' worth of time of this process and of `pids`, while `seconds` pass;

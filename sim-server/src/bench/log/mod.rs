@@ -4,6 +4,10 @@
 //! records as the logger writes them, as a plain file of the same length, and
 //! encoded to nowhere. Each repetition is a process; between them the machine is
 //! looked at.
+//!
+//! * [`section`]: the results on the page.
+
+pub mod section;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -15,6 +19,9 @@ use super::quantiles::Spread;
 use crate::error::VerbError;
 use crate::output::{errln, outln};
 use crate::run::find_program;
+
+/// Numbers of beams that are measured if nobody asks for others; 0: no scan.
+pub const BEAMS: [usize; 3] = [0, 180, 1080];
 
 /// What to measure.
 #[derive(Clone, Debug)]
@@ -34,7 +41,7 @@ pub struct Plan {
 }
 
 /// What came of it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Results {
     /// Records.
     pub ticks: u64,
@@ -45,7 +52,7 @@ pub struct Results {
 }
 
 /// What came of one number of beams. Rates in MB (10⁶ bytes) a second.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Row {
     /// Beams in each record; 0: no scan.
     pub beams: usize,

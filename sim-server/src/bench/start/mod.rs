@@ -1,12 +1,16 @@
 //! `bench start`: from starting `launch` to its first frame, with an
 //! estimator, a scorer and a logger as processes; and what memory it takes.
+//!
+//! * [`section`]: the results on the page.
+
+pub mod section;
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use rusty_contract::RunName;
 use rusty_link::{Domain, monotonic_ns};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::noise::NoiseMeter;
@@ -16,7 +20,7 @@ use crate::output::outln;
 use crate::run::Stop;
 
 /// What came of it.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Results {
     /// From before the process is made to its first frame.
     pub to_first_frame: Quantiles,
