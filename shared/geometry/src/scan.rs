@@ -293,6 +293,19 @@ impl Scan {
         self.groups.iter().flat_map(|group| group.t).take(self.fan.beams as usize)
     }
 
+    /// The same, into a slice. Of one that is not as long as there are beams, the
+    /// part that both have is written.
+    pub fn write_distances_m(&self, distances_m: &mut [f64]) {
+        let beams = distances_m.len().min(self.fan.beams as usize);
+        let (whole, rest) = distances_m[..beams].as_chunks_mut();
+        for (four, group) in whole.iter_mut().zip(&self.groups) {
+            *four = group.t;
+        }
+        if let Some(group) = self.groups.get(whole.len()) {
+            rest.copy_from_slice(&group.t[..rest.len()]);
+        }
+    }
+
     /// What each beam met in `world`, which must be the world it was taken in.
     pub fn hits<'a>(&'a self, world: &'a World) -> impl Iterator<Item = Hit> + 'a {
         self.distances_and_walls().map(|(distance_m, wall)| Hit {

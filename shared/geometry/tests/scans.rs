@@ -49,6 +49,14 @@ fn check(world: &World, fan: Fan, pose: &SE2, max_m: f64) -> usize {
                 assert_eq!(found, expected, "beam {k} of {fan:?} at {pose:?} up to {max_m} m");
             }
             assert_eq!(found.len(), fan.beams as usize);
+            // Into slices that are shorter, as long, and longer.
+            for length in [found.len() - 1, found.len(), found.len() + 5] {
+                let mut distances_m = vec![-1.0; length];
+                scan.write_distances_m(&mut distances_m);
+                let written = distances_m.iter().zip(found.iter().map(|(t, _)| f64::from_bits(*t)));
+                assert!(written.clone().all(|(a, b)| a.to_bits() == b.to_bits()));
+                assert!(distances_m.iter().skip(found.len()).all(|a| *a == -1.0));
+            }
         }
     }
     expected.iter().filter(|(_, wall)| wall.is_some()).count()

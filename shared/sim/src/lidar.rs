@@ -74,12 +74,12 @@ impl Lidar {
     ) {
         let sensor_in_world = pose_in_world.compose(&self.sensor_in_body);
         self.scan.take(world, &sensor_in_world, self.range_max_m);
-        let (exact, draws) = (self.scan.distances_m(), noise.at(tick, self.beams()));
-        for ((range_m, exact_m), draw) in ranges_m.iter_mut().zip(exact).zip(draws) {
+        self.scan.write_distances_m(ranges_m);
+        for (range_m, draw) in ranges_m.iter_mut().zip(noise.at(tick, self.beams())) {
             *range_m = if draw.u < self.dropout {
                 self.range_max_m
             } else {
-                self.measured_m(exact_m, self.range_std_m * draw.z)
+                self.measured_m(*range_m, self.range_std_m * draw.z)
             };
         }
     }

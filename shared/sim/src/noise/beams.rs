@@ -26,7 +26,7 @@ pub struct LidarNoise {
     stream: Stream,
     /// Room for the draws of one scan: words as they come, then bits for the
     /// normal numbers, then those.
-    words: Vec<u64>,
+    words: Vec<[u64; 2]>,
     bits: Vec<u64>,
     normals: Vec<f64>,
 }
@@ -44,15 +44,15 @@ impl LidarNoise {
     /// order. Allocates when a scan has more beams than any before it.
     pub fn at(&mut self, tick: u64, beams: usize) -> impl Iterator<Item = BeamDraw> + '_ {
         let beams = beams.min(BEAM_SLOTS);
-        self.words.resize(2 * beams, 0);
+        self.words.resize(beams, [0; 2]);
         self.normals.resize(beams, 0.0);
         self.stream.seek(u128::from(tick) << 13);
-        self.stream.fill(&mut self.words);
+        self.stream.fill(self.words.as_flattened_mut());
         self.bits.clear();
-        self.bits.extend(self.words.iter().skip(1).step_by(2));
+        self.bits.extend(self.words.iter().map(|[_, bits]| bits));
         standard_normals(&self.bits, &mut self.normals);
-        let uniforms = self.words.iter().step_by(2).map(|bits| uniform(*bits));
-        uniforms.zip(&self.normals).map(|(u, z)| BeamDraw { u, z: *z })
+        let draws = self.words.iter().zip(&self.normals);
+        draws.map(|([bits, _], z)| BeamDraw { u: uniform(*bits), z: *z })
     }
 }
 
