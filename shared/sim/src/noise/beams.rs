@@ -2,7 +2,8 @@
 
 use rusty_contract::MAX_BEAMS;
 
-use super::normal::{standard_normals, uniform};
+use super::normal::uniform;
+use super::normals::standard_normals;
 use super::stream::{Source, Stream};
 
 /// How many beams a tick has room for in the stream.

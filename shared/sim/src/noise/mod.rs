@@ -27,6 +27,7 @@
 
 mod beams;
 pub mod normal;
+pub mod normals;
 mod slip;
 mod stream;
 
