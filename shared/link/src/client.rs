@@ -120,8 +120,15 @@ impl ClientLink {
     ) -> Result<Self, LinkError> {
         let deadline = Instant::now() + timeout;
         let joined = Lobby::find(run, launcher, deadline, stop).and_then(|lobby| {
-            let start = lobby.ask(request, deadline, stop)?;
-            Self::open(lobby, policy, start)
+            let server = Peer::new(lobby.server.pid());
+            let start = lobby.ask(request, deadline, stop);
+            start.and_then(|start| Self::open(lobby, policy, start)).map_err(|e| match e {
+                // What is missing is what somebody else has swept meanwhile.
+                LinkError::Transport { .. } if server.is_dead() => {
+                    LinkError::ServerGone { pid: server.pid() }
+                }
+                e => e,
+            })
         });
         if joined.is_err() {
             // A server that was killed before anyone had joined cannot sweep
