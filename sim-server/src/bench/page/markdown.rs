@@ -219,6 +219,7 @@ mod tests {
         let scanned = scan::run(&plan, |_, _| {}).unwrap();
         let stepped = step::run(Duration::ZERO).unwrap();
         let ticked = json!({"wait": "balanced", "pin": [], "ticks": 1, "repeat": 1, "rows": []});
+        let swept = json!({"jobs": 2, "cases": []});
         let logged = json!({"ticks": 1, "synced": false, "rows": []});
         let idled = json!({"wait": "balanced", "seconds": 1.0, "rows": []});
         let started = start::Results {
@@ -230,6 +231,7 @@ mod tests {
             "latency": printed("latency", ticked, verdict),
             "scan": printed("scan", serde_json::to_value(scanned).unwrap(), verdict),
             "step": printed("step", serde_json::to_value(stepped).unwrap(), verdict),
+            "sweep": printed("sweep", swept, verdict),
             "log": printed("log", logged, verdict),
             "idle": printed("idle", idled, verdict),
             "start": printed("start", serde_json::to_value(started).unwrap(), verdict),
@@ -262,8 +264,8 @@ mod tests {
         assert_eq!(unexplained(&read(&documents("noisy")), &notes).unwrap(), [""; 0]);
 
         let stale = stale_rows(&read(&quiet)).unwrap();
-        // The other sizes of worlds, and all rows of latency, log and idle.
-        assert_eq!(stale.len(), 3 * 2 * 2 * 2 + 15 + 3 + 8, "{stale:?}");
+        // The other sizes of worlds, and all rows of latency, sweep, log and idle.
+        assert_eq!(stale.len(), 3 * 2 * 2 * 2 + 15 + 2 + 3 + 8, "{stale:?}");
         assert!(stale.contains(&"scan: segments-area-512, 1080".to_owned()));
     }
 
