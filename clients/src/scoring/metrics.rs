@@ -2,7 +2,7 @@
 //!
 //! A [`Meter`] sees the ticks of a run one by one and keeps sums: it takes the
 //! same memory for any number of them, but for the 95th percentile
-//! ([`quantile`](super::quantile) says how that is kept).
+//! ([`quantile`](rusty_contract::score::quantile) says how that is kept).
 //!
 //! Source: M. Grupp, *evo* (Python package, 1.38.1). The absolute trajectory
 //! error is its `evo_ape --pose_relation trans_part` without alignment, the
@@ -149,7 +149,7 @@ impl Meter {
         self.driven.metres()
     }
 
-    /// One score per estimator, in the order of the names; see [`score`].
+    /// One score per estimator, in the order of the names; see [`score()`].
     #[must_use]
     pub fn scores(&mut self) -> Vec<Score> {
         let (ticks, driven_m) = (self.ticks, self.driven.metres());
