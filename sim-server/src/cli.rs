@@ -2,6 +2,7 @@
 
 mod bench;
 mod budget;
+mod conformance;
 mod control;
 mod sweep;
 mod umbmark;
@@ -12,6 +13,7 @@ pub use bench::{
     PatternWord, StartArgs,
 };
 pub use budget::BudgetArgs;
+pub use conformance::ConformanceArgs;
 pub use control::{ControlArgs, ControlVerb};
 pub use sweep::SweepArgs;
 pub use umbmark::UmbmarkArgs;
@@ -20,10 +22,9 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use rusty_contract::{Exit, Role, RunName, Sandbox};
+use rusty_contract::{Exit, RunName, Sandbox};
 use rusty_link::WaitPolicy;
 
-use crate::conformance;
 use crate::output::errln;
 use crate::run::Pace;
 use crate::verbs;
@@ -289,44 +290,6 @@ pub struct WorldsArgs {
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
-}
-
-/// `conformance`.
-#[derive(Args, Clone, Debug)]
-#[command(after_help = "The client is started as a launcher would start it: --run, --name, \
-    --wait and, for\nscorers and loggers, --key-stdin are appended to its arguments.\n\
-    Exit codes: 0 every check passed, 1 one failed, 2 wrong usage, 3 stopped (Ctrl-C).")]
-pub struct ConformanceArgs {
-    /// What the client takes part as: estimator, driver, scorer, logger or observer
-    #[arg(long, default_value_t = Role::Estimator, value_parser = conformance::role)]
-    pub role: Role,
-    /// Name it is given in the roster
-    #[arg(long, default_value = "client", value_name = "NAME")]
-    pub name: String,
-    /// The longest wait for anything the client must do, s
-    #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
-    pub patience: f64,
-    /// How everyone waits: balanced, spin (a core each) or block
-    #[arg(long, default_value_t, value_name = "HOW")]
-    pub wait: WaitPolicy,
-    /// Make this check alone (may be given more than once)
-    #[arg(long, value_name = "CHECK")]
-    pub only: Vec<String>,
-    /// How many checks are made at a time
-    #[arg(long, default_value_t = 2, value_name = "N")]
-    pub jobs: usize,
-    /// List the checks: what each does, what it expects, which rule it is about
-    #[arg(long)]
-    pub list: bool,
-    /// Print one JSON document on stdout
-    #[arg(long)]
-    pub json: bool,
-    /// Serve this run until killed; key and folder come on standard input
-    #[arg(long, hide = true, value_name = "RUN")]
-    pub dies_as: Option<RunName>,
-    /// The client and its arguments, after `--`
-    #[arg(last = true, required_unless_present_any = ["list", "dies_as"], value_name = "CLIENT")]
-    pub client: Vec<String>,
 }
 
 /// A verb with nothing to say but how to print.

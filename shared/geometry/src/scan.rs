@@ -287,13 +287,8 @@ impl Scan {
             .map(|(t, index)| (*t, index.is_finite().then_some(*index as usize)))
     }
 
-    /// The distance of each beam, beam 0 first, m; `max_m` where nothing is met.
-    #[inline]
-    pub fn distances_m(&self) -> impl Iterator<Item = f64> {
-        self.groups.iter().flat_map(|group| group.t).take(self.fan.beams as usize)
-    }
-
-    /// The same, into a slice. Of one that is not as long as there are beams, the
+    /// The distance of each beam into a slice, beam 0 first, m; `max_m` where
+    /// nothing is met. Of a slice that is not as long as there are beams, the
     /// part that both have is written.
     pub fn write_distances_m(&self, distances_m: &mut [f64]) {
         let beams = distances_m.len().min(self.fan.beams as usize);

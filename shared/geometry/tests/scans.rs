@@ -100,7 +100,7 @@ fn from_corners_and_along_walls() {
 fn no_walls_and_poses_that_are_no_poses() {
     let mut scan = Scan::new(FULL);
     scan.take(&open(), &SE2::new(1.0, 2.0, 3.0), 8.0);
-    assert!(scan.distances_m().all(|t| t == 8.0));
+    assert!(scan.distances_and_walls().all(|met| met == (8.0, None)));
     for (x, y) in [(f64::NAN, 0.0), (0.0, f64::INFINITY), (f64::MAX, 0.0), (-3e9, 0.0)] {
         check(&apartment(), FULL, &SE2::new(x, y, 0.0), 1e12);
     }

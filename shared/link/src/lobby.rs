@@ -61,14 +61,8 @@ impl Lobby {
         let node = services::node(&domain)?;
         // The server creates this one last: where it is, all are.
         services::exchange(&node, "join", false)?;
-        let woken = services::wakes(&node, "wake-clients", false)?
-            .listener_builder()
-            .create()
-            .map_err(LinkError::transport("open a wake-up port"))?;
-        let wake_server = services::wakes(&node, "wake-server", false)?
-            .notifier_builder()
-            .create()
-            .map_err(LinkError::transport("open a wake-up port"))?;
+        let woken = services::listener(&node, "wake-clients", false)?;
+        let wake_server = services::notifier(&node, "wake-server", false)?;
         let server = Peer::new(domain.server_pid());
         Ok(Self { node, server, wake_server, woken, domain })
     }

@@ -51,14 +51,8 @@ impl RawServer {
             .subscriber_builder()
             .create()
             .map_err(LinkError::transport("open the answers port"))?;
-        let wake_clients = services::wakes(&node, "wake-clients", true)?
-            .notifier_builder()
-            .create()
-            .map_err(LinkError::transport("open a wake-up port"))?;
-        let woken = services::wakes(&node, "wake-server", true)?
-            .listener_builder()
-            .create()
-            .map_err(LinkError::transport("open a wake-up port"))?;
+        let wake_clients = services::notifier(&node, "wake-clients", true)?;
+        let woken = services::listener(&node, "wake-server", true)?;
         let waiting_since_ns = 0;
         Ok(Self {
             frames,
@@ -182,14 +176,8 @@ impl RawClient {
         let domain = Domain::find(run)?;
         let server = Peer::new(domain.server_pid());
         let node = services::node(&domain)?;
-        let woken = services::wakes(&node, "wake-clients", false)?
-            .listener_builder()
-            .create()
-            .map_err(LinkError::transport("open a wake-up port"))?;
-        let wake_server = services::wakes(&node, "wake-server", false)?
-            .notifier_builder()
-            .create()
-            .map_err(LinkError::transport("open a wake-up port"))?;
+        let woken = services::listener(&node, "wake-clients", false)?;
+        let wake_server = services::notifier(&node, "wake-server", false)?;
         let frames = services::pub_sub::<WireFrame>(&node, "frames", false)?
             .subscriber_builder()
             .create()

@@ -126,14 +126,8 @@ impl ServerLink {
             .subscriber_builder()
             .create()
             .map_err(LinkError::transport("open the answers port"))?;
-        let wake_clients = services::wakes(&node, "wake-clients", true)?
-            .notifier_builder()
-            .create()
-            .map_err(LinkError::transport("open a wake-up port"))?;
-        let woken = services::wakes(&node, "wake-server", true)?
-            .listener_builder()
-            .create()
-            .map_err(LinkError::transport("open a wake-up port"))?;
+        let wake_clients = services::notifier(&node, "wake-clients", true)?;
+        let woken = services::listener(&node, "wake-server", true)?;
         // Last, because clients take it as the sign that all others exist.
         let controls = services::exchange(&node, "control", true)?
             .server_builder()

@@ -3,6 +3,7 @@
 //! The server creates them all and so fixes their limits; clients only open.
 
 use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{FileDescriptorBased as _, Node, NodeBuilder, ServiceName};
 use iceoryx2::prelude::{SignalHandlingMode, ZeroCopySend, ipc};
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
@@ -126,12 +127,28 @@ pub(crate) fn exchange(node: &Node<Ipc>, text: &str, create: bool) -> Result<Exc
     }
 }
 
-/// Creates a wake-up service, or opens it.
-pub(crate) fn wakes(
+/// A port that wakes the listeners of a service, which it creates, or opens.
+pub(crate) fn notifier(
     node: &Node<Ipc>,
     text: &'static str,
     create: bool,
-) -> Result<Wakes, LinkError> {
+) -> Result<Notifier<Ipc>, LinkError> {
+    let port = wakes(node, text, create)?.notifier_builder().create();
+    port.map_err(LinkError::transport("open a wake-up port"))
+}
+
+/// A port that is woken through a service, which it creates, or opens.
+pub(crate) fn listener(
+    node: &Node<Ipc>,
+    text: &'static str,
+    create: bool,
+) -> Result<Listener<Ipc>, LinkError> {
+    let port = wakes(node, text, create)?.listener_builder().create();
+    port.map_err(LinkError::transport("open a wake-up port"))
+}
+
+/// Creates a wake-up service, or opens it.
+fn wakes(node: &Node<Ipc>, text: &'static str, create: bool) -> Result<Wakes, LinkError> {
     let builder = node.service_builder(&name(text)?).event();
     if create {
         builder

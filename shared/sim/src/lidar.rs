@@ -13,7 +13,7 @@
 //! ray at a time; the draws are placed, not consumed, see [`crate::noise`].
 
 use rusty_contract::LidarConfig;
-use rusty_geometry::{Fan, Hit, SE2, Scan, World};
+use rusty_geometry::{Hit, SE2, Scan, World};
 
 use crate::noise::LidarNoise;
 
@@ -32,19 +32,8 @@ impl Lidar {
     /// see [`LidarConfig::check`].
     #[must_use]
     pub fn new(config: &LidarConfig) -> Self {
-        Self::with(config, Scan::new)
-    }
-
-    /// The same, but with the instructions that every machine of this kind has,
-    /// see [`Scan::portable`]. The bits are equal.
-    #[must_use]
-    pub fn portable(config: &LidarConfig) -> Self {
-        Self::with(config, Scan::portable)
-    }
-
-    fn with(config: &LidarConfig, scan: impl FnOnce(Fan) -> Scan) -> Self {
         Self {
-            scan: scan(config.fan()),
+            scan: Scan::new(config.fan()),
             range_max_m: config.range_max_m,
             range_std_m: config.range_std_m,
             dropout: config.dropout,

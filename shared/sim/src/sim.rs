@@ -84,8 +84,8 @@ impl Sim {
         self.config.seed = seed;
         self.robot = Robot::new(&self.config.robot, self.config.start);
         self.slip_noise = SlipNoise::new(seed);
-        self.lidar_noise = LidarNoise::new(seed);
-        // A command depends on tick and pose, not on commands before it.
+        self.lidar_noise.restart(seed);
+        // The script stays: a command depends on tick and pose alone.
         self.ticks_done = 0;
     }
 

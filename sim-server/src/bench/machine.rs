@@ -2,10 +2,10 @@
 
 use std::fs;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The machine and the build, as far as the kernel tells.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
     /// What the kernel calls the CPU.
     pub cpu: Option<String>,
@@ -21,9 +21,9 @@ pub struct Machine {
     /// Whether the CPU says that it is not the real one.
     pub is_virtual: bool,
     /// Version of this program.
-    pub version: &'static str,
+    pub version: String,
     /// "release", or "debug" where checks of arithmetic are on.
-    pub profile: &'static str,
+    pub profile: String,
 }
 
 impl Machine {
@@ -37,13 +37,13 @@ impl Machine {
         let (system, release) = (uname.sysname(), uname.release());
         Self {
             cpu: cpu_name(&cpuinfo),
-            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            cores: cores(),
             kernel: format!("{} {}", system.to_string_lossy(), release.to_string_lossy()),
             governor: fs::read_to_string(governor).ok().map(|text| text.trim().to_owned()),
             memory_bytes: memory_bytes(&meminfo),
             is_virtual: is_virtual(&cpuinfo),
-            version: env!("CARGO_PKG_VERSION"),
-            profile: if is_debug() { "debug" } else { "release" },
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            profile: if is_debug() { "debug" } else { "release" }.to_owned(),
         }
     }
 
@@ -62,6 +62,12 @@ impl Machine {
             self.profile
         )
     }
+}
+
+/// Cores that this process may use; 1 where the kernel does not say.
+#[must_use]
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Whether this build checks its arithmetic; its times say nothing.
@@ -116,6 +122,6 @@ mod tests {
     fn this_machine_has_a_core_and_a_kernel() {
         let machine = Machine::here();
         assert!(machine.cores >= 1 && machine.kernel.contains(' '), "{machine:?}");
-        assert!(machine.line().contains(machine.profile));
+        assert!(machine.line().contains(&machine.profile));
     }
 }

@@ -15,6 +15,7 @@ use rusty_link::floor::FloorServer;
 use rusty_link::raw::RawServer;
 use rusty_link::{Domain, ServerLink, WaitPolicy};
 
+use super::machine::cores;
 use super::stamps::{Sample, Stamps};
 use crate::confine;
 use crate::error::VerbError;
@@ -262,7 +263,7 @@ impl Stage<'_> {
 /// Keeps a process (none: this one) on one core.
 fn pin(pid: Option<Pid>, core: usize) -> Result<(), VerbError> {
     let refused = |why: &str| {
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let cores = cores();
         VerbError::Bench(format!(
             "no process can be kept on core {core} ({why}); cores are numbered from 0, and {cores} \
              can be used here: give others with --pin, or none"

@@ -1,7 +1,8 @@
 //! A row of the budget: runs with the same sources, over all seeds.
 
+use rusty_contract::score::{heading_error_rad, position_error_m};
 use rusty_contract::{Frame, RunConfig};
-use rusty_geometry::{EncoderTicks, odometry_delta, trig};
+use rusty_geometry::{EncoderTicks, odometry_delta};
 use rusty_sim::{Sim, SimError};
 use serde::Serialize;
 
@@ -52,12 +53,14 @@ pub(super) fn of(
 ) -> Result<Option<Line>, SimError> {
     let varies_with_seed = config.robot.slip_std != 0.0;
     let runs = if varies_with_seed { seeds.count() } else { 1 };
-    let mut ended = Vec::new();
+    let mut sim = Sim::new(RunConfig { scan_every: 0, ..config.clone() })?;
+    let (mut frame, mut ended) = (Frame::boxed(), Vec::new());
     for k in 0..runs {
         if k.is_multiple_of(TURN) && !each(&name) {
             return Ok(None);
         }
-        ended.push(reckoned(config, seeds.at(k))?);
+        sim.restart(seeds.at(k));
+        ended.push(reckoned(&mut sim, &mut frame));
     }
     let all = |of: fn(&Ended) -> f64| ended.iter().map(of).collect::<Vec<f64>>();
     let drift_m = all(|e| e.drift_m);
@@ -76,20 +79,17 @@ pub(super) fn of(
 }
 
 /// Dead reckoning through a run, from the true start.
-fn reckoned(config: &RunConfig, seed: u64) -> Result<Ended, SimError> {
-    let drive = config.robot.nominal().drive;
-    let mut sim = Sim::new(RunConfig { seed, scan_every: 0, ..config.clone() })?;
-    let mut frame = Frame::boxed();
-    let (mut believed, mut last) = (config.start, EncoderTicks::default());
+fn reckoned(sim: &mut Sim, frame: &mut Frame) -> Ended {
+    let (drive, dt_s) = (sim.config().robot.nominal().drive, sim.config().dt_s);
+    let (mut believed, mut last) = (sim.config().start, EncoderTicks::default());
     let mut driven_m = 0.0;
-    for _ in 0..config.ticks {
-        let _ = sim.step(None, &mut frame);
-        driven_m += frame.command().v_m_s.abs() * config.dt_s;
+    for _ in 0..sim.config().ticks {
+        let _ = sim.step(None, frame);
+        driven_m += frame.command().v_m_s.abs() * dt_s;
         believed = believed.boxplus(&odometry_delta(last, frame.ticks(), &drive));
         last = frame.ticks();
     }
     let truth = sim.truth();
-    let off = believed.translation() - truth.translation();
-    let heading_deg = believed.boxminus(&truth).z.abs().to_degrees();
-    Ok(Ended { drift_m: trig::hypot(off.x, off.y), heading_deg, driven_m })
+    let heading_deg = heading_error_rad(&believed, &truth).abs().to_degrees();
+    Ended { drift_m: position_error_m(&believed, &truth), heading_deg, driven_m }
 }

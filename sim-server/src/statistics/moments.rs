@@ -1,5 +1,6 @@
 //! Mean, spread and quantiles of a list of numbers.
 
+use rusty_contract::score::quantile;
 use serde::Serialize;
 
 /// Mean and spread of a list of numbers, in the unit of the numbers.
@@ -41,17 +42,11 @@ impl Moments {
     }
 }
 
-/// The value at `fraction` (0 to 1) of the way through the sorted values, linear
-/// between ranks: the definition of numpy's default, of the scorer, and of the
-/// tables of the chapter. `None` where there are no values.
+/// [`percentile`](rusty_contract::score::quantile::percentile) of values whose
+/// order stays.
 #[must_use]
 pub fn percentile(values: &[f64], fraction: f64) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let rank = fraction.clamp(0.0, 1.0) * sorted.len().checked_sub(1)? as f64;
-    let low = sorted[rank.floor() as usize];
-    let high = sorted[rank.ceil() as usize];
-    Some(low + (high - low) * (rank - rank.floor()))
+    quantile::percentile(&mut values.to_vec(), fraction)
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::launch::writer;
 use super::{Verbed, print_json};
+use crate::bench::machine::cores;
 use crate::cli::SweepArgs;
 use crate::error::VerbError;
 use crate::output::{errln, outln};
@@ -78,8 +79,7 @@ fn axes(args: &SweepArgs) -> Result<Vec<Axis>, FieldError> {
 }
 
 fn jobs(args: &SweepArgs) -> usize {
-    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
-    args.jobs.map_or_else(processors, usize::from)
+    args.jobs.map_or_else(cores, usize::from)
 }
 
 /// What a sweep came to, for `--json`.

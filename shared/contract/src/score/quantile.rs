@@ -22,6 +22,22 @@ const GREATEST: f64 = (1u64 << 40) as f64;
 const FIRST: u64 = LEAST.to_bits() >> SHIFT;
 const BINS: usize = ((GREATEST.to_bits() >> SHIFT) - FIRST) as usize + 2;
 
+/// The value at `fraction` (0 to 1) of the way through the sorted values, linear
+/// between ranks: the definition of numpy's default, of the scorer, and of the
+/// tables of the chapter. `None` where there are no values. Changes their order.
+#[must_use]
+pub fn percentile(values: &mut [f64], fraction: f64) -> Option<f64> {
+    let rank = fraction.clamp(0.0, 1.0) * values.len().checked_sub(1)? as f64;
+    let below = rank.floor();
+    let (_, low, rest) = values.select_nth_unstable_by(below as usize, f64::total_cmp);
+    let low = *low;
+    let high = match rest.iter().copied().min_by(f64::total_cmp) {
+        Some(next) if rank > below => next,
+        _ => low,
+    };
+    Some(low + (high - low) * (rank - below))
+}
+
 /// Numbers that are not negative, seen one by one.
 #[derive(Clone, Debug)]
 pub struct Quantiles {
@@ -84,25 +100,12 @@ impl Quantiles {
     /// linear between ranks (numpy's default). `None` if there are none. Changes
     /// the order of what is kept.
     pub fn at(&mut self, fraction: f64) -> Option<f64> {
-        let rank = fraction * self.count.checked_sub(1)? as f64;
-        let below = rank.floor();
-        let (low, high) = if self.bins.is_empty() {
-            self.two_kept(below as usize, rank > below)
-        } else {
-            (self.ranked(below as u64), self.ranked(rank.ceil() as u64))
-        };
-        Some(low + (high - low) * (rank - below))
-    }
-
-    /// Of what is kept the number that this many others come before, and the
-    /// next one if that is wanted.
-    fn two_kept(&mut self, rank: usize, and_next: bool) -> (f64, f64) {
-        let (_, low, rest) = self.kept.select_nth_unstable_by(rank, f64::total_cmp);
-        let low = *low;
-        match rest.iter().copied().min_by(f64::total_cmp) {
-            Some(next) if and_next => (low, next),
-            _ => (low, low),
+        if self.bins.is_empty() {
+            return percentile(&mut self.kept, fraction);
         }
+        let rank = fraction * self.count.checked_sub(1)? as f64;
+        let (low, high) = (self.ranked(rank.floor() as u64), self.ranked(rank.ceil() as u64));
+        Some(low + (high - low) * (rank - rank.floor()))
     }
 
     /// Of what is in bins the number that this many others come before.

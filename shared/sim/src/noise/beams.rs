@@ -40,6 +40,11 @@ impl LidarNoise {
         Self { stream, words: Vec::new(), bits: Vec::new(), normals: Vec::new() }
     }
 
+    /// The noise of another seed. Keeps the room it has.
+    pub fn restart(&mut self, seed: u64) {
+        self.stream = Stream::new(seed, Source::Lidar);
+    }
+
     /// The draws of the first `beams` beams in tick `tick`, beam 0 first; there
     /// are never more than [`BEAM_SLOTS`]. Any tick may be asked for, in any
     /// order. Allocates when a scan has more beams than any before it.

@@ -10,6 +10,7 @@ use serde_json::Value;
 
 use super::benches::{Bench, Source};
 use super::error::PageError;
+use crate::bench::machine::Machine;
 use rusty_contract::Exit;
 
 /// One document per bench, by name.
@@ -30,27 +31,6 @@ pub struct Document {
     pub results: Value,
     /// XXH3-64 of the results.
     pub results_hash: String,
-}
-
-/// What the page says of a [`Machine`](crate::bench::machine::Machine).
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Machine {
-    /// What the kernel calls the CPU.
-    pub cpu: Option<String>,
-    /// Cores that the bench could use.
-    pub cores: usize,
-    /// Kernel, as in `uname -sr`.
-    pub kernel: String,
-    /// How the clock is governed.
-    pub governor: Option<String>,
-    /// Memory, bytes.
-    pub memory_bytes: u64,
-    /// Whether it is a virtual one.
-    pub is_virtual: bool,
-    /// Version of `sim-server`.
-    pub version: String,
-    /// "release" or "debug".
-    pub profile: String,
 }
 
 /// What the page says of a [`Noise`](crate::bench::noise::Noise).

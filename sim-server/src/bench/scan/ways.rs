@@ -36,9 +36,7 @@ impl<'a> Kernel<'a> {
 impl Way for Kernel<'_> {
     fn scan(&mut self, sensor_in_world: &SE2, ranges_m: &mut [f64]) {
         self.scan.take(self.world, sensor_in_world, self.range_max_m);
-        for (range_m, exact_m) in ranges_m.iter_mut().zip(self.scan.distances_m()) {
-            *range_m = exact_m;
-        }
+        self.scan.write_distances_m(ranges_m);
     }
 }
 

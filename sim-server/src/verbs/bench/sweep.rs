@@ -5,6 +5,7 @@ use std::time::Duration;
 use rusty_contract::config::check_seconds;
 
 use super::super::Verbed;
+use crate::bench::machine::cores;
 use crate::bench::noise::NoiseMeter;
 use crate::bench::report::Report;
 use crate::bench::sweep::{results::SweepResults, run};
@@ -16,8 +17,7 @@ use crate::cli::BenchSweepArgs;
 /// A time that is none.
 pub fn sweep(args: &BenchSweepArgs) -> Verbed {
     check_seconds("--seconds", args.seconds)?;
-    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
-    let jobs = args.jobs.map_or_else(processors, usize::from);
+    let jobs = args.jobs.map_or_else(cores, usize::from);
     let meter = NoiseMeter::begin();
     let results = run(Duration::from_secs_f64(args.seconds), jobs)?;
     let report = Report::new("sweep", meter.finish(), results);
