@@ -5,6 +5,7 @@
 //! the next one.
 
 use rustix::process::{DumpableBehavior, set_dumpable_behavior};
+use rusty_contract::tally::TallyEntry;
 use rusty_contract::{Brief, Exit, Frame, Phase, Reply, RunDigest, Start, TruthKey};
 use rusty_geometry::SE2;
 use rusty_link::{BorrowedTally, LinkError};
@@ -20,8 +21,20 @@ pub struct Step<'a> {
     pub truth: Option<SE2>,
     /// Replies of the answering participants, in roster order.
     pub replies: &'a [Reply],
+    /// How long each of them took; `None` where none came. Empty for a log,
+    /// which does not say.
+    pub delays: &'a [Option<Delay>],
     /// The digests up to and with this tick, computed by this process.
     pub digest: RunDigest,
+}
+
+/// How long an answer took.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Delay {
+    /// From taking the frame to sending the answer, ns, as the participant says.
+    pub reported_ns: u64,
+    /// From publishing the frame to the answer's arrival, ns, as the server saw.
+    pub observed_ns: u64,
 }
 
 /// Someone who is shown everything and says nothing.
@@ -86,8 +99,12 @@ fn watch<W: Witness>(session: &mut Session, args: &ClientArgs) -> Result<Exit, C
     let (key, brief) = session.brief(args)?;
     let answering = brief.header.answering().count();
     let mut witness = W::start(session.start(), &brief, args)?;
-    let mut state =
-        State { key, digest: RunDigest::default(), replies: vec![Reply::Missing; answering] };
+    let mut state = State {
+        key,
+        digest: RunDigest::default(),
+        replies: Vec::with_capacity(answering),
+        delays: Vec::with_capacity(answering),
+    };
     let mut waiting: Option<FrameHandle> = None;
     let broken = loop {
         let frame = match session.next_frame() {
@@ -131,6 +148,7 @@ struct State {
     key: TruthKey,
     digest: RunDigest,
     replies: Vec<Reply>,
+    delays: Vec<Option<Delay>>,
 }
 
 fn complete<W: Witness>(
@@ -148,6 +166,7 @@ fn complete<W: Witness>(
     let truth = frame.open_truth(&state.key)?.map(|t| t.pose_in_world());
     state.digest.absorb_frame(frame, truth);
     let mut expected = None;
+    state.delays.clear();
     if let Some(recorded) = session.recorded_replies() {
         state.replies.clear();
         state.replies.extend_from_slice(recorded);
@@ -158,6 +177,7 @@ fn complete<W: Witness>(
         };
         state.replies.clear();
         state.replies.extend(tally.entries().iter().map(|e| e.reply()));
+        state.delays.extend(tally.entries().iter().map(delay_of));
         expected = Some(tally.run_digest);
     }
     state.digest.absorb_replies(state.replies.iter().copied());
@@ -167,8 +187,13 @@ fn complete<W: Witness>(
             frame.tick()
         )));
     }
-    let step = Step { frame, truth, replies: &state.replies, digest: state.digest };
-    witness.step(&step)
+    let State { replies, delays, .. } = state;
+    witness.step(&Step { frame, truth, replies, delays, digest: state.digest })
+}
+
+fn delay_of(entry: &TallyEntry) -> Option<Delay> {
+    let came = entry.reply() != Reply::Missing;
+    came.then_some(Delay { reported_ns: entry.answer.compute_ns, observed_ns: entry.latency_ns })
 }
 
 /// The tally of `tick`: it was published before the frame after it.

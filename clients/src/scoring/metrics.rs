@@ -188,6 +188,7 @@ impl Sums {
             rpe_rmse_deg: root_mean(self.relative_deg2, self.pairs),
             distance_m: driven_m,
             drift_percent: final_m.filter(|_| driven_m > 0.0).map(|m| 100.0 * m / driven_m),
+            ..Score::default()
         }
     }
 }

@@ -148,6 +148,7 @@ fn of_the_whole_run(trace: &RunTrace, estimator: usize) -> Score {
         rpe_rmse_deg: rmse(&rpe_deg),
         distance_m: driven_m,
         drift_percent: final_m.map(|m| 100.0 * m / driven_m),
+        ..Score::default()
     }
 }
 

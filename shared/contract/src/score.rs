@@ -1,10 +1,18 @@
 //! What a scorer writes down (`score.json`) and a launcher prints.
 
+mod compute;
+mod consistency;
+mod convergence;
 mod errors;
 pub mod quantile;
+mod trajectory;
 
+pub use compute::{ComputeTimes, Durations};
+pub use consistency::{Consistency, Verdict};
+pub use convergence::{Convergence, Recovery, Within};
 pub use errors::{Errors, Figures, PathLength, heading_error_rad, position_error_m};
 pub use quantile::Quantiles;
+pub use trajectory::{AbsoluteErrors, PoseErrors, RelativeErrors, Statistics};
 
 use serde::{Deserialize, Serialize};
 
@@ -32,7 +40,7 @@ pub struct ScoreReport {
 }
 
 /// One estimator's scores against the truth.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     /// Name in the roster.
     pub name: String,
@@ -72,6 +80,25 @@ pub struct Score {
     pub distance_m: f64,
     /// Final position error per distance driven, percent.
     pub drift_percent: Option<f64>,
+    /// Absolute trajectory error, all figures.
+    #[serde(default)]
+    pub ate: AbsoluteErrors,
+    /// Relative pose error, all figures.
+    #[serde(default)]
+    pub rpe: RelativeErrors,
+    /// Errors beside the reported covariances; `None` (unscored) where none was
+    /// reported.
+    #[serde(default)]
+    pub nees: Option<Consistency>,
+    /// Innovations beside their covariances; `None` where none was reported.
+    #[serde(default)]
+    pub nis: Option<Consistency>,
+    /// When it found the robot; `None` without a scored tick.
+    #[serde(default)]
+    pub convergence: Option<Convergence>,
+    /// How long its answers took; `None` for what was read from a log.
+    #[serde(default)]
+    pub compute: Option<ComputeTimes>,
 }
 
 /// Scores as a table for people, a line per estimator.

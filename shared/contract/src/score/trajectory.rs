@@ -1,0 +1,54 @@
+//! How far a trajectory is from the true one, in the figures that *evo* gives.
+
+use serde::{Deserialize, Serialize};
+
+/// What a row of errors comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Statistics {
+    /// How many errors.
+    pub count: u64,
+    /// Root of the mean square.
+    pub rmse: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Median (of an even number the mean of the two in the middle).
+    pub median: f64,
+    /// Standard deviation, divided by the count.
+    pub std: f64,
+    /// The least.
+    pub min: f64,
+    /// The greatest.
+    pub max: f64,
+    /// Sum of the squares.
+    pub sse: f64,
+}
+
+/// Errors of poses: how far off, and how much turned.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PoseErrors {
+    /// Length of the translation, m.
+    pub translation_m: Statistics,
+    /// Angle of the rotation, rad, 0 to π.
+    pub rotation_rad: Statistics,
+}
+
+/// Absolute trajectory error, by how the estimate was laid over the truth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AbsoluteErrors {
+    /// As it is.
+    pub none: Option<PoseErrors>,
+    /// With the first estimate on the first truth.
+    pub origin: Option<PoseErrors>,
+    /// Moved as a whole (SE(2)) so that the squares of the translations are
+    /// least.
+    pub se2: Option<PoseErrors>,
+}
+
+/// Relative pose error, by the length of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RelativeErrors {
+    /// From one scored tick to the next.
+    pub per_tick: Option<PoseErrors>,
+    /// From one pose to the first that is a metre further along the path.
+    pub per_metre: Option<PoseErrors>,
+}
