@@ -1,0 +1,13 @@
+//! The Python module `rusty._rusty`: the SDK's session, frames as numpy arrays
+//! where they lie.
+
+use pyo3::prelude::*;
+
+/// What the package `rusty` is made of; use that.
+#[pymodule]
+fn _rusty(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("PROTOCOL_VERSION", rusty_contract::PROTOCOL_VERSION)?;
+    module.add("LAYOUT_HASH", rusty_contract::layout::layout_hash())?;
+    Ok(())
+}
