@@ -36,7 +36,7 @@ pub fn triple(value: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; 3]> {
 ///
 /// # Errors
 /// `TypeError` or `ValueError`, naming `what`.
-pub fn pose(value: &Bound<'_, PyAny>, what: &str) -> PyResult<SE2> {
+pub fn pose_of(value: &Bound<'_, PyAny>, what: &str) -> PyResult<SE2> {
     if let Ok(pose) = value.cast::<PySe2>() {
         return Ok(pose.get().0);
     }

@@ -1,9 +1,14 @@
 //! The Python module `rusty._rusty`: the SDK's session, frames as numpy arrays
-//! where they lie.
+//! where they lie, and the plane for models: poses, walls, rays.
 
 mod arrays;
+mod errors;
+mod gate;
 mod log;
 mod se2;
+mod session;
+mod start;
+mod tick;
 mod toml;
 mod world;
 
@@ -15,12 +20,11 @@ fn _rusty(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("PROTOCOL_VERSION", rusty_contract::PROTOCOL_VERSION)?;
     module.add("LAYOUT_HASH", rusty_contract::layout::layout_hash())?;
-    module.add_class::<se2::PySe2>()?;
-    module.add_class::<world::PyWorld>()?;
-    module.add_function(wrap_pyfunction!(se2::wrap_angle, module)?)?;
-    module.add_function(wrap_pyfunction!(se2::odometry_delta, module)?)?;
-    module.add_function(wrap_pyfunction!(log::read_columns, module)?)?;
-    module.add_function(wrap_pyfunction!(toml::toml_document, module)?)?;
-    module.add_function(wrap_pyfunction!(toml::toml_value, module)?)?;
-    Ok(())
+    errors::register(module)?;
+    start::register(module)?;
+    session::register(module)?;
+    se2::register(module)?;
+    world::register(module)?;
+    log::register(module)?;
+    toml::register(module)
 }

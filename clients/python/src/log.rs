@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rusty_contract::log::{Ending, LogError, LogReader, Read, TickRecord};
 use rusty_contract::{Frame, Reply, RunDigest, TruthKey};
 
 use crate::arrays::shaped;
+use crate::errors::RustyError;
 
 /// One pass over a log: its columns, every tick a row.
 #[derive(Default)]
@@ -140,7 +140,7 @@ impl Columns {
 
 /// The columns of a log in a dictionary; see `rusty.RunLog` for what they are.
 #[pyfunction]
-pub fn read_columns(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
+fn read_columns(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let mut columns = py.detach(|| Columns::read(&path)).map_err(raised)?;
     let (scans_m, scans) = columns.scans();
     let ticks = columns.ticks;
@@ -171,10 +171,15 @@ pub fn read_columns(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>
 }
 
 /// What Python raises for it: `FileNotFoundError` and its kin for files,
-/// `ValueError` for what is in them.
+/// `RustyError` for what is in them.
 fn raised(error: LogError) -> PyErr {
     match &error {
         LogError::Io { error: os, .. } => std::io::Error::new(os.kind(), error.to_string()).into(),
-        _ => PyValueError::new_err(error.to_string()),
+        _ => RustyError::new_err(error.to_string()),
     }
+}
+
+/// Adds what reads logs to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(read_columns, module)?)
 }

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rusty_geometry::{DiffDrive, EncoderTicks, SE2};
 
-use crate::arrays::{pose, triple};
+use crate::arrays::{pose_of, triple};
 
 /// A pose or a motion of the plane.
 ///
@@ -80,13 +80,13 @@ impl PySe2 {
         py: Python<'py>,
         other: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(tangent(py, &self.0.boxminus(&pose(other, "other")?)))
+        Ok(tangent(py, &self.0.boxminus(&pose_of(other, "other")?)))
     }
 
     /// `self ∘ other`: with `self` the pose of a frame B in A and `other` the pose
     /// of C in B, the pose of C in A. Written `self * other` or `self @ other`.
     fn compose(&self, other: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(Self(self.0.compose(&pose(other, "other")?)))
+        Ok(Self(self.0.compose(&pose_of(other, "other")?)))
     }
 
     /// The motion that undoes this one.
@@ -148,7 +148,7 @@ impl PySe2 {
 ///
 /// An angle already there keeps its bits; NaN and infinities give NaN.
 #[pyfunction]
-pub fn wrap_angle(theta_rad: f64) -> f64 {
+fn wrap_angle(theta_rad: f64) -> f64 {
     rusty_geometry::wrap_angle(theta_rad)
 }
 
@@ -160,7 +160,7 @@ pub fn wrap_angle(theta_rad: f64) -> f64 {
 /// `ticks_per_rev`. The counts are subtracted as integers: no digit is lost
 /// however long the run.
 #[pyfunction]
-pub fn odometry_delta<'py>(
+fn odometry_delta<'py>(
     py: Python<'py>,
     last_counts: (i64, i64),
     counts: (i64, i64),
@@ -186,4 +186,11 @@ fn drive_of(drive: &Bound<'_, PyAny>) -> PyResult<DiffDrive> {
         track_m: read(intern!(py, "track_m"))?.extract()?,
         ticks_per_rev: read(intern!(py, "ticks_per_rev"))?.extract()?,
     })
+}
+
+/// Adds the plane to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PySe2>()?;
+    module.add_function(wrap_pyfunction!(wrap_angle, module)?)?;
+    module.add_function(wrap_pyfunction!(odometry_delta, module)?)
 }

@@ -5,13 +5,13 @@ use pyo3::prelude::*;
 
 /// A JSON object as a TOML document.
 #[pyfunction]
-pub fn toml_document(json: &str) -> PyResult<String> {
+fn toml_document(json: &str) -> PyResult<String> {
     toml::to_string(&read(json)?).map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
 /// A JSON value as TOML has it behind a `=`.
 #[pyfunction]
-pub fn toml_value(json: &str) -> PyResult<String> {
+fn toml_value(json: &str) -> PyResult<String> {
     Ok(read(json)?.to_string())
 }
 
@@ -20,4 +20,10 @@ fn read(json: &str) -> PyResult<toml::Value> {
         let remedy = "TOML has no null and no integer beyond 64 bits with a sign";
         PyValueError::new_err(format!("cannot be written as TOML: {e}; {remedy}"))
     })
+}
+
+/// Adds what writes TOML to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(toml_document, module)?)?;
+    module.add_function(wrap_pyfunction!(toml_value, module)?)
 }

@@ -5,16 +5,18 @@
 
 use std::path::PathBuf;
 
+use nalgebra::Point2;
 use numpy::ndarray::Dim;
 use numpy::{PyArray, PyArray1, PyArray2};
-use nalgebra::Point2;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use rusty_contract::LidarConfig;
 use rusty_geometry::{Fan, Material, PLACES, SE2, Scan, WallSpec, World, WorldSpec, place};
 
-use crate::arrays::{floats, pose, rows, shaped};
+use crate::arrays::{floats, pose_of, rows, shaped};
+use crate::start::Start;
 
 /// Longest world file that is read, bytes: 100 000 walls need less.
 const MAX_FILE_BYTES: u64 = 32 << 20;
@@ -53,6 +55,14 @@ impl PyWorld {
     #[staticmethod]
     fn from_json(text: &str) -> PyResult<Self> {
         Self::new(WorldSpec::from_json_str(text).map_err(refused)?)
+    }
+
+    /// The map that a participant was given.
+    #[staticmethod]
+    fn from_start(start: &Bound<'_, Start>) -> PyResult<Self> {
+        let map = start.get().told.map.clone();
+        let hidden = "the map is hidden from this participant: the scenario's map = \"hidden\"";
+        Self::new(map.ok_or_else(|| PyValueError::new_err(hidden))?)
     }
 
     /// A world of walls (N, 4): x and y of one end, x and y of the other, m.
@@ -146,9 +156,9 @@ impl PyWorld {
     /// ranges, m; `range_max_m` of the LiDAR where it meets nothing.
     ///
     /// `pose` is the body's, an `SE2` or (x m, y m, theta rad) in the world
-    /// frame; `lidar` is `start.lidar`, or anything with `beams`,
-    /// `first_bearing_rad`, `fov_rad`, `range_max_m` and `sensor_in_body`.
-    /// With `every` = k only beams 0, k, 2k, … are cast, for `ranges[::k]`.
+    /// frame; `lidar` is `start.lidar`, or a dictionary like the `[lidar]` of a
+    /// scenario. With `every` = k only beams 0, k, 2k, … are cast, for
+    /// `ranges[::k]`.
     #[pyo3(signature = (pose, lidar, *, every = 1))]
     fn scan<'py>(
         &self,
@@ -157,7 +167,7 @@ impl PyWorld {
         lidar: &Bound<'py, PyAny>,
         every: usize,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let body_in_world = crate::arrays::pose(pose, "pose")?;
+        let body_in_world = pose_of(pose, "pose")?;
         let beams = Beams::new(lidar, every)?;
         Ok(PyArray1::from_vec(py, beams.scans(&self.0, &[body_in_world])))
     }
@@ -292,22 +302,33 @@ impl Beams {
     }
 }
 
-/// The LiDAR that an object describes by its attributes.
+/// The geometry of a LiDAR that a start or a dictionary describes.
 fn lidar_of(lidar: &Bound<'_, PyAny>) -> PyResult<LidarConfig> {
     let py = lidar.py();
-    let read = |name| {
-        lidar
-            .getattr(name)
-            .map_err(|e| PyTypeError::new_err(format!("lidar: {e}; give `start.lidar`")))
+    let named = |e: &dyn std::fmt::Display| PyValueError::new_err(format!("lidar: {e}"));
+    let told = if lidar.is_instance_of::<PyDict>() {
+        let json = py.import("json")?.call_method1("dumps", (lidar,))?;
+        serde_json::from_str(json.extract()?).map_err(|e| named(&e))?
+    } else {
+        let read = |name| {
+            let wanted = "give `start.lidar`, or a dictionary like the [lidar] of a scenario";
+            let problem = |e| PyTypeError::new_err(format!("lidar: {e}; {wanted}"));
+            lidar.getattr(name).map_err(problem)
+        };
+        LidarConfig {
+            beams: read(intern!(py, "beams"))?.extract()?,
+            first_bearing_rad: read(intern!(py, "first_bearing_rad"))?.extract()?,
+            fov_rad: read(intern!(py, "fov_rad"))?.extract()?,
+            range_max_m: read(intern!(py, "range_max_m"))?.extract()?,
+            sensor_in_body: pose_of(&read(intern!(py, "sensor_in_body"))?, "lidar.sensor_in_body")?,
+            ..LidarConfig::default()
+        }
     };
-    let lidar = LidarConfig {
-        beams: read(intern!(py, "beams"))?.extract()?,
-        first_bearing_rad: read(intern!(py, "first_bearing_rad"))?.extract()?,
-        fov_rad: read(intern!(py, "fov_rad"))?.extract()?,
-        range_max_m: read(intern!(py, "range_max_m"))?.extract()?,
-        sensor_in_body: pose(&read(intern!(py, "sensor_in_body"))?, "lidar.sensor_in_body")?,
-        ..LidarConfig::default()
-    };
-    lidar.check().map_err(|e| PyValueError::new_err(e.to_string()))?;
-    Ok(lidar)
+    told.check().map_err(|e| named(&e))?;
+    Ok(told)
+}
+
+/// Adds the world to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyWorld>()
 }
