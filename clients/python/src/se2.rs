@@ -21,7 +21,7 @@ use crate::arrays::{pose_of, triple};
 ///
 /// Source: J. Solà, J. Deray, D. Atchuthan, *A micro Lie theory for state
 /// estimation in robotics* (arXiv:1812.01537).
-#[pyclass(frozen, name = "SE2", module = "rusty")]
+#[pyclass(frozen, sequence, name = "SE2", module = "rusty")]
 #[derive(Clone, Copy)]
 pub struct PySe2(pub SE2);
 

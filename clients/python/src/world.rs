@@ -308,7 +308,7 @@ fn lidar_of(lidar: &Bound<'_, PyAny>) -> PyResult<LidarConfig> {
     let named = |e: &dyn std::fmt::Display| PyValueError::new_err(format!("lidar: {e}"));
     let told = if lidar.is_instance_of::<PyDict>() {
         let json = py.import("json")?.call_method1("dumps", (lidar,))?;
-        serde_json::from_str(json.extract()?).map_err(|e| named(&e))?
+        serde_json::from_str(&json.extract::<String>()?).map_err(|e| named(&e))?
     } else {
         let read = |name| {
             let wanted = "give `start.lidar`, or a dictionary like the [lidar] of a scenario";

@@ -11,14 +11,12 @@ import sys
 import tempfile
 import threading
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import IO, Any, Iterator, Mapping, Sequence
 
-from ._rusty import toml_document, toml_value
 from ._log import RunLog, read_log
+from ._rusty import RustyError, toml_document, toml_value
 
 __all__ = ["LaunchError", "Record", "Run", "RunLost", "launch"]
-
-PathLike = Union[str, "os.PathLike[str]"]
 
 _LOST = 3
 """The exit code of a run that finished, but lost something."""
@@ -26,10 +24,10 @@ _PATIENCE_S = 15.0
 """How long the server may take to end a run that is to stop."""
 
 
-class LaunchError(RuntimeError):
+class LaunchError(RustyError):
     """The server did not run the scenario to its end; the message is its own."""
 
-    def __init__(self, message: str, exit_code: int, run: Optional["Run"] = None) -> None:
+    def __init__(self, message: str, exit_code: int, run: Run | None = None) -> None:
         super().__init__(message)
         self.exit_code = exit_code
         """The server's: 1 failed, 2 wrong usage, 3 something was lost; negative: a signal."""
@@ -41,7 +39,7 @@ class RunLost(LaunchError):
     """The run finished, but a participant, data or its end was lost."""
 
 
-class Record(Dict[str, Any]):
+class Record(dict[str, Any]):
     """A dictionary whose entries can also be had as attributes."""
 
     def __getattr__(self, name: str) -> Any:
@@ -51,21 +49,21 @@ class Record(Dict[str, Any]):
             known = ", ".join(self)
             raise AttributeError(f"there is no {name!r} here; there are: {known}") from None
 
-    def __dir__(self) -> List[str]:
+    def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self]
 
 
 class Run:
     """A run that was made, as the server reports it."""
 
-    def __init__(self, report: Dict[str, Any], exit_code: int) -> None:
+    def __init__(self, report: dict[str, Any], exit_code: int) -> None:
         self.report = report
         """The whole document that ``sim-server launch --json`` printed."""
         self.exit_code = exit_code
         """The server's: 0, or 3 if something was lost."""
 
     @property
-    def scores(self) -> List[Record]:
+    def scores(self) -> list[Record]:
         """One per estimator, in roster order: ``run.scores[0].ate_rmse_m``."""
         return self.report["scores"]
 
@@ -82,7 +80,7 @@ class Run:
         return self.report["digest"]
 
     @property
-    def seed(self) -> Optional[int]:
+    def seed(self) -> int | None:
         """The seed of all noise."""
         return self.report["seed"]
 
@@ -92,18 +90,18 @@ class Run:
         return self.report["ticks"]
 
     @property
-    def losses(self) -> List[Record]:
+    def losses(self) -> list[Record]:
         """Who was lost: name, kind and detail."""
         return self.report["losses"]
 
     @property
-    def log_path(self) -> Optional[Path]:
+    def log_path(self) -> Path | None:
         """The log's file; None without a logger."""
         path = self.report["log"]
         return None if path is None else Path(path)
 
     @property
-    def pictures(self) -> List[Path]:
+    def pictures(self) -> list[Path]:
         """The pictures' files."""
         return [Path(path) for path in self.report["pictures"]]
 
@@ -122,17 +120,17 @@ class Run:
 
 
 def launch(
-    scenario: Union[PathLike, Mapping[str, Any]] = "apartment",
+    scenario: str | os.PathLike[str] | Mapping[str, Any] = "apartment",
     *,
-    seed: Optional[int] = None,
-    ticks: Optional[int] = None,
-    set: Optional[Mapping[str, Any]] = None,
-    add: Optional[Mapping[str, Union[None, str, Sequence[str]]]] = None,
+    seed: int | None = None,
+    ticks: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    add: Mapping[str, str | Sequence[str] | None] | None = None,
     without: Sequence[str] = (),
-    out: Optional[PathLike] = None,
-    run: Optional[str] = None,
-    pace: Union[None, str, float] = None,
-    server: Optional[PathLike] = None,
+    out: str | os.PathLike[str] | None = None,
+    run: str | None = None,
+    pace: str | float | None = None,
+    server: str | os.PathLike[str] | None = None,
     allow_loss: bool = False,
     quiet: bool = True,
 ) -> Run:
@@ -141,29 +139,33 @@ def launch(
     Everything happens in processes of their own, as with ``sim-server launch``;
     nothing of the world is in this one.
 
-    :param scenario: name of a built-in scenario, a scenario file, or a scenario as
-        a dictionary (keys as in the file; its paths are relative to the current
-        folder).
-    :param seed: seed of all noise; default: the scenario's.
-    :param ticks: number of ticks; default: the scenario's.
-    :param set: fields to change, ``{"robot.slip_std": 0.05, "lidar": {"beams": 360}}``.
-    :param add: estimators to add by name: the command that starts each, as text or
-        as a list of words (``[sys.executable, "my_filter.py"]`` is this Python),
-        or None if it is started by hand.
-    :param without: participants to leave out, by name.
-    :param out: folder for log, scores and pictures; default: ``runs/NAME``.
-    :param run: name of the run; default: the scenario's and a random ending.
-    :param pace: "max", "real", or a factor such as 2.5; default: as fast as it goes.
-    :param server: the program; default: ``sim-server`` on the PATH, else
-        ``target/release/sim-server`` in the current folder or one above it.
-    :param allow_loss: return a run that lost something (a participant, data)
-        instead of raising `RunLost`: see `Run.losses` and ``run.report["remarks"]``.
-    :param quiet: show nothing; otherwise what the server says goes to `sys.stderr`.
+    Args:
+        scenario: name of a built-in scenario, a scenario file, or a scenario as a
+            dictionary (keys as in the file; its paths are relative to the current
+            folder).
+        seed: seed of all noise. Default: the scenario's.
+        ticks: number of ticks. Default: the scenario's.
+        set: fields to change, ``{"robot.slip_std": 0.05, "lidar": {"beams": 360}}``.
+        add: estimators to add by name: the command that starts each, as text or as
+            a list of words (``[sys.executable, "my_filter.py"]`` is this Python), or
+            None if it is started by hand.
+        without: participants to leave out, by name.
+        out: folder for log, scores and pictures. Default: ``runs/NAME``.
+        run: name of the run. Default: the scenario's and a random ending.
+        pace: "max", "real", or a factor such as 2.5. Default: as fast as it goes.
+        server: the program. Default: ``sim-server`` on the PATH, else
+            ``target/release/sim-server`` in the current folder or one above it.
+        allow_loss: return a run that finished but lost something (a participant,
+            data, its end) instead of raising `RunLost`: see `Run.losses` and
+            ``run.report["remarks"]``.
+        quiet: show nothing; otherwise what the server says goes to `sys.stderr`.
 
-    Raises `LaunchError` with the server's own words, `RunLost` if the run finished
-    but lost something, `FileNotFoundError` if there is no server. Ctrl-C stops the
-    run, waits until nothing is left of it, and raises `KeyboardInterrupt`; a second
-    one does not wait for the participants.
+    Raises:
+        LaunchError: the run failed; in the server's own words.
+        RunLost: the run finished, but lost something.
+        FileNotFoundError: there is no server.
+        KeyboardInterrupt: Ctrl-C. It stops the run and waits until nothing is left
+            of it; a second one does not wait for the participants.
     """
     program = _find_server(server)
     with tempfile.TemporaryDirectory(prefix="rusty-launch-") as folder:
@@ -195,7 +197,7 @@ def _outcome(code: int, printed: str, said: str, allow_loss: bool) -> Run:
     raise error(message, code, made)
 
 
-def _find_server(server: Optional[PathLike]) -> str:
+def _find_server(server: str | os.PathLike[str] | None) -> str:
     """The program to run, as a path."""
     if server is not None:
         named = shutil.which(os.fspath(server))
@@ -216,7 +218,7 @@ def _find_server(server: Optional[PathLike]) -> str:
     )
 
 
-def _scenario(scenario: Union[PathLike, Mapping[str, Any]], folder: str) -> str:
+def _scenario(scenario: str | os.PathLike[str] | Mapping[str, Any], folder: str) -> str:
     """What the command line says of the scenario; a dictionary becomes a file."""
     if not isinstance(scenario, Mapping):
         return os.fspath(scenario)
@@ -250,7 +252,7 @@ def _json(value: Any) -> str:
     return json.dumps(value, default=plain, allow_nan=False)
 
 
-def _fields(changes: Mapping[str, Any], above: str = "") -> Iterator[Tuple[str, Any]]:
+def _fields(changes: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
     """The fields of nested dictionaries, with dotted names."""
     for key, value in changes.items():
         # `kind` says which fields a table has: such a table is set as a whole.
@@ -260,7 +262,7 @@ def _fields(changes: Mapping[str, Any], above: str = "") -> Iterator[Tuple[str, 
             yield f"{above}{key}", value
 
 
-def _added(name: str, command: Union[None, str, Sequence[str]]) -> str:
+def _added(name: str, command: str | Sequence[str] | None) -> str:
     """An estimator as ``--add`` has it."""
     if command is None:
         return name
@@ -276,11 +278,11 @@ def _added(name: str, command: Union[None, str, Sequence[str]]) -> str:
     return f"{name}={command}"
 
 
-def _run(words: List[str], quiet: bool) -> Tuple[int, str, str]:
+def _run(words: list[str], quiet: bool) -> tuple[int, str, str]:
     """Exit code, stdout and stderr of the server."""
-    said: List[str] = []
+    said: list[str] = []
 
-    def listen(pipe: Any) -> None:
+    def listen(pipe: IO[str]) -> None:
         for line in pipe:
             said.append(line)
             if not quiet:

@@ -7,7 +7,7 @@ import os
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Dict, Optional, Union
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ class RunLog:
 
     path: Path
     """The file it was read from."""
-    header: Dict[str, Any] = field(repr=False)
+    header: dict[str, Any] = field(repr=False)
     """What the log says of its run: ``config`` (seed, dt_s, robot, lidar, world, …),
     ``roster``, ``source``, ``writer``, as in the log's own JSON."""
     time_s: NDArray[np.float64] = field(repr=False)
@@ -40,7 +40,7 @@ class RunLog:
     """(T, 2) cumulative encoder counts, left and right."""
     commands: NDArray[np.float64] = field(repr=False)
     """(T, 2) command applied in each tick, body frame: m/s, rad/s."""
-    truth: Optional[NDArray[np.float64]] = field(repr=False)
+    truth: NDArray[np.float64] | None = field(repr=False)
     """(T, 3) true poses, rows of NaN where the log has none; None if it has no
     truth at all, as a blind one."""
     scan_ticks: NDArray[np.int64] = field(repr=False)
@@ -48,16 +48,16 @@ class RunLog:
     ``scan_ticks[s]``."""
     ranges: NDArray[np.float64] = field(repr=False)
     """(S, B) ranges, m; shorter scans end in NaN."""
-    answers: Dict[str, NDArray[np.float64]] = field(repr=False)
+    answers: dict[str, NDArray[np.float64]] = field(repr=False)
     """By participant, (T, 3) the poses it answered, rows of NaN where it answered none."""
-    covariances: Dict[str, NDArray[np.float64]] = field(repr=False)
+    covariances: dict[str, NDArray[np.float64]] = field(repr=False)
     """By participant that reported any, (T, 3, 3) covariances of the error τ (m, m,
     rad) with truth = answer ⊞ τ; NaN where it reported none."""
     digest: str
     """Run digest of the ticks that are here, 32 hexadecimal digits."""
     damaged_ticks: NDArray[np.int64] = field(repr=False)
     """Ticks whose checksum fails: their values are suspect."""
-    problem: Optional[str]
+    problem: str | None
     """Why this is not all that was written, in words; None if it is."""
 
     @property
@@ -66,7 +66,7 @@ class RunLog:
         return self.problem is None
 
     @property
-    def seed(self) -> Optional[int]:
+    def seed(self) -> int | None:
         """The seed; None for a recording, or a log that does not tell it."""
         simulated = self.header["source"]["kind"] in ("simulated", "forked")
         return self.header["config"]["seed"] if simulated else None
@@ -81,21 +81,22 @@ class RunLog:
         """T: how many ticks are here."""
         return len(self.time_s)
 
-    def world(self) -> Optional[World]:
+    def world(self) -> World | None:
         """The walls; None if the log hides them."""
         if not self.header["source"].get("world_known", True):
             return None
         return World.from_json(json.dumps(self.header["config"]["world"]))
 
 
-def read_log(path: Union[str, "os.PathLike[str]"]) -> RunLog:
+def read_log(path: str | os.PathLike[str]) -> RunLog:
     """Reads a run log (``run.log``) into arrays.
 
     A log that was cut or damaged is read as far as it goes, with a `LogWarning`
     that says so; see `RunLog.complete`.
 
-    Raises `FileNotFoundError` or another `OSError` for the file, `ValueError` if
-    it is no log.
+    Raises:
+        FileNotFoundError: there is no such file (or another `OSError` for it).
+        RustyError: it is no log, or of another version.
     """
     columns = read_columns(path)
     columns["header"] = json.loads(columns["header"])
