@@ -1,11 +1,16 @@
 //! The Python module `rusty._rusty`: the SDK's session, frames as numpy arrays
-//! where they lie.
+//! where they lie, and the plane for models: poses, walls, rays.
 
+mod arrays;
 mod errors;
 mod gate;
+mod log;
+mod se2;
 mod session;
 mod start;
 mod tick;
+mod toml;
+mod world;
 
 use pyo3::prelude::*;
 
@@ -17,5 +22,9 @@ fn _rusty(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("LAYOUT_HASH", rusty_contract::layout::layout_hash())?;
     errors::register(module)?;
     start::register(module)?;
-    session::register(module)
+    session::register(module)?;
+    se2::register(module)?;
+    world::register(module)?;
+    log::register(module)?;
+    toml::register(module)
 }

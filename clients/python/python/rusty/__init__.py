@@ -23,9 +23,12 @@ from __future__ import annotations
 import atexit as _atexit
 import typing as _typing
 
+from ._launch import LaunchError, Record, Run, RunLost, launch
+from ._log import LogWarning, RunLog, read_log
 from ._rusty import (
     LAYOUT_HASH,
     PROTOCOL_VERSION,
+    SE2,
     Dropped,
     Lidar,
     Refused,
@@ -35,10 +38,13 @@ from ._rusty import (
     Session,
     Start,
     Tick,
+    World,
     __version__,
     _last_start,
     _leave_all,
     join,
+    odometry_delta,
+    wrap_angle,
 )
 
 if _typing.TYPE_CHECKING:
@@ -48,18 +54,30 @@ if _typing.TYPE_CHECKING:
 __all__ = [
     "LAYOUT_HASH",
     "PROTOCOL_VERSION",
+    "SE2",
     "Dropped",
+    "LaunchError",
     "Lidar",
+    "LogWarning",
+    "Record",
     "Refused",
     "Robot",
+    "Run",
+    "RunLog",
+    "RunLost",
     "RustyError",
     "ServerGone",
     "Session",
     "Start",
     "Tick",
+    "World",
     "__version__",
     "join",
+    "launch",
+    "odometry_delta",
+    "read_log",
     "start",
+    "wrap_angle",
 ]
 
 # A session that something still refers to when the interpreter ends, a

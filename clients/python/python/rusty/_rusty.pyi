@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from os import PathLike
 from types import TracebackType
-from typing import Literal, final
+from typing import Any, Literal, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -256,3 +256,184 @@ def join(
 
 def _last_start() -> Start: ...
 def _leave_all() -> None: ...
+
+# The plane, for models of robot and sensor: the geometry's own functions, bit for
+# bit. Nothing here knows any noise.
+
+@final
+class SE2:
+    """A pose or a motion of the plane: metres, metres, radians.
+
+    Read as a pose it is the place of a body's frame in the world frame. Tangent
+    vectors are arrays (3,) of (rho_x m, rho_y m, theta rad) in the body frame. It
+    is immutable and unpacks like a tuple: ``x, y, theta = pose``.
+
+    Source: J. Sola, J. Deray, D. Atchuthan, *A micro Lie theory for state
+    estimation in robotics* (arXiv:1812.01537).
+    """
+
+    def __new__(cls, x: float = 0.0, y: float = 0.0, theta: float = 0.0) -> SE2:
+        """The angle is wrapped to (-pi, pi]. Nothing is refused: NaN stays NaN."""
+    @property
+    def x(self) -> float:
+        """World x of the origin, m."""
+    @property
+    def y(self) -> float:
+        """World y of the origin, m."""
+    @property
+    def theta(self) -> float:
+        """Heading, rad in (-pi, pi], counter-clockwise from the world x axis."""
+    @staticmethod
+    def exp(tau: Sequence[float] | NDArray[np.float64]) -> SE2:
+        """The motion that the constant twist `tau` (m, m, rad) makes in one unit of
+        time."""
+    def log(self) -> NDArray[np.float64]:
+        """The shortest constant twist, shape (3,), whose `exp` this is."""
+    def boxplus(self, tau: Sequence[float] | NDArray[np.float64]) -> SE2:
+        """``self [+] tau``: moved by the twist `tau` (m, m, rad) in the body frame."""
+    def boxminus(self, other: SE2 | Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+        """``self [-] other``: the twist, shape (3,), in the frame of `other`, with
+        ``other.boxplus(twist) == self`` up to rounding."""
+    def compose(self, other: SE2 | Sequence[float] | NDArray[np.float64]) -> SE2:
+        """With `self` the pose of a frame B in A and `other` the pose of C in B, the
+        pose of C in A. Written ``self * other`` or ``self @ other``, too."""
+    def inverse(self) -> SE2:
+        """The motion that undoes this one."""
+    def __mul__(self, other: SE2) -> SE2: ...
+    def __matmul__(self, other: SE2) -> SE2: ...
+    def __eq__(self, other: object) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __iter__(self) -> Iterator[float]: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int) -> float: ...
+    def __getnewargs__(self) -> tuple[float, float, float]: ...
+
+def wrap_angle(theta_rad: float) -> float:
+    """The angle in (-pi, pi] that differs from `theta_rad` by whole turns. One that
+    is there already keeps its bits; NaN and infinities give NaN."""
+
+def odometry_delta(
+    last_counts: tuple[int, int], counts: tuple[int, int], drive: Robot
+) -> NDArray[np.float64]:
+    """The twist (ds m, 0, dtheta rad), shape (3,), between two readings of the
+    encoders, for ``pose.boxplus(...)``.
+
+    Args:
+        last_counts: (left, right), as `Tick.counts` has them.
+        counts: the same, later.
+        drive: `Start.robot`, or anything with its `wheel_radius_m`, `track_m` and
+            `ticks_per_rev`.
+    """
+
+@final
+class World:
+    """A checked, immutable world: straight walls in the plane, in a search tree.
+
+    Lengths are metres, angles radians, in the world frame.
+    """
+
+    @staticmethod
+    def builtin(name: str) -> World:
+        """A built-in world: "open", "hallway" or "apartment"."""
+    @staticmethod
+    def from_file(path: str | PathLike[str]) -> World:
+        """The world in a file: TOML or, with the ending .json, JSON.
+
+        Raises:
+            OSError: the file cannot be read.
+            ValueError: it is no world that can be used, with wall and remedy.
+        """
+    @staticmethod
+    def from_json(text: str) -> World:
+        """The world in JSON text: `name`, `bounds` and `walls`, each with `a` [x, y],
+        `b` [x, y] and `material`."""
+    @staticmethod
+    def from_start(start: Start) -> World:
+        """The map that a participant was given.
+
+        Raises:
+            ValueError: the map is hidden from it.
+        """
+    @staticmethod
+    def from_walls(
+        walls: ArrayLike,
+        *,
+        bounds: tuple[float, float, float, float] | None = None,
+        materials: Sequence[str] | None = None,
+        name: str = "walls",
+    ) -> World:
+        """A world of walls.
+
+        Args:
+            walls: shape (N, 4): x and y of one end, x and y of the other, m.
+            bounds: (x_min, y_min, x_max, y_max), m. Default: those of the walls.
+            materials: N of "Wall", "Glass" or "Door(3)". Default: all "Wall".
+            name: a short name.
+
+        Raises:
+            ValueError: a wall that cannot be used, with its index and the remedy;
+                ends that almost meet another wall are refused, too.
+        """
+    @property
+    def name(self) -> str:
+        """Its name."""
+    @property
+    def walls(self) -> NDArray[np.float64]:
+        """A new array, shape (N, 4): x and y of one end, x and y of the other, m."""
+    @property
+    def materials(self) -> list[str]:
+        """What each wall is made of: "Wall", "Glass" or "Door(3)"."""
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max), m. They stop neither a ray nor a body."""
+    @overload
+    def raycast(
+        self, origin: Sequence[float], angle_rad: float, range_max_m: float = ...
+    ) -> float: ...
+    @overload
+    def raycast(
+        self, origin: Sequence[float], angle_rad: ArrayLike, range_max_m: float = ...
+    ) -> NDArray[np.float64]:
+        """How far rays go before they meet a wall, m.
+
+        Args:
+            origin: (x, y), m, world frame.
+            angle_rad: direction from the world x axis: a number, or an array of any
+                shape, which the result then has.
+            range_max_m: the result where nothing is met before. Default: infinite.
+        """
+    def scan(
+        self,
+        pose: SE2 | Sequence[float] | NDArray[np.float64],
+        lidar: Lidar | dict[str, Any],
+        *,
+        every: int = 1,
+    ) -> NDArray[np.float64]:
+        """What the LiDAR of a robot at `pose` would see without noise: ranges, m,
+        shape (B,); its `range_max_m` where a beam meets nothing.
+
+        Args:
+            pose: the body's in the world frame.
+            lidar: `Start.lidar`, or a dictionary like the ``[lidar]`` of a scenario.
+            every: cast only beams 0, every, 2 every, ...: those of
+                ``tick.ranges[::every]``.
+        """
+    def scans(
+        self, poses: ArrayLike, lidar: Lidar | dict[str, Any], *, every: int = 1
+    ) -> NDArray[np.float64]:
+        """`scan` from many poses, shape (P, 3), at once: ranges, m, shape (P, B).
+
+        A particle filter's model of the LiDAR. The interpreter is not held meanwhile.
+        """
+    def distance(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Distance from each of `points`, shape (P, 2), to the nearest wall, m, shape
+        (P,): infinite in an open world, NaN for a point that is not finite.
+
+        For likelihood fields; and a body of radius r has room where it is at least r.
+        """
+
+# What `rusty.read_log` and `rusty.launch` are made of.
+
+def read_columns(path: str | PathLike[str]) -> dict[str, Any]: ...
+def toml_document(json: str) -> str: ...
+def toml_value(json: str) -> str: ...
