@@ -189,10 +189,17 @@ def _outcome(code: int, printed: str, said: str, allow_loss: bool) -> Run:
         made = None
     if made is not None and (code == 0 or (code == _LOST and allow_loss)):
         return made
-    message = said.strip() or (f"signal {-code}" if code < 0 else f"exit code {code}, without a word")
+    lines = said.strip().splitlines()
     if made is not None:
-        remarks = [text for text in made.report["remarks"] if text not in message]
-        message = "\n".join([message, *remarks, f"scores and log: {made.report['log']}"])
+        # The first line is the run's; whoever was lost is both told and remarked.
+        lines = lines[1:]
+        for remark in made.report["remarks"]:
+            if remark.split(": ", 1)[-1] not in "\n".join(lines):
+                lines.append(remark)
+        lines.append(f"the run's folder: {Path(made.report['out_dir'])}")
+    if not lines:
+        lines = [f"ended by signal {-code}" if code < 0 else f"exit code {code}, without a word"]
+    message = "\n".join(lines)
     error = RunLost if code == _LOST else LaunchError
     raise error(message, code, made)
 
