@@ -123,6 +123,13 @@ impl Gate {
     }
 }
 
+/// From now on whoever leaves says goodbye, and waiting ends.
+pub fn stop_all() {
+    for gate in lock(&GATES).iter().filter_map(Weak::upgrade) {
+        gate.stop.store(true, Ordering::Relaxed);
+    }
+}
+
 /// Leaves every run that this process still takes part in.
 pub fn leave_all() {
     let gates = std::mem::take(&mut *lock(&GATES));

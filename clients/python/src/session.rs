@@ -14,7 +14,7 @@ use rusty_clients::{Arrival, ClientArgs, ClientError, Session as Sdk};
 use rusty_contract::Phase;
 
 use crate::errors::{RustyError, exception, misused};
-use crate::gate::{Gate, Lent, Lone, leave_all};
+use crate::gate::{Gate, Lent, Lone, leave_all, stop_all};
 use crate::start::{self, Start};
 use crate::tick::Tick;
 
@@ -188,7 +188,11 @@ fn join(
         |field: &str, problem: String| PyValueError::new_err(format!("{field}: {problem}"));
     let program: Vec<OsString> = py.import("sys")?.getattr("argv")?.extract()?;
     let mut args = match (&run, &log) {
-        (None, None) => from_command_line(py, &program, argv)?,
+        (None, None) => {
+            let args = from_command_line(py, &program, argv)?;
+            py.import("rusty._program")?.call_method0("take_part")?;
+            args
+        }
         (Some(_), Some(_)) => return Err(PyValueError::new_err("give run or log, not both")),
         _ => ClientArgs {
             run: run
@@ -276,6 +280,12 @@ fn join_meanwhile(py: Python<'_>, args: ClientArgs, stop: &Arc<AtomicBool>) -> P
     }
 }
 
+/// Somebody asked this process to stop.
+#[pyfunction]
+fn _stop_all(py: Python<'_>) {
+    py.detach(stop_all);
+}
+
 /// Leaves every run that is still going on: for the interpreter's end.
 #[pyfunction]
 fn _leave_all(py: Python<'_>) {
@@ -287,5 +297,6 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Session>()?;
     module.add_class::<Tick>()?;
     module.add_function(wrap_pyfunction!(join, module)?)?;
+    module.add_function(wrap_pyfunction!(_stop_all, module)?)?;
     module.add_function(wrap_pyfunction!(_leave_all, module)?)
 }

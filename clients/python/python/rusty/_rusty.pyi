@@ -233,7 +233,10 @@ def join(
 
     With neither ``run`` nor ``log`` the command line says which, as a launcher
     writes it: ``--run NAME --name NAME --wait HOW --launcher PID``, or by hand
-    ``--run NAME`` or ``--log PATH``; ``--help`` lists all.
+    ``--run NAME`` or ``--log PATH``; ``--help`` lists all. The script is then a
+    program that takes part: asked to stop (SIGTERM, Ctrl-C) it says goodbye, and a
+    `RustyError` that nobody catches is printed as one line. Signal handlers and
+    an excepthook of its own stay as they are.
 
     Args:
         name: name in the roster, unless the command line has ``--name``. Default:
@@ -256,6 +259,7 @@ def join(
 
 def _last_start() -> Start: ...
 def _leave_all() -> None: ...
+def _stop_all() -> None: ...
 
 # The plane, for models of robot and sensor: the geometry's own functions, bit for
 # bit. Nothing here knows any noise.
