@@ -196,7 +196,8 @@ def _outcome(code: int, printed: str, said: str, allow_loss: bool) -> Run:
         for remark in made.report["remarks"]:
             if remark.split(": ", 1)[-1] not in "\n".join(lines):
                 lines.append(remark)
-        lines.append(f"the run's folder: {Path(made.report['out_dir'])}")
+        if made.report["log"] is not None:
+            lines.append(f"its log: {made.report['log']}")
     if not lines:
         lines = [f"ended by signal {-code}" if code < 0 else f"exit code {code}, without a word"]
     message = "\n".join(lines)
