@@ -92,7 +92,7 @@ def main():
             if lost:  # each that is left stands for the poses around it
                 particles = particles + rng.normal(size=(FEW, 3)) * 0.1
             (mean, covariance), since = summary(particles), rusty.SE2()
-        tick.answer(*(mean @ since), covariance=covariance)
+        tick.answer(*(mean @ since), covariance)
 
 
 if __name__ == "__main__":
