@@ -293,14 +293,14 @@ mod tests {
     fn a_script_beside_the_scenario_is_found_from_anywhere() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        std::fs::write(at("my_filter.py"), "").unwrap();
+        fs::write(at("my_filter.py"), "").unwrap();
         let command = r#"["./my_filter.py", "my_filter.py", "-my_filter.py", "absent.py", "src"]"#;
         let bare = r#"["my_filter.py"]"#;
         let text = format!(
             "[[participant]]\nname = \"a\"\ncommand = {command}\n\
              [[participant]]\nname = \"b\"\ncommand = {bare}\n"
         );
-        std::fs::write(at("s.toml"), text).unwrap();
+        fs::write(at("s.toml"), text).unwrap();
         let loaded = load(at("s.toml").to_str().unwrap(), &[]).unwrap();
         let found = at("my_filter.py").to_str().unwrap().to_owned();
         let dotted = at("./my_filter.py").to_str().unwrap().to_owned();

@@ -11,11 +11,20 @@ import numpy as np
 
 import rusty
 
-whole, pieces, ticks, digest = [], [], [], hashlib.sha256()
+whole, pieces, recent, ticks, digest = [], [], [], [], hashlib.sha256()
+
+
+def check(kept):
+    """Every array is what it was."""
+    for array, was in kept:
+        assert array.tobytes() == was, "a scan has changed"
+
+
 over_frames = copies = 0
 session = rusty.join()
 for tick in session:
-    ticks.append(tick)
+    if tick.number <= 150:
+        ticks.append(tick)
     digest.update(repr((tick.number, tick.time_s, tick.counts, tick.command)).encode())
     if tick.ranges is None:
         tick.abstain()
@@ -43,31 +52,31 @@ for tick in session:
             pass
         else:
             raise AssertionError("a scan can be written")
+    piece = scan[3:7][::-1] if tick.number < 100 else scan.reshape(2, -1)[1][5:]
     if tick.number < 100:
         whole.append((scan, scan.tobytes()))
-        pieces.append((scan[3:7][::-1], scan[3:7][::-1].tobytes()))
+        pieces.append((piece, piece.tobytes()))
+    elif tick.number < 150:
+        # Only pieces of pieces; nothing is left that holds the whole.
+        pieces.append((piece, piece.tobytes()))
     else:
-        # Only pieces of pieces, and not for ever: later ones lie over frames.
-        pieces.append((scan.reshape(2, -1)[1][5:], scan.reshape(2, -1)[1][5:].tobytes()))
+        # Not for ever: later ones lie over frames again.
+        recent = [*recent[-1:], (piece, piece.tobytes())]
     if tick.number == 150:
-        whole.clear()
-        del pieces[::2]
+        check(whole)
+        check(pieces)
         for kept in ticks:
             # Each tick holds the scan that it handed out.
-            kept_scan = kept.ranges
+            assert kept.ranges is None or kept.ranges.shape == scan.shape
+        whole.clear()
         ticks.clear()
-        kept_scan = None
+        del pieces[1:10], kept
     tick.answer(0.0, 0.0, 0.0)
-    del scan, tick, attempt
-assert over_frames > 5 and copies > 5, (over_frames, copies)
+    del scan, piece, tick, attempt
+assert over_frames > 30 and copies > 15, (over_frames, copies)
 
-
-def check(kept):
-    """Every array is what it was."""
-    for array, was in kept:
-        assert array.tobytes() == was, "a scan has changed"
-
-
+pieces += recent
+del recent
 check(pieces)
 assert session.ending == "done" and next(session, None) is None
 del session
