@@ -1,9 +1,4 @@
-"""Dead reckoning: wheels to pose, and nothing else.
-
-x̂ₜ = x̂ₜ₋₁ ⊞ (Δs, 0, Δθ), with Δs and Δθ from the encoder counts (K. Lynch,
-F. Park, *Modern Robotics*, §13.4). The arithmetic is that of the Rust client:
-both give the same bits. No covariance: it has no belief about its error.
-"""
+"""The smallest working estimator: wheels to pose (*Modern Robotics*, §13.4)."""
 
 import rusty
 

@@ -15,7 +15,8 @@ import numpy as np
 import rusty
 
 ALPHAS = (0.05, 0.01, 0.02, 0.05)  # Table 5.6, variance from: rot/rot, m/rot, m/m, rot/m
-HIT_STD_M, LOST_STD_M, RANDOM, EVERY = 0.15, 0.5, 0.1, 6
+HIT_STD_M, LOST_STD_M, EVERY = 0.15, 0.5, 6
+RANDOM = 0.01  # density of a random reading, where that of a perfect hit is 1
 MANY, FEW = 50_000, 400  # particles that look for a hidden start, and all others
 
 
@@ -52,7 +53,7 @@ def weigh(particles, ranges, world, lidar, hit_std_m):
     """Table 6.1, hits and random readings; the weights sum to 1."""
     met = ranges[::EVERY] < lidar.range_max_m
     error = (world.scans(particles, lidar, every=EVERY) - ranges[::EVERY])[:, met] / hit_std_m
-    log_weight = np.log((1 - RANDOM) * np.exp(-0.5 * error**2) + RANDOM / 10).sum(axis=1)
+    log_weight = np.log(np.exp(-0.5 * error**2) + RANDOM).sum(axis=1)
     weights = np.exp(log_weight - log_weight.max())
     return weights / weights.sum()
 
@@ -91,7 +92,7 @@ def main():
             if lost:  # each that is left stands for the poses around it
                 particles = particles + rng.normal(size=(FEW, 3)) * 0.1
             (mean, covariance), since = summary(particles), rusty.SE2()
-        tick.answer(*(mean @ since), covariance=covariance)
+        tick.answer(*(mean @ since), covariance)
 
 
 if __name__ == "__main__":

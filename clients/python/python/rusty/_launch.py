@@ -65,7 +65,8 @@ class Run:
     @property
     def scores(self) -> list[Record]:
         """One per estimator, in roster order: ``run.scores[0].ate_rmse_m``."""
-        return self.report["scores"]
+        scores: list[Record] = self.report["scores"]
+        return scores
 
     def score(self, name: str) -> Record:
         """The scores of one estimator; `KeyError` names those there are."""
@@ -77,22 +78,26 @@ class Run:
     @property
     def digest(self) -> str:
         """Run digest, 32 hexadecimal digits: equal runs have equal ones."""
-        return self.report["digest"]
+        digest: str = self.report["digest"]
+        return digest
 
     @property
     def seed(self) -> int | None:
         """The seed of all noise."""
-        return self.report["seed"]
+        seed: int | None = self.report["seed"]
+        return seed
 
     @property
     def ticks(self) -> int:
         """Ticks that are complete."""
-        return self.report["ticks"]
+        ticks: int = self.report["ticks"]
+        return ticks
 
     @property
     def losses(self) -> list[Record]:
         """Who was lost: name, kind and detail."""
-        return self.report["losses"]
+        losses: list[Record] = self.report["losses"]
+        return losses
 
     @property
     def log_path(self) -> Path | None:
@@ -125,7 +130,7 @@ def launch(
     seed: int | None = None,
     ticks: int | None = None,
     set: Mapping[str, Any] | None = None,
-    add: Mapping[str, str | Sequence[str] | None] | None = None,
+    add: Mapping[str, str | Sequence[str | os.PathLike[str]] | None] | None = None,
     without: Sequence[str] = (),
     out: str | os.PathLike[str] | None = None,
     run: str | None = None,
@@ -170,10 +175,9 @@ def launch(
     program = _find_server(server)
     with tempfile.TemporaryDirectory(prefix="rusty-launch-") as folder:
         words = [program, "launch", _scenario(scenario, folder), "--json"]
-        options = {"--seed": seed, "--ticks": ticks, "--out": out, "--run": run, "--pace": pace}
-        for option, value in options.items():
-            if value is not None:
-                words.append(f"{option}={os.fspath(value) if option == '--out' else value}")
+        folder_out = None if out is None else os.fspath(out)
+        options = {"seed": seed, "ticks": ticks, "out": folder_out, "run": run, "pace": pace}
+        words += [f"--{name}={value}" for name, value in options.items() if value is not None]
         words += [f"--set={key}={toml_value(_json(v))}" for key, v in _fields(set or {})]
         words += [f"--add={_added(name, command)}" for name, command in (add or {}).items()]
         words += [f"--without={name}" for name in without]
@@ -189,10 +193,18 @@ def _outcome(code: int, printed: str, said: str, allow_loss: bool) -> Run:
         made = None
     if made is not None and (code == 0 or (code == _LOST and allow_loss)):
         return made
-    message = said.strip() or (f"signal {-code}" if code < 0 else f"exit code {code}, without a word")
+    lines = said.strip().splitlines()
     if made is not None:
-        remarks = [text for text in made.report["remarks"] if text not in message]
-        message = "\n".join([message, *remarks, f"scores and log: {made.report['log']}"])
+        # The first line is the run's; whoever was lost is both told and remarked.
+        lines = lines[1:]
+        for remark in made.report["remarks"]:
+            if remark.split(": ", 1)[-1] not in "\n".join(lines):
+                lines.append(remark)
+        if made.report["log"] is not None:
+            lines.append(f"its log: {made.report['log']}")
+    if not lines:
+        lines = [f"ended by signal {-code}" if code < 0 else f"exit code {code}, without a word"]
+    message = "\n".join(lines)
     error = RunLost if code == _LOST else LaunchError
     raise error(message, code, made)
 
@@ -262,7 +274,7 @@ def _fields(changes: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, 
             yield f"{above}{key}", value
 
 
-def _added(name: str, command: str | Sequence[str] | None) -> str:
+def _added(name: str, command: str | Sequence[str | os.PathLike[str]] | None) -> str:
     """An estimator as ``--add`` has it."""
     if command is None:
         return name

@@ -74,7 +74,8 @@ class RunLog:
     @property
     def scenario(self) -> str:
         """Name of the scenario."""
-        return self.header["config"]["scenario"]
+        name: str = self.header["config"]["scenario"]
+        return name
 
     @property
     def ticks(self) -> int:
