@@ -185,7 +185,8 @@ impl PyWorld {
         let poses = rows::<3>(poses, "poses")?;
         let beams = Beams::new(lidar, every)?;
         let ranges_m = py.detach(|| {
-            let poses: Vec<SE2> = poses.iter().map(|[x, y, theta]| SE2::new(*x, *y, *theta)).collect();
+            let poses: Vec<SE2> =
+                poses.iter().map(|[x, y, theta]| SE2::new(*x, *y, *theta)).collect();
             beams.scans(&self.0, &poses)
         });
         shaped(py, ranges_m, [poses.len(), beams.count()])
@@ -231,7 +232,8 @@ fn read_text(path: &std::path::Path) -> PyResult<String> {
     let mut text = String::new();
     let read = std::fs::File::open(path)
         .and_then(|file| file.take(MAX_FILE_BYTES + 1).read_to_string(&mut text));
-    let named = |e: std::io::Error| std::io::Error::new(e.kind(), format!("{}: {e}", path.display()));
+    let named =
+        |e: std::io::Error| std::io::Error::new(e.kind(), format!("{}: {e}", path.display()));
     read.map_err(named)?;
     if text.len() as u64 > MAX_FILE_BYTES {
         let problem = format!(
@@ -247,9 +249,8 @@ fn read_text(path: &std::path::Path) -> PyResult<String> {
 fn bounds_of(ends: &[[f64; 4]]) -> [f64; 4] {
     let axis = |from: usize| {
         let all = ends.iter().flat_map(|end| [end[from], end[from + 2]]);
-        let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
-            (low.min(c), high.max(c))
-        });
+        let (low, high) = all
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (low.min(c), high.max(c)));
         match (low < high, low.is_finite()) {
             (true, _) => (low, high),
             (false, true) => (low - 0.5, high + 0.5),
@@ -272,7 +273,9 @@ impl Beams {
     fn new(lidar: &Bound<'_, PyAny>, every: usize) -> PyResult<Self> {
         let lidar = lidar_of(lidar)?;
         if every == 0 {
-            return Err(PyValueError::new_err("every = 0: give 1 for all beams, 2 for half of them"));
+            return Err(PyValueError::new_err(
+                "every = 0: give 1 for all beams, 2 for half of them",
+            ));
         }
         let beams = lidar.beams as usize;
         let fan = lidar.fan();
