@@ -17,8 +17,6 @@ def work(session):
                 break
             if how == "exit":
                 sys.exit(0)
-            if how == "interrupt":
-                raise KeyboardInterrupt
         tick.answer(0.0, 0.0, 0.0)
 
 
