@@ -192,11 +192,14 @@ fn same_columns(out: &Path, records: &[TickRecord]) {
     same("time_s", floats(&|r| vec![r.time_s(0.02)]));
     same("commands", floats(&|r| vec![r.command.v_m_s, r.command.omega_rad_s]));
     same("truth", floats(&|r| r.truth.unwrap_or([nan; 3]).to_vec()));
-    same("ranges", floats(&|r| {
-        let scan = r.ranges_m.clone().unwrap_or_default();
-        let shorter = if scan.is_empty() { 0 } else { 4 - scan.len() };
-        [scan, vec![nan; shorter]].concat()
-    }));
+    same(
+        "ranges",
+        floats(&|r| {
+            let scan = r.ranges_m.clone().unwrap_or_default();
+            let shorter = if scan.is_empty() { 0 } else { 4 - scan.len() };
+            [scan, vec![nan; shorter]].concat()
+        }),
+    );
     for (i, name) in ["dead-reckoning", "second"].into_iter().enumerate() {
         let pose = |r: &TickRecord| r.replies[i].estimate().map(|e| numbers(e.pose_in_world));
         same(&format!("answers-{name}"), floats(&|r| pose(r).unwrap_or([nan; 3]).to_vec()));
