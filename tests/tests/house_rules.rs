@@ -83,7 +83,7 @@ fn the_repository_speaks_of_the_project_alone() {
     .iter()
     .map(|[a, b]| format!("{a}{b}"))
     .collect();
-    for ending in ["rs", "md", "toml", "json", "yml"] {
+    for ending in ["rs", "py", "pyi", "md", "toml", "json", "yml"] {
         for path in files(ending) {
             let text = fs::read_to_string(&path).unwrap();
             for word in &banned {

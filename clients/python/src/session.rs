@@ -47,7 +47,7 @@ impl Session {
     }
 
     /// How the run ended: "done", "interrupted", "aborted"; None while it has not,
-    /// or where this session left before.
+    /// or where the session left before.
     #[getter]
     fn ending(&self) -> Option<&'static str> {
         self.ending.get().map(|phase| match phase {
@@ -111,7 +111,7 @@ impl Session {
             return Err(misused(text.to_owned()));
         }
         let Some(mut turn) = self.gate.turn() else {
-            return Err(misused("another thread waits for this session's next tick".to_owned()));
+            return Err(misused("another thread waits for the session's next tick".to_owned()));
         };
         let Some(part) = turn.part() else { return Ok(Wait::Over) };
         if let Some(lent) = part.open.take()

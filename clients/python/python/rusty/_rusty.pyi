@@ -195,7 +195,7 @@ class Session:
         """What this participant was told."""
     @property
     def ending(self) -> Literal["done", "interrupted", "aborted"] | None:
-        """How the run ended; None before it has, or where this session left
+        """How the run ended; None before it has, or where the session left
         earlier."""
     def close(self) -> None:
         """Leaves the run. Before its end that is a failure to the run."""
