@@ -2,6 +2,7 @@
 //! where they lie, and the plane for models: poses, walls, rays.
 
 mod arrays;
+mod beams;
 mod errors;
 mod gate;
 mod log;
