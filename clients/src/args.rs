@@ -1,5 +1,6 @@
 //! The command line that every participant shares.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, Parser};
@@ -52,6 +53,16 @@ pub struct ClientArgs {
     pub key_stdin: bool,
 }
 
+/// Arguments that cannot be used, or a wish for help.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{text}")]
+pub struct Usage {
+    /// What to print: help, or what is wrong and how to write it.
+    pub text: String,
+    /// The exit code that goes with it: 0 for help, which goes to stdout.
+    pub code: i32,
+}
+
 #[derive(Parser)]
 #[command(version, about = "Takes part in a run of sim-server, or works on its log")]
 struct Cli {
@@ -67,6 +78,19 @@ impl ClientArgs {
         Cli::parse().args
     }
 
+    /// Reads a command line that is not this process's own; the first argument
+    /// is the program's name.
+    ///
+    /// # Errors
+    /// [`Usage`] where [`from_command_line`](Self::from_command_line) would end
+    /// the process.
+    pub fn parse_from(arguments: impl IntoIterator<Item = OsString>) -> Result<Self, Usage> {
+        match Cli::try_parse_from(arguments) {
+            Ok(cli) => Ok(cli.args),
+            Err(e) => Err(Usage { text: e.render().to_string(), code: e.exit_code() }),
+        }
+    }
+
     /// The name in the roster: `--name`, or the program's.
     #[must_use]
     pub fn name(&self) -> String {
@@ -75,5 +99,25 @@ impl ClientArgs {
             let stem = program.and_then(|p| Some(p.file_stem()?.to_string_lossy().into_owned()));
             stem.unwrap_or_else(|| "client".to_owned())
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(arguments: &[&str]) -> Result<ClientArgs, Usage> {
+        ClientArgs::parse_from(arguments.iter().map(OsString::from))
+    }
+
+    #[test]
+    fn a_command_line_of_others_is_read_or_explained() {
+        let args = parse(&["x.py", "--run", "lab", "--name", "me", "--wait", "spin"]).unwrap();
+        assert_eq!((args.name(), args.wait), ("me".to_owned(), WaitPolicy::Spin));
+        assert_eq!(args.run.unwrap().as_str(), "lab");
+        let help = parse(&["x.py", "--help"]).unwrap_err();
+        assert!(help.code == 0 && help.text.contains("--join-timeout"), "{help}");
+        let nothing = parse(&["x.py"]).unwrap_err();
+        assert!(nothing.code == 2 && nothing.text.contains("--run <NAME>"), "{nothing}");
     }
 }

@@ -26,6 +26,7 @@ mod args;
 pub mod dead_reckoning;
 mod error;
 mod estimator;
+mod held_frame;
 mod log_session;
 pub mod logger;
 pub mod scorer;
@@ -35,10 +36,11 @@ mod tick;
 pub mod witness;
 pub mod write_behind;
 
-pub use args::ClientArgs;
+pub use args::{ClientArgs, Usage};
 pub use error::ClientError;
 pub use estimator::{Estimator, run};
-pub use session::Session;
+pub use held_frame::HeldFrame;
+pub use session::{Arrival, Session};
 pub use tick::Tick;
 pub use witness::{Witness, run_witness};
 

@@ -9,9 +9,10 @@ use std::time::Duration;
 use rusty_contract::answer::Message;
 use rusty_contract::config::check_seconds;
 use rusty_contract::{Brief, Exit, Frame, JoinRequest, Phase, Reply, Start, TruthKey};
-use rusty_link::{BorrowedFrame, BorrowedTally, ClientLink, Domain, Incoming, LinkError, Peer};
+use rusty_link::{BorrowedTally, ClientLink, Domain, Incoming, LinkError, Peer};
 use signal_hook::flag::{register, register_conditional_shutdown};
 
+use crate::held_frame::{FrameHandle, HeldFrame};
 use crate::log_session::LogSession;
 use crate::{ClientArgs, ClientError, Tick};
 
@@ -37,21 +38,14 @@ enum Source {
     Log(Box<LogSession>),
 }
 
-/// A frame in shared memory, or one read from a log.
-pub(crate) enum FrameHandle {
-    Live(BorrowedFrame),
-    Log(std::rc::Rc<Frame>),
-}
-
-impl std::ops::Deref for FrameHandle {
-    type Target = Frame;
-
-    fn deref(&self) -> &Frame {
-        match self {
-            Self::Live(frame) => frame,
-            Self::Log(frame) => frame,
-        }
-    }
+/// What a bounded wait for a tick brought.
+pub enum Arrival {
+    /// A tick. [`Session::answer`] it.
+    Frame(HeldFrame),
+    /// Nothing within the time given.
+    Nothing,
+    /// No tick comes any more; [`Session::ending`] says how the run ended.
+    End,
 }
 
 impl Session {
@@ -77,6 +71,16 @@ impl Session {
             let _ = register_conditional_shutdown(signal, code, Arc::clone(&stop));
             let _ = register(signal, Arc::clone(&stop));
         }
+        Self::join_until(args, stop)
+    }
+
+    /// The same without signal handlers: for a process that has its own. Once
+    /// `stop` is raised, waiting ends with [`LinkError::Stopped`], and the
+    /// session says goodbye instead of reporting a failure.
+    ///
+    /// # Errors
+    /// As [`join`](Self::join).
+    pub fn join_until(args: &ClientArgs, stop: Arc<AtomicBool>) -> Result<Self, ClientError> {
         let name = args.name();
         let (source, start) = match (&args.run, &args.log) {
             (Some(run), _) => {
@@ -135,19 +139,31 @@ impl Session {
     }
 
     pub(crate) fn next_frame(&mut self) -> Result<Option<FrameHandle>, ClientError> {
+        loop {
+            match self.next_within(SLICE)? {
+                Arrival::Frame(frame) => return Ok(Some(frame.0)),
+                Arrival::Nothing => {}
+                Arrival::End => return Ok(None),
+            }
+        }
+    }
+
+    /// Waits for the next tick, for about `at_most`: for a caller that must
+    /// look around itself meanwhile. Unlike a [`Tick`], the frame does not
+    /// borrow the session, and nobody abstains for it.
+    ///
+    /// # Errors
+    /// [`ClientError::Link`] if the server is gone.
+    pub fn next_within(&mut self, at_most: Duration) -> Result<Arrival, ClientError> {
         if self.ending.is_some() {
-            return Ok(None);
+            return Ok(Arrival::End);
         }
         let frame = match &mut self.source {
-            Source::Live(link) => loop {
-                match link.wait_frame(SLICE, &self.stop)? {
-                    Incoming::Frame(frame)
-                        if is_news(&frame, self.start.run_id, self.last_tick) =>
-                    {
-                        break FrameHandle::Live(frame);
-                    }
-                    Incoming::Frame(_) | Incoming::Nothing => {}
+            Source::Live(link) => match link.wait_frame(at_most, &self.stop)? {
+                Incoming::Frame(frame) if is_news(&frame, self.start.run_id, self.last_tick) => {
+                    FrameHandle::Live(frame)
                 }
+                Incoming::Frame(_) | Incoming::Nothing => return Ok(Arrival::Nothing),
             },
             Source::Log(_) if self.stop.load(Ordering::Relaxed) => {
                 return Err(LinkError::Stopped.into());
@@ -156,22 +172,32 @@ impl Session {
                 Some(frame) => FrameHandle::Log(frame),
                 None => {
                     self.ending = Some(Phase::Done);
-                    return Ok(None);
+                    return Ok(Arrival::End);
                 }
             },
         };
         match frame.phase() {
             Phase::Tick => {
                 self.last_tick = Some(frame.tick());
-                Ok(Some(frame))
+                Ok(Arrival::Frame(HeldFrame(frame)))
             }
             phase => {
                 // One who comes back may hear the last word before all ticks.
                 self.is_behind = frame.tick() > self.last_tick.map_or(0, |tick| tick + 1);
                 self.ending = Some(phase);
-                Ok(None)
+                Ok(Arrival::End)
             }
         }
+    }
+
+    /// Answers a frame that [`next_within`](Self::next_within) brought. A second
+    /// answer to it is left aside by the server.
+    ///
+    /// # Errors
+    /// [`ClientError::Answer`] names a number that is none; the frame is then
+    /// not answered.
+    pub fn answer(&mut self, frame: &HeldFrame, reply: Reply) -> Result<(), ClientError> {
+        self.reply(&frame.0, reply)
     }
 
     pub(crate) fn reply(&mut self, frame: &FrameHandle, reply: Reply) -> Result<(), ClientError> {

@@ -3,7 +3,7 @@
 use rusty_contract::Reply;
 use rusty_geometry::{EncoderTicks, Twist};
 
-use crate::session::FrameHandle;
+use crate::held_frame::FrameHandle;
 use crate::{ClientError, Session};
 
 /// One tick of the world, read where it lies. [`answer`](Self::answer) it;

@@ -10,7 +10,7 @@ use rusty_contract::{Brief, Exit, Frame, Phase, Reply, RunDigest, Start, TruthKe
 use rusty_geometry::SE2;
 use rusty_link::{BorrowedTally, LinkError};
 
-use crate::session::FrameHandle;
+use crate::held_frame::FrameHandle;
 use crate::{ClientArgs, ClientError, Session};
 
 /// A complete tick: the frame, the truth, and what everyone answered.

@@ -93,8 +93,25 @@ pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
         for file in &mut participant.files {
             *file = folder.join(&*file).to_string_lossy().into_owned();
         }
+        for (place, word) in participant.command.iter_mut().enumerate() {
+            if let Some(path) = beside_the_scenario(&folder, place, word) {
+                *word = path;
+            }
+        }
     }
     Ok(Loaded { scenario, folder })
+}
+
+/// A word of a command that names no file where the server works, but one beside
+/// the scenario: `command = ["python3", "my_filter.py"]` works from anywhere.
+fn beside_the_scenario(folder: &Path, place: usize, word: &str) -> Option<String> {
+    // A bare program is looked up elsewhere.
+    let names_a_file = place > 0 || word.contains('/');
+    if !names_a_file || word.starts_with('-') || Path::new(word).exists() {
+        return None;
+    }
+    let path = folder.join(word);
+    path.is_file().then(|| path.to_string_lossy().into_owned())
 }
 
 /// The text of a file, if it is no longer than any that can be meant.
@@ -271,6 +288,28 @@ mod tests {
             assert_eq!(loaded.scenario.name, name);
             loaded.config().unwrap();
         }
+    }
+
+    #[test]
+    fn a_script_beside_the_scenario_is_found_from_anywhere() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("my_filter.py"), "").unwrap();
+        let command = r#"["./my_filter.py", "my_filter.py", "-my_filter.py", "absent.py", "src"]"#;
+        let bare = r#"["my_filter.py"]"#;
+        let text = format!(
+            "[[participant]]\nname = \"a\"\ncommand = {command}\n\
+             [[participant]]\nname = \"b\"\ncommand = {bare}\n"
+        );
+        fs::write(at("s.toml"), text).unwrap();
+        let loaded = load(at("s.toml").to_str().unwrap(), &[]).unwrap();
+        let found = at("my_filter.py").to_str().unwrap().to_owned();
+        let dotted = at("./my_filter.py").to_str().unwrap().to_owned();
+        let commands = loaded.scenario.participants.iter().map(|p| p.command.as_slice());
+        let commands: Vec<&[String]> = commands.collect();
+        // What is there for the server as it is written stays as it is.
+        assert_eq!(commands[0], [&dotted, &found, "-my_filter.py", "absent.py", "src"]);
+        assert_eq!(commands[1], ["my_filter.py"]);
     }
 
     #[test]

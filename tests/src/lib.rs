@@ -9,6 +9,7 @@
 pub mod counts;
 mod dice;
 pub mod fuzz;
+pub mod python;
 
 pub use dice::{Dice, cases};
 
@@ -53,6 +54,9 @@ pub fn binaries() -> &'static Path {
         let mut build = Command::new(env!("CARGO"));
         build.current_dir(repository()).args(["build", "--quiet", "--bins", "--examples"]);
         build.args(["-p", "sim-server", "-p", "rusty-clients", "-p", "rusty-tests"]);
+        // With it other crates are built with the features that the whole
+        // workspace gives them: those of `cargo test --workspace`.
+        build.args(["--lib", "-p", "rusty-python"]);
         build.arg("--target-dir").arg(folder.parent().unwrap());
         if folder.ends_with("release") {
             build.arg("--release");

@@ -54,6 +54,20 @@ fn the_mix_has_a_scorer_and_a_logger() {
     let rows = report["results"]["rows"].as_array().unwrap();
     assert_eq!(rows.last().unwrap()["who"], "estimator, scorer, logger");
     assert_eq!(number(rows.last().unwrap(), "/clients"), 3.0);
+    assert!(rows.iter().all(|row| row["beside"].is_null()));
+}
+
+#[test]
+fn another_program_is_measured_in_the_place_of_dead_reckoning() {
+    let first = binary("01_first_estimator");
+    let args = ["--clients", "1", "--accept-noise", "--beside", first.to_str().unwrap()];
+    let report = latency(&args).expect(0).json();
+    for row in report["results"]["rows"].as_array().unwrap() {
+        assert_eq!(text(&row["beside"], "command"), first.to_str().unwrap());
+        assert_eq!(number(row, "/beside/tick/all/count"), 400.0);
+        assert!(number(row, "/beside/over_tick/median") > 0.0);
+        assert!(row["beside"]["more_ns"]["median"].is_number(), "{row}");
+    }
 }
 
 #[test]

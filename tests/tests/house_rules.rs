@@ -11,7 +11,7 @@ use sim_server::bench::page::{Documents, Notes, markdown};
 /// Lines of a file. "About 400", with some air.
 const MAX_LINES: usize = 420;
 
-const ROOMS: [(&str, &str); 9] = [
+const ROOMS: [(&str, &str); 10] = [
     ("shared/geometry", "rusty-geometry"),
     ("shared/contract", "rusty-contract"),
     ("shared/sim", "rusty-sim"),
@@ -19,6 +19,7 @@ const ROOMS: [(&str, &str); 9] = [
     ("shared/plot", "rusty-plot"),
     ("sim-server", "sim-server"),
     ("clients", "rusty-clients"),
+    ("clients/python", "rusty-python"),
     ("tests", "rusty-tests"),
     ("tests/wasm", "rusty-wasm-goldens"),
 ];
@@ -82,7 +83,7 @@ fn the_repository_speaks_of_the_project_alone() {
     .iter()
     .map(|[a, b]| format!("{a}{b}"))
     .collect();
-    for ending in ["rs", "md", "toml", "json", "yml"] {
+    for ending in ["rs", "py", "pyi", "md", "toml", "json", "yml"] {
         for path in files(ending) {
             let text = fs::read_to_string(&path).unwrap();
             for word in &banned {

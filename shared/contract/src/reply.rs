@@ -2,7 +2,7 @@
 //!
 //! A [`Reply`] has no bytes of its own in shared memory
 //! ([`Answer`](crate::Answer) has). In a log it is written by postcard as a
-//! variant of [`Stored`], whose order is part of the format: what came later is
+//! variant of `Stored`, whose order is part of the format: what came later is
 //! at its end, so that every older log reads as it did.
 
 use rusty_geometry::{SE2, Twist};

@@ -44,4 +44,5 @@ pub use feed::Feed;
 pub use memory::{MemoryState, memory_state};
 pub use process::{Peer, PeerState};
 pub use server::{FrameLoan, JoinCall, ServerLink};
+pub use services::MAX_HELD_FRAMES;
 pub use wait::{WaitPolicy, monotonic_ns};

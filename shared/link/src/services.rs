@@ -23,6 +23,9 @@ pub(crate) type Wakes = event::PortFactory<Ipc>;
 pub(crate) const MAX_PORTS: usize = 64;
 /// Frames, tallies or answers that wait for a reader; lockstep needs one.
 pub(crate) const BUFFER: usize = 4;
+/// How many frames of a run a participant can hold at a time, the one it waits
+/// for included.
+pub const MAX_HELD_FRAMES: usize = BUFFER;
 
 /// Declares a payload: a contract struct whose type name carries the layout
 /// hash, so that two builds with other layouts do not open each other's

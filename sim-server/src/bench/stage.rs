@@ -19,7 +19,7 @@ use super::machine::cores;
 use super::stamps::{Sample, Stamps};
 use crate::confine;
 use crate::error::VerbError;
-use crate::run::{Children, Pace, Progress, Run, RunSetup, Spawn, Stop};
+use crate::run::{Children, Leaving, Pace, Progress, Run, RunSetup, Spawn, Stop};
 use crate::source::{FrameSource, Simulated, SourceError};
 
 /// How long clients may take to be there, and to answer, s.
@@ -145,7 +145,7 @@ impl Stage<'_> {
             scope.spawn(|| beside(&pids));
             run.drive()
         })?;
-        children.finish(|_| true);
+        children.finish(|_| Leaving::AtTheEnd);
         match outcome.phase {
             Phase::Interrupted => Ok(None),
             Phase::Done => Ok(Some(timed.stamps)),
@@ -208,7 +208,7 @@ impl Stage<'_> {
         if let Some(floor) = &floor {
             floor.end();
         }
-        children.finish(|_| true);
+        children.finish(|_| Leaving::AtTheEnd);
         match died {
             Some(how) => {
                 Err(VerbError::Bench(format!("{} without a protocol: {how}", what.word())))

@@ -114,6 +114,10 @@ pub struct LatencyArgs {
     /// Also measure server, estimator, scorer and logger together
     #[arg(long)]
     pub mix: bool,
+    /// Also measure with this program in the place of one dead reckoning, in
+    /// turns with it: "python3 clients/python/examples/dead_reckoning.py"
+    #[arg(long, value_name = "COMMAND", default_value = "", hide_default_value = true)]
+    pub beside: String,
     /// Ticks of a repetition, after a warm-up of a tenth as many
     #[arg(long, value_name = "N", default_value_t = 20_000)]
     pub ticks: usize,

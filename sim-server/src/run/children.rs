@@ -18,6 +18,9 @@ use crate::confine::{self, Gate};
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The same for those that nobody misses.
 const SHORT_PATIENCE: Duration = Duration::from_millis(300);
+/// The same for those that reported a failure: an interpreter writes down what
+/// happened and takes itself apart before it ends, and its last words are wanted.
+const FAILED_PATIENCE: Duration = Duration::from_secs(3);
 
 /// Why a participant cannot be started.
 #[derive(Debug, Error)]
@@ -71,6 +74,27 @@ struct Running {
     program: PathBuf,
     /// The line it reads from its standard input.
     key: Option<String>,
+}
+
+/// How a participant left the run, for how long its process is waited for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leaving {
+    /// It took part to the end.
+    AtTheEnd,
+    /// It said that it failed.
+    Failed,
+    /// It never took part, or was lost in another way.
+    Lost,
+}
+
+impl Leaving {
+    fn patience(self) -> Duration {
+        match self {
+            Self::AtTheEnd => PATIENCE,
+            Self::Failed => FAILED_PATIENCE,
+            Self::Lost => SHORT_PATIENCE,
+        }
+    }
 }
 
 /// The participants that the server started, each in a process group of its
@@ -157,16 +181,15 @@ impl Children {
     }
 
     /// Waits for everyone to end by itself, then ends the rest. Says who did
-    /// not end well: seat and how. Nobody waits long for a seat that
-    /// `is_missed` does not name: it never took part, or is known to be lost.
-    pub fn finish(mut self, is_missed: impl Fn(usize) -> bool) -> Vec<(usize, String)> {
+    /// not end well: seat and how. Nobody waits long for a seat that never took
+    /// part, or is known to be lost.
+    pub fn finish(mut self, how_left: impl Fn(usize) -> Leaving) -> Vec<(usize, String)> {
         let began = Instant::now();
+        let is_missed = |seat| how_left(seat) == Leaving::AtTheEnd;
         loop {
-            let late = |r: &mut Running| r.has_not_ended();
-            let missed = self.0.iter_mut().filter(|r| is_missed(r.seat)).any(late);
-            let others = self.0.iter_mut().filter(|r| !is_missed(r.seat)).any(late);
-            let patience = if missed { PATIENCE } else { SHORT_PATIENCE };
-            if !(missed || others) || began.elapsed() >= patience {
+            let late = self.0.iter_mut().filter_map(|r| r.has_not_ended().then_some(r.seat));
+            let patience = late.map(|seat| how_left(seat).patience()).max();
+            if patience.is_none_or(|patience| began.elapsed() >= patience) {
                 break;
             }
             std::thread::sleep(Duration::from_millis(1));

@@ -14,7 +14,7 @@ mod start;
 mod stop;
 mod wishes;
 
-pub use children::{Children, ChildrenError, Spawn};
+pub use children::{Children, ChildrenError, Leaving, Spawn};
 pub(crate) use children::{find_program, invite, kill_group, open_talk, spawn_with_key};
 pub use pace::Pace;
 pub use progress::Progress;

@@ -109,6 +109,7 @@ fn latency(args: &LatencyArgs) -> Verbed {
         beams: args.beams.clone(),
         scan_every: args.scan_every.clone(),
         mix: args.mix,
+        beside: args.beside.split_whitespace().map(str::to_owned).collect(),
         ticks: args.ticks,
         repeat: args.repeat,
         wait: args.wait,

@@ -14,8 +14,9 @@ use super::{Verbed, print_json};
 use crate::cli::RunArgs;
 use crate::confine::{self, Gate};
 use crate::error::VerbError;
+use crate::lockstep::LossKind;
 use crate::report::RunReport;
-use crate::run::{Children, Outcome, Progress, Run, RunSetup, Spawn, Stop};
+use crate::run::{Children, Leaving, Outcome, Progress, Run, RunSetup, Spawn, Stop};
 use crate::source::FrameSource;
 
 /// Who starts the participants.
@@ -125,7 +126,11 @@ impl RunSession<'_> {
         let outcome = run.drive()?;
         let ended_badly = children.finish(|seat| {
             let summary = &outcome.seats[seat];
-            summary.pid.is_some() && summary.lost.is_none()
+            match &summary.lost {
+                Some(loss) if loss.kind == LossKind::Failed => Leaving::Failed,
+                None if summary.pid.is_some() => Leaving::AtTheEnd,
+                _ => Leaving::Lost,
+            }
         });
         drop(domain);
         Ok(Made { header, name, out_dir, outcome, ended_badly, gates })

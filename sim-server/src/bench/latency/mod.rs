@@ -8,10 +8,12 @@
 //! whatever disturbs the machine meets all three, and the ratios are taken
 //! within a repetition.
 
+mod beside;
 mod calls;
 pub mod section;
 mod table;
 
+pub use beside::Beside;
 pub use calls::SystemCalls;
 pub use table::print;
 
@@ -39,6 +41,9 @@ pub struct Plan {
     pub scan_every: Vec<u64>,
     /// Also server, estimator, scorer and logger.
     pub mix: bool,
+    /// A program that is measured in the place of one dead reckoning, in turns
+    /// with it. Empty: none.
+    pub beside: Vec<String>,
     /// Ticks of a repetition, without the warm-up.
     pub ticks: usize,
     /// Repetitions.
@@ -89,6 +94,9 @@ pub struct Row {
     pub raw_over_floor: Spread,
     /// System calls of a tick, all processes together.
     pub system_calls: SystemCalls,
+    /// The same with another program, if that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beside: Option<Beside>,
 }
 
 /// Rounds of one kind.
@@ -162,6 +170,7 @@ impl Plan {
     ) -> Result<Option<Row>, VerbError> {
         let clients = case.roster.len();
         let (mut tick, mut raw, mut floor) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut other, other_roster) = (Vec::new(), beside::replaced(&case.roster, &self.beside));
         for _ in 0..self.repeat {
             let samples = (
                 stage.ticks(&case.config, &case.roster)?,
@@ -172,6 +181,10 @@ impl Plan {
             tick.push(a);
             raw.push(b);
             floor.push(c);
+            if !self.beside.is_empty() {
+                let Some(d) = stage.ticks(&case.config, &other_roster)? else { return Ok(None) };
+                other.push(d);
+            }
             noise.look();
         }
         let system_calls = self.system_calls(stage, &case.launch)?;
@@ -182,6 +195,7 @@ impl Plan {
         let ratio = |a: &Repeated, b: &Repeated| {
             Spread::of(a.p50_ns.iter().zip(&b.p50_ns).map(|(a, b)| a / b.max(1.0)))
         };
+        let beside = (!other.is_empty()).then(|| Repeated::of(other));
         let scan_every = case.config.scan_every;
         Ok(Some(Row {
             clients,
@@ -190,6 +204,7 @@ impl Plan {
             scan_every,
             tick_over_raw: ratio(&tick, &raw),
             raw_over_floor: ratio(&raw, &floor),
+            beside: beside.map(|there| Beside::of(&self.beside, there, &tick)),
             tick: tick.measured,
             raw: raw.measured,
             floor: floor.measured,
@@ -320,6 +335,7 @@ mod tests {
             beams: vec![180, 1080],
             scan_every: vec![0, 5],
             mix,
+            beside: Vec::new(),
             ticks: 100,
             repeat: 1,
             wait: WaitPolicy::Balanced,

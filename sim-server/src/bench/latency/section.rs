@@ -63,6 +63,7 @@ pub fn rows() -> Vec<String> {
         beams: vec![180, 1080],
         scan_every: vec![0, 1],
         mix: true,
+        beside: Vec::new(),
         ticks: 20_000,
         repeat: 5,
         wait: WaitPolicy::default(),

@@ -33,6 +33,19 @@ fn print_row(row: &Row) {
     }
     let spread = |s: super::Spread| format!("{:.2} ({:.2} to {:.2})", s.median, s.min, s.max);
     outln!("  tick/raw {}   raw/floor {}", spread(row.tick_over_raw), spread(row.raw_over_floor));
+    if let Some(beside) = &row.beside {
+        outln!("  with {} in the place of one dead reckoning:", beside.command);
+        print_times("tick", &beside.tick);
+        let more = beside.more_ns;
+        let us = [more.median, more.min, more.max].map(|ns| ns * 1e-3);
+        outln!(
+            "  {} of the tick without it; {:+.2} µs ({:+.2} to {:+.2})",
+            spread(beside.over_tick),
+            us[0],
+            us[1],
+            us[2]
+        );
+    }
     let (server, clients) = (row.tick.server, row.tick.clients);
     outln!(
         "  a tick uses {:.2} µs of the processor in the server, {:.2} µs in the clients",

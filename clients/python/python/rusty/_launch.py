@@ -1,0 +1,339 @@
+"""A whole run from a script or a notebook: ``sim-server launch`` as a process."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from pathlib import Path
+from typing import IO, Any, Iterator, Mapping, Sequence
+
+from ._log import RunLog, read_log
+from ._rusty import RustyError, toml_document, toml_value
+
+__all__ = ["LaunchError", "Record", "Run", "RunLost", "launch"]
+
+_LOST = 3
+"""The exit code of a run that finished, but lost something."""
+_PATIENCE_S = 15.0
+"""How long the server may take to end a run that is to stop."""
+
+
+class LaunchError(RustyError):
+    """The server did not run the scenario to its end; the message is its own."""
+
+    def __init__(self, message: str, exit_code: int, run: Run | None = None) -> None:
+        super().__init__(message)
+        self.exit_code = exit_code
+        """The server's: 1 failed, 2 wrong usage, 3 something was lost; negative: a signal."""
+        self.run = run
+        """What there is of the run, if it began."""
+
+
+class RunLost(LaunchError):
+    """The run finished, but a participant, data or its end was lost."""
+
+
+class Record(dict[str, Any]):
+    """A dictionary whose entries can also be had as attributes."""
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self[name]
+        except KeyError:
+            known = ", ".join(self)
+            raise AttributeError(f"there is no {name!r} here; there are: {known}") from None
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self]
+
+
+class Run:
+    """A run that was made, as the server reports it."""
+
+    def __init__(self, report: dict[str, Any], exit_code: int) -> None:
+        self.report = report
+        """The whole document that ``sim-server launch --json`` printed."""
+        self.exit_code = exit_code
+        """The server's: 0, or 3 if something was lost."""
+
+    @property
+    def scores(self) -> list[Record]:
+        """One per estimator, in roster order: ``run.scores[0].ate_rmse_m``."""
+        scores: list[Record] = self.report["scores"]
+        return scores
+
+    def score(self, name: str) -> Record:
+        """The scores of one estimator; `KeyError` names those there are."""
+        for score in self.scores:
+            if score["name"] == name:
+                return score
+        raise KeyError(f"no scores of {name!r}; there are: {[s['name'] for s in self.scores]}")
+
+    @property
+    def digest(self) -> str:
+        """Run digest, 32 hexadecimal digits: equal runs have equal ones."""
+        digest: str = self.report["digest"]
+        return digest
+
+    @property
+    def seed(self) -> int | None:
+        """The seed of all noise."""
+        seed: int | None = self.report["seed"]
+        return seed
+
+    @property
+    def ticks(self) -> int:
+        """Ticks that are complete."""
+        ticks: int = self.report["ticks"]
+        return ticks
+
+    @property
+    def losses(self) -> list[Record]:
+        """Who was lost: name, kind and detail."""
+        losses: list[Record] = self.report["losses"]
+        return losses
+
+    @property
+    def log_path(self) -> Path | None:
+        """The log's file; None without a logger."""
+        path = self.report["log"]
+        return None if path is None else Path(path)
+
+    @property
+    def pictures(self) -> list[Path]:
+        """The pictures' files."""
+        return [Path(path) for path in self.report["pictures"]]
+
+    def log(self) -> RunLog:
+        """Reads the log; see `read_log`."""
+        if self.log_path is None:
+            raise FileNotFoundError("this run has no log: there was no logger in its roster")
+        return read_log(self.log_path)
+
+    def __repr__(self) -> str:
+        seed = "no seed" if self.seed is None else f"seed {self.seed}"
+        first = f"<Run {self.report['run']}: {seed}, {self.ticks} ticks, {self.report['ended']}"
+        errors = ((s["name"], s.get("ate_rmse_m")) for s in self.scores)
+        words = (f"{n} ATE {e:.3f} m" if e is not None else f"{n} unscored" for n, e in errors)
+        return "; ".join([first, *words]) + ">"
+
+
+def launch(
+    scenario: str | os.PathLike[str] | Mapping[str, Any] = "apartment",
+    *,
+    seed: int | None = None,
+    ticks: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    add: Mapping[str, str | Sequence[str | os.PathLike[str]] | None] | None = None,
+    without: Sequence[str] = (),
+    out: str | os.PathLike[str] | None = None,
+    run: str | None = None,
+    pace: str | float | None = None,
+    server: str | os.PathLike[str] | None = None,
+    allow_loss: bool = False,
+    quiet: bool = True,
+) -> Run:
+    """Runs a scenario with all its participants, and waits for its end.
+
+    Everything happens in processes of their own, as with ``sim-server launch``;
+    nothing of the world is in this one.
+
+    Args:
+        scenario: name of a built-in scenario, a scenario file, or a scenario as a
+            dictionary (keys as in the file; its paths are relative to the current
+            folder).
+        seed: seed of all noise. Default: the scenario's.
+        ticks: number of ticks. Default: the scenario's.
+        set: fields to change, ``{"robot.slip_std": 0.05, "lidar": {"beams": 360}}``.
+        add: estimators to add by name: the command that starts each, as text or as
+            a list of words (``[sys.executable, "my_filter.py"]`` is this Python), or
+            None if it is started by hand.
+        without: participants to leave out, by name.
+        out: folder for log, scores and pictures. Default: ``runs/NAME``.
+        run: name of the run. Default: the scenario's and a random ending.
+        pace: "max", "real", or a factor such as 2.5. Default: as fast as it goes.
+        server: the program. Default: ``sim-server`` on the PATH, else
+            ``target/release/sim-server`` in the current folder or one above it.
+        allow_loss: return a run that finished but lost something (a participant,
+            data, its end) instead of raising `RunLost`: see `Run.losses` and
+            ``run.report["remarks"]``.
+        quiet: show nothing; otherwise what the server says goes to `sys.stderr`.
+
+    Raises:
+        LaunchError: the run failed; in the server's own words.
+        RunLost: the run finished, but lost something.
+        FileNotFoundError: there is no server.
+        KeyboardInterrupt: Ctrl-C. It stops the run and waits until nothing is left
+            of it; a second one does not wait for the participants.
+    """
+    program = _find_server(server)
+    with tempfile.TemporaryDirectory(prefix="rusty-launch-") as folder:
+        words = [program, "launch", _scenario(scenario, folder), "--json"]
+        folder_out = None if out is None else os.fspath(out)
+        options = {"seed": seed, "ticks": ticks, "out": folder_out, "run": run, "pace": pace}
+        words += [f"--{name}={value}" for name, value in options.items() if value is not None]
+        words += [f"--set={key}={toml_value(_json(v))}" for key, v in _fields(set or {})]
+        words += [f"--add={_added(name, command)}" for name, command in (add or {}).items()]
+        words += [f"--without={name}" for name in without]
+        code, printed, said = _run(words, quiet)
+    return _outcome(code, printed, said, allow_loss)
+
+
+def _outcome(code: int, printed: str, said: str, allow_loss: bool) -> Run:
+    """The run, or the exception that goes with it."""
+    try:
+        made = Run(json.loads(printed, object_hook=Record), code)
+    except ValueError:
+        made = None
+    if made is not None and (code == 0 or (code == _LOST and allow_loss)):
+        return made
+    lines = said.strip().splitlines()
+    if made is not None:
+        # The first line is the run's; whoever was lost is both told and remarked.
+        lines = lines[1:]
+        for remark in made.report["remarks"]:
+            if remark.split(": ", 1)[-1] not in "\n".join(lines):
+                lines.append(remark)
+        if made.report["log"] is not None:
+            lines.append(f"its log: {made.report['log']}")
+    if not lines:
+        lines = [f"ended by signal {-code}" if code < 0 else f"exit code {code}, without a word"]
+    message = "\n".join(lines)
+    error = RunLost if code == _LOST else LaunchError
+    raise error(message, code, made)
+
+
+def _find_server(server: str | os.PathLike[str] | None) -> str:
+    """The program to run, as a path."""
+    if server is not None:
+        named = shutil.which(os.fspath(server))
+        if named is None:
+            raise FileNotFoundError(f"server: {os.fspath(server)!r} is no program that can be run")
+        return os.path.abspath(named)
+    on_path = shutil.which("sim-server")
+    if on_path is not None:
+        return on_path
+    here = Path.cwd()
+    for folder in (here, *here.parents):
+        built = folder / "target" / "release" / "sim-server"
+        if os.access(built, os.X_OK):
+            return str(built)
+    raise FileNotFoundError(
+        "sim-server is neither on the PATH nor in target/release here or above: build it "
+        "(`cargo build --release` in the repository) and give its path with server="
+    )
+
+
+def _scenario(scenario: str | os.PathLike[str] | Mapping[str, Any], folder: str) -> str:
+    """What the command line says of the scenario; a dictionary becomes a file."""
+    if not isinstance(scenario, Mapping):
+        return os.fspath(scenario)
+    whole = dict(scenario)
+    # Paths are the caller's, not the temporary file's.
+    if whole.get("world_file") is not None:
+        whole["world_file"] = os.path.abspath(whole["world_file"])
+    script = whole.get("script")
+    if isinstance(script, Mapping) and script.get("file") is not None:
+        whole["script"] = {**script, "file": os.path.abspath(script["file"])}
+    if "participant" in whole:
+        whole["participant"] = [
+            {**one, "files": [os.path.abspath(f) for f in one["files"]]} if "files" in one else one
+            for one in whole["participant"]
+        ]
+    path = os.path.join(folder, "scenario.toml")
+    Path(path).write_text(toml_document(_json(whole)), encoding="utf-8")
+    return path
+
+
+def _json(value: Any) -> str:
+    """JSON; what numpy and `pathlib` have is taken for what it means."""
+
+    def plain(other: Any) -> Any:
+        if hasattr(other, "tolist"):
+            return other.tolist()
+        if hasattr(other, "__fspath__"):
+            return os.fspath(other)
+        raise TypeError(f"{other!r} cannot be part of a scenario")
+
+    return json.dumps(value, default=plain, allow_nan=False)
+
+
+def _fields(changes: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """The fields of nested dictionaries, with dotted names."""
+    for key, value in changes.items():
+        # `kind` says which fields a table has: such a table is set as a whole.
+        if isinstance(value, Mapping) and "kind" not in value:
+            yield from _fields(value, f"{above}{key}.")
+        else:
+            yield f"{above}{key}", value
+
+
+def _added(name: str, command: str | Sequence[str | os.PathLike[str]] | None) -> str:
+    """An estimator as ``--add`` has it."""
+    if command is None:
+        return name
+    if not isinstance(command, str):
+        words = [os.fspath(word) for word in command]
+        for word in words:
+            if word.split() != [word]:
+                raise ValueError(
+                    f"add[{name!r}]: {word!r} is not one word; give the scenario a "
+                    "[[participant]] with this command instead"
+                )
+        command = " ".join(words)
+    return f"{name}={command}"
+
+
+def _run(words: list[str], quiet: bool) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of the server."""
+    said: list[str] = []
+
+    def listen(pipe: IO[str]) -> None:
+        for line in pipe:
+            said.append(line)
+            if not quiet:
+                sys.stderr.write(line)
+
+    # In a session of its own: Ctrl-C on a terminal would reach it a second time.
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    server = subprocess.Popen(
+        words,
+        stdin=subprocess.DEVNULL,
+        encoding="utf-8",
+        errors="replace",
+        start_new_session=True,
+        **pipes,  # type: ignore[call-overload]
+    )
+    listener = threading.Thread(target=listen, args=(server.stderr,), daemon=True)
+    try:
+        listener.start()
+        assert server.stdout is not None
+        printed = server.stdout.read()
+        code = server.wait()
+    except BaseException:
+        _stop(server)
+        raise
+    finally:
+        listener.join(timeout=1.0)
+        for pipe in (server.stdout, server.stderr):
+            if pipe is not None:
+                pipe.close()
+    return code, printed, "".join(said)
+
+
+def _stop(server: "subprocess.Popen[str]") -> None:
+    """Ends the run as Ctrl-C on the server's own terminal would."""
+    # Asked a second time it waits for no participant, but still sweeps.
+    for ask in (signal.SIGINT, signal.SIGINT, signal.SIGKILL):
+        server.send_signal(ask)
+        try:
+            server.wait(timeout=_PATIENCE_S)
+            return
+        except (subprocess.TimeoutExpired, KeyboardInterrupt):
+            continue

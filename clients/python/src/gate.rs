@@ -1,0 +1,218 @@
+//! `Gate`: whatever belongs to one session is touched by one thread at a time.
+//!
+//! A session and the frames it hands out share reference counts that are not
+//! made for threads. Python objects live on any thread: an array over a frame
+//! may go on one thread while another one waits for the next tick. So all of
+//! them are behind one lock. A frame that is let go while somebody else has the
+//! lock is put on a pile, and whoever gives the lock back clears the pile away.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
+
+use rusty_clients::{HeldFrame, Session};
+use rusty_contract::Frame;
+
+/// Something that is touched by one thread at a time, because its gate says so.
+pub struct Lone<T>(pub T);
+
+// SAFETY: a session, and every frame that it has handed out, are made, used,
+// cloned and dropped only by whoever has the lock of their one `Gate` (or, while
+// joining, by the only thread that knows of them). So no two threads touch a
+// shared reference count at a time, and each sees what the one before it did.
+unsafe impl Send for Lone<Session> {}
+// SAFETY: as above.
+unsafe impl Send for Lone<HeldFrame> {}
+// SAFETY: a shared reference to a frame gives nothing but its bytes, which do
+// not change and stay where they are for as long as the frame is held.
+unsafe impl Sync for Lone<HeldFrame> {}
+
+/// A session that takes part, and the tick that waits for its answer.
+pub struct Part {
+    pub session: Lone<Session>,
+    /// The tick that may be answered.
+    pub open: Option<Arc<Lent>>,
+}
+
+/// One session's lock. See the module.
+pub struct Gate {
+    part: Mutex<Option<Part>>,
+    /// Frames that were let go while somebody else had the lock.
+    returned: Mutex<Vec<Lone<HeldFrame>>>,
+    /// How many arrays lie over frames.
+    views: AtomicUsize,
+    /// Raised by a wish to stop: the session then says goodbye.
+    pub stop: Arc<AtomicBool>,
+    /// The process that joined. A fork of it has no part in the run.
+    pid: u32,
+}
+
+/// The gates of this process whose sessions may still take part.
+static GATES: Mutex<Vec<Weak<Gate>>> = Mutex::new(Vec::new());
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Gate {
+    pub fn new(session: Lone<Session>, stop: Arc<AtomicBool>) -> Arc<Self> {
+        let gate = Arc::new(Self {
+            part: Mutex::new(Some(Part { session, open: None })),
+            returned: Mutex::default(),
+            views: AtomicUsize::new(0),
+            stop,
+            pid: std::process::id(),
+        });
+        let mut gates = lock(&GATES);
+        gates.retain(|gate| gate.strong_count() > 0);
+        gates.push(Arc::downgrade(&gate));
+        gate
+    }
+
+    /// Whether this is a fork of the process that joined.
+    pub fn is_foreign(&self) -> bool {
+        self.pid != std::process::id()
+    }
+
+    /// The lock, if nobody has it: whoever waits for a tick has it.
+    pub fn turn(&self) -> Option<Turn<'_>> {
+        let guard = match self.part.try_lock() {
+            Ok(guard) => guard,
+            Err(TryLockError::Poisoned(e)) => e.into_inner(),
+            Err(TryLockError::WouldBlock) => return None,
+        };
+        Some(Turn { gate: self, guard: Some(guard) })
+    }
+
+    /// Leaves the run: with a goodbye if it is over or a stop was wished for,
+    /// as a failure otherwise. Waits for the lock, so hold nothing meanwhile.
+    pub fn leave(&self) {
+        if self.is_foreign() {
+            // The parent takes part. Here, nothing of it may be touched.
+            if let Ok(mut part) = self.part.try_lock() {
+                std::mem::forget(part.take());
+            }
+            return;
+        }
+        let mut turn = Turn { gate: self, guard: Some(lock(&self.part)) };
+        turn.end();
+    }
+
+    /// A frame that is not needed any more.
+    fn take_back(&self, frame: Lone<HeldFrame>) {
+        if self.is_foreign() {
+            std::mem::forget(frame);
+            return;
+        }
+        lock(&self.returned).push(frame);
+        self.sweep();
+    }
+
+    /// Lets go of the frames on the pile, unless somebody has the lock, who
+    /// then does when giving it back.
+    fn sweep(&self) {
+        while !lock(&self.returned).is_empty() {
+            let Some(mut turn) = self.turn() else { return };
+            turn.reclaim();
+            drop(turn.guard.take());
+        }
+    }
+
+    /// How many arrays lie over frames.
+    pub fn views(&self) -> usize {
+        self.views.load(Ordering::Relaxed)
+    }
+}
+
+/// From now on whoever leaves says goodbye, and waiting ends.
+pub fn stop_all() {
+    for gate in lock(&GATES).iter().filter_map(Weak::upgrade) {
+        gate.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Leaves every run that this process still takes part in.
+pub fn leave_all() {
+    let gates = std::mem::take(&mut *lock(&GATES));
+    for gate in gates.iter().filter_map(Weak::upgrade) {
+        gate.leave();
+    }
+}
+
+/// The lock of a gate, held.
+pub struct Turn<'g> {
+    gate: &'g Gate,
+    guard: Option<MutexGuard<'g, Option<Part>>>,
+}
+
+impl Turn<'_> {
+    /// The session, if it still takes part.
+    pub fn part(&mut self) -> Option<&mut Part> {
+        self.guard.as_mut()?.as_mut()
+    }
+
+    /// Lets go of the frames on the pile.
+    pub fn reclaim(&mut self) {
+        let frames = std::mem::take(&mut *lock(&self.gate.returned));
+        drop(frames);
+    }
+
+    /// Ends the session's part, as [`Gate::leave`] says.
+    pub fn end(&mut self) {
+        let part = self.guard.as_mut().and_then(|guard| guard.take());
+        drop(part);
+    }
+}
+
+impl Drop for Turn<'_> {
+    fn drop(&mut self) {
+        drop(self.guard.take());
+        self.gate.sweep();
+    }
+}
+
+/// A frame that a session handed out. It goes back when the last who holds it
+/// lets go.
+pub struct Lent {
+    frame: Option<Lone<HeldFrame>>,
+    gate: Arc<Gate>,
+}
+
+impl Lent {
+    pub fn new(frame: HeldFrame, gate: &Arc<Gate>) -> Arc<Self> {
+        Arc::new(Self { frame: Some(Lone(frame)), gate: Arc::clone(gate) })
+    }
+
+    /// The frame as the session knows it.
+    pub fn held(&self) -> Option<&HeldFrame> {
+        self.frame.as_ref().map(|frame| &frame.0)
+    }
+
+    /// The scan, where it lies: one range in metres for each beam.
+    pub fn ranges_m(&self) -> Option<&[f64]> {
+        let frame: &Frame = self.held()?;
+        frame.ranges_m()
+    }
+
+    /// Counts one more array over a frame.
+    pub fn viewed(self: Arc<Self>) -> View {
+        self.gate.views.fetch_add(1, Ordering::Relaxed);
+        View(self)
+    }
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        if let Some(frame) = self.frame.take() {
+            self.gate.take_back(frame);
+        }
+    }
+}
+
+/// A frame under an array.
+pub struct View(pub Arc<Lent>);
+
+impl Drop for View {
+    fn drop(&mut self) {
+        self.0.gate.views.fetch_sub(1, Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,302 @@
+//! `Session`: one participant's part in a run, as an iterator of ticks.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
+
+use pyo3::exceptions::{PyKeyboardInterrupt, PySystemExit, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+use rusty_clients::{Arrival, ClientArgs, ClientError, Session as Sdk};
+use rusty_contract::Phase;
+
+use crate::errors::{RustyError, exception, misused};
+use crate::gate::{Gate, Lent, Lone, leave_all, stop_all};
+use crate::start::{self, Start};
+use crate::tick::Tick;
+
+/// How long a wait lasts before Python is asked whether somebody interrupts it.
+const SLICE: Duration = Duration::from_millis(50);
+
+/// A part in a run, live or on a log: an iterator of its ticks.
+#[pyclass(frozen, module = "rusty", weakref)]
+pub struct Session {
+    gate: Arc<Gate>,
+    #[pyo3(get)]
+    start: Py<Start>,
+    ending: OnceLock<Phase>,
+}
+
+#[pymethods]
+impl Session {
+    fn __iter__(this: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        this
+    }
+
+    fn __next__(&self, py: Python<'_>) -> PyResult<Option<Tick>> {
+        loop {
+            match self.wait(py)? {
+                Wait::Tick(tick) => return Ok(Some(tick)),
+                Wait::Over => return Ok(None),
+                Wait::Nothing => self.look_around(py)?,
+            }
+        }
+    }
+
+    /// How the run ended: "done", "interrupted", "aborted"; None while it has not,
+    /// or where the session left before.
+    #[getter]
+    fn ending(&self) -> Option<&'static str> {
+        self.ending.get().map(|phase| match phase {
+            Phase::Done => "done",
+            Phase::Interrupted => "interrupted",
+            Phase::Aborted => "aborted",
+            Phase::Tick => "tick",
+        })
+    }
+
+    /// Leaves the run. Before its end that is a failure to the run.
+    fn close(&self, py: Python<'_>) {
+        py.detach(|| self.gate.leave());
+    }
+
+    fn __enter__(this: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        this
+    }
+
+    fn __exit__(
+        &self,
+        py: Python<'_>,
+        kind: Option<&Bound<'_, PyType>>,
+        _value: Option<&Bound<'_, PyAny>>,
+        _traceback: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<bool> {
+        if kind.is_some_and(|kind| kind.is_subclass_of::<PyKeyboardInterrupt>().unwrap_or(false)) {
+            self.gate.stop.store(true, Ordering::Relaxed);
+        }
+        self.close(py);
+        Ok(false)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let told = &self.start.bind(py).get().told;
+        format!("<rusty.Session of {:?} ({}) in {:?}>", told.name, told.role, told.scenario)
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        // Whoever drops it is attached to Python, and nobody else can be waiting
+        // in it: that would hold a reference.
+        self.gate.leave();
+    }
+}
+
+/// What one bounded wait brought.
+enum Wait {
+    Tick(Tick),
+    Nothing,
+    Over,
+}
+
+impl Session {
+    /// Waits for the next tick for a slice, without holding the interpreter.
+    fn wait(&self, py: Python<'_>) -> PyResult<Wait> {
+        if self.gate.is_foreign() {
+            let text =
+                "this process is a fork of the one that joined; join in the process that answers";
+            return Err(misused(text.to_owned()));
+        }
+        let Some(mut turn) = self.gate.turn() else {
+            return Err(misused("another thread waits for the session's next tick".to_owned()));
+        };
+        let Some(part) = turn.part() else { return Ok(Wait::Over) };
+        if let Some(lent) = part.open.take()
+            && let Some(frame) = lent.held()
+        {
+            // If the server is gone, the next look for a frame says so.
+            let _ = part.session.0.answer(frame, rusty_contract::Reply::Abstain);
+        }
+        turn.reclaim();
+        let Some(part) = turn.part() else { return Ok(Wait::Over) };
+        let session = &mut part.session;
+        let arrival = py.detach(|| next_within(session));
+        match arrival {
+            Ok(Some(frame)) => {
+                let lent = Lent::new(frame.0, &self.gate);
+                let tick = lent.held().map(|frame| Tick::new(&lent, frame, &self.gate));
+                part.open = Some(lent);
+                Ok(tick.map_or(Wait::Nothing, Wait::Tick))
+            }
+            Ok(None) => match part.session.0.ending() {
+                None => Ok(Wait::Nothing),
+                Some(phase) => {
+                    let broken = part.session.0.log_is_broken();
+                    let _ = self.ending.set(phase);
+                    turn.end();
+                    if broken {
+                        return Err(RustyError::new_err("the log is damaged or lacks its end"));
+                    }
+                    Ok(Wait::Over)
+                }
+            },
+            Err(error) => {
+                turn.end();
+                Err(exception(error))
+            }
+        }
+    }
+
+    /// Asks Python whether somebody interrupts. Ctrl-C leaves the run.
+    fn look_around(&self, py: Python<'_>) -> PyResult<()> {
+        py.check_signals().inspect_err(|e| {
+            if e.is_instance_of::<PyKeyboardInterrupt>(py) {
+                self.gate.stop.store(true, Ordering::Relaxed);
+                self.close(py);
+            }
+        })
+    }
+}
+
+fn next_within(
+    session: &mut Lone<Sdk>,
+) -> Result<Option<Lone<rusty_clients::HeldFrame>>, ClientError> {
+    Ok(match session.0.next_within(SLICE)? {
+        Arrival::Frame(frame) => Some(Lone(frame)),
+        Arrival::Nothing | Arrival::End => None,
+    })
+}
+
+/// Joins a run, or opens a log. See the stubs.
+#[pyfunction]
+#[pyo3(signature = (name = None, *, run = None, log = None, out = None, wait = "balanced", join_timeout = 20.0, argv = None))]
+#[allow(clippy::too_many_arguments, reason = "keywords of a Python function")]
+fn join(
+    py: Python<'_>,
+    name: Option<&str>,
+    run: Option<&str>,
+    log: Option<PathBuf>,
+    out: Option<PathBuf>,
+    wait: &str,
+    join_timeout: f64,
+    argv: Option<Vec<OsString>>,
+) -> PyResult<Session> {
+    let argument =
+        |field: &str, problem: String| PyValueError::new_err(format!("{field}: {problem}"));
+    let program: Vec<OsString> = py.import("sys")?.getattr("argv")?.extract()?;
+    let mut args = match (&run, &log) {
+        (None, None) => {
+            let args = from_command_line(py, &program, argv)?;
+            py.import("rusty._program")?.call_method0("take_part")?;
+            args
+        }
+        (Some(_), Some(_)) => return Err(PyValueError::new_err("give run or log, not both")),
+        _ => ClientArgs {
+            run: run
+                .map(|run| run.parse().map_err(|e| argument("run", format!("{e}"))))
+                .transpose()?,
+            // Who asks by an argument has a use of their own for the answers.
+            out: out.or_else(|| log.as_ref().map(|_| PathBuf::from("/dev/null"))),
+            log,
+            wait: wait.parse().map_err(|e| argument("wait", e))?,
+            join_timeout,
+            ..ClientArgs::default()
+        },
+    };
+    if args.name.is_none() {
+        let script = program.first().and_then(|script| Path::new(script).file_stem());
+        let script = script.filter(|stem| !stem.is_empty()).map(|stem| stem.to_string_lossy());
+        let fallback = || script.map_or_else(|| "client".to_owned(), |stem| stem.into_owned());
+        args.name = Some(name.map_or_else(fallback, str::to_owned));
+    }
+    let stop = Arc::new(AtomicBool::new(false));
+    let session = join_meanwhile(py, args, &stop)?;
+    let told = session.0.start().clone();
+    let gate = Gate::new(session, stop);
+    if told.role.holds_key() {
+        gate.leave();
+        let text = format!(
+            "{:?} is a {} in this run; in Python one takes part as estimator, driver or observer",
+            told.name, told.role
+        );
+        return Err(RustyError::new_err(text));
+    }
+    let start = start::remember(py, told)?;
+    Ok(Session { gate, start, ending: OnceLock::new() })
+}
+
+/// Reads the arguments that a launcher appends. As for any program, asking for
+/// help or writing something else ends it.
+fn from_command_line(
+    py: Python<'_>,
+    program: &[OsString],
+    argv: Option<Vec<OsString>>,
+) -> PyResult<ClientArgs> {
+    let first = program.first().filter(|name| !name.is_empty()).cloned();
+    let first = first.unwrap_or_else(|| OsString::from("python"));
+    let rest = argv.unwrap_or_else(|| program.get(1..).unwrap_or_default().to_vec());
+    ClientArgs::parse_from(std::iter::once(first).chain(rest)).or_else(|usage| {
+        let sys = py.import("sys")?;
+        let stream = sys.getattr(if usage.code == 0 { "stdout" } else { "stderr" })?;
+        stream.call_method1("write", (&usage.text,))?;
+        if usage.code != 0 {
+            let hint = "\nFrom a script or notebook: rusty.join(run=\"NAME\") or rusty.join(log=\"PATH\")\n";
+            stream.call_method1("write", (hint,))?;
+        }
+        Err(PySystemExit::new_err(usage.code))
+    })
+}
+
+/// Joins on a thread, so that this one can look for Ctrl-C meanwhile.
+fn join_meanwhile(py: Python<'_>, args: ClientArgs, stop: &Arc<AtomicBool>) -> PyResult<Lone<Sdk>> {
+    let (done, mut joined) = channel();
+    let raised = Arc::clone(stop);
+    let joiner = std::thread::spawn(move || {
+        let _ = done.send(Sdk::join_until(&args, raised).map(Lone));
+    });
+    loop {
+        let receiver = &mut joined;
+        match py.detach(move || receiver.recv_timeout(SLICE)) {
+            Ok(session) => {
+                // From here on no other thread knows of it.
+                let _ = joiner.join();
+                return session.map_err(exception);
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(RustyError::new_err("joining broke off; its message is above"));
+            }
+        }
+        if let Err(interrupt) = py.check_signals() {
+            stop.store(true, Ordering::Relaxed);
+            // It hears of it in a moment, and whatever it has brought about is
+            // dropped with a goodbye.
+            py.detach(move || drop((joined.recv(), joiner.join())));
+            return Err(interrupt);
+        }
+    }
+}
+
+/// Somebody asked this process to stop.
+#[pyfunction]
+fn _stop_all(py: Python<'_>) {
+    py.detach(stop_all);
+}
+
+/// Leaves every run that is still going on: for the interpreter's end.
+#[pyfunction]
+fn _leave_all(py: Python<'_>) {
+    py.detach(leave_all);
+}
+
+/// Adds the session to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<Session>()?;
+    module.add_class::<Tick>()?;
+    module.add_function(wrap_pyfunction!(join, module)?)?;
+    module.add_function(wrap_pyfunction!(_stop_all, module)?)?;
+    module.add_function(wrap_pyfunction!(_leave_all, module)?)
+}

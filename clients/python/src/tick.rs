@@ -1,0 +1,195 @@
+//! `Tick`: one tick of the world, and the duty to answer it.
+
+use std::sync::{Arc, Weak};
+
+use numpy::ndarray::ArrayView1;
+use numpy::{AllowTypeChange, PyArray1, PyArrayLike2, PyArrayMethods as _};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use rusty_contract::{Estimate, Frame, Innovation, Reply};
+use rusty_geometry::{EncoderTicks, SE2, Twist};
+use rusty_link::MAX_HELD_FRAMES;
+
+use crate::errors::{exception, misused};
+use crate::gate::{Gate, Lent, View};
+
+/// So many arrays may lie over frames; the session needs one more for the tick
+/// that it waits for.
+const MAX_VIEWS: usize = MAX_HELD_FRAMES - 1;
+
+/// One tick of the world, read where it lies. `answer` it; left without an
+/// answer it abstains when the loop goes on.
+#[pyclass(frozen, module = "rusty")]
+pub struct Tick {
+    #[pyo3(get)]
+    number: u64,
+    #[pyo3(get)]
+    time_s: f64,
+    counts: EncoderTicks,
+    command: Twist,
+    has_scan: bool,
+    gate: Arc<Gate>,
+    lent: Weak<Lent>,
+    /// The array that was handed out.
+    ranges: PyOnceLock<Py<PyArray1<f64>>>,
+}
+
+/// What an array over a frame keeps alive.
+#[pyclass(frozen, name = "Frame", module = "rusty._rusty")]
+pub struct Lease {
+    view: View,
+}
+
+impl Tick {
+    pub fn new(lent: &Arc<Lent>, frame: &Frame, gate: &Arc<Gate>) -> Self {
+        Self {
+            number: frame.tick(),
+            time_s: frame.time_s(),
+            counts: frame.ticks(),
+            command: frame.command(),
+            has_scan: frame.ranges_m().is_some(),
+            gate: Arc::clone(gate),
+            lent: Arc::downgrade(lent),
+            ranges: PyOnceLock::new(),
+        }
+    }
+
+    fn over(&self, remedy: &str) -> PyErr {
+        misused(format!("tick {} is over: {remedy}", self.number))
+    }
+
+    fn reply(&self, reply: Reply) -> PyResult<()> {
+        let number = self.number;
+        let Some(mut turn) = self.gate.turn() else {
+            return Err(self.over("another thread waits for the next one"));
+        };
+        let lent = self.lent.upgrade();
+        let open = turn.part().and_then(|part| {
+            let is_this = part
+                .open
+                .as_ref()
+                .is_some_and(|open| lent.as_ref().is_some_and(|lent| Arc::ptr_eq(open, lent)));
+            is_this.then_some(part)
+        });
+        let Some(part) = open.filter(|_| !self.gate.is_foreign()) else {
+            let text = "it was answered, or the session has gone on or ended";
+            return Err(misused(format!("tick {number} cannot be answered: {text}")));
+        };
+        if let Some(frame) = lent.as_ref().and_then(|lent| lent.held()) {
+            part.session.0.answer(frame, reply).map_err(exception)?;
+        }
+        part.open = None;
+        Ok(())
+    }
+}
+
+#[pymethods]
+impl Tick {
+    /// Encoder counts since the start, (left, right), at the end of the tick.
+    #[getter]
+    fn counts(&self) -> (i64, i64) {
+        (self.counts.left, self.counts.right)
+    }
+
+    /// The command applied during the tick, body frame: (v m/s, omega rad/s).
+    #[getter]
+    fn command(&self) -> (f64, f64) {
+        (self.command.v_m_s, self.command.omega_rad_s)
+    }
+
+    #[getter]
+    fn ranges(&self, py: Python<'_>) -> PyResult<Option<Py<PyArray1<f64>>>> {
+        if !self.has_scan {
+            return Ok(None);
+        }
+        let array = self.ranges.get_or_try_init(py, || {
+            let remedy = "its scan has gone; read tick.ranges before the loop goes on";
+            let lent = self.lent.upgrade().ok_or_else(|| self.over(remedy))?;
+            array(py, lent, self.gate.views())
+        })?;
+        Ok(Some(array.clone_ref(py)))
+    }
+
+    #[pyo3(signature = (x = None, y = None, theta = None, covariance = None, command = None, innovation = None))]
+    #[allow(clippy::too_many_arguments, reason = "keywords of a Python function")]
+    fn answer(
+        &self,
+        x: Option<f64>,
+        y: Option<f64>,
+        theta: Option<f64>,
+        covariance: Option<&Bound<'_, PyAny>>,
+        command: Option<(f64, f64)>,
+        innovation: Option<(f64, u32)>,
+    ) -> PyResult<()> {
+        let command = command.map(|(v_m_s, omega_rad_s)| Twist { v_m_s, omega_rad_s });
+        let pose = match (x, y, theta) {
+            (Some(x), Some(y), Some(theta)) => Some(SE2::new(x, y, theta)),
+            (None, None, None) => None,
+            _ => return Err(PyTypeError::new_err("answer(): give x, y and theta, all three")),
+        };
+        let covariance = covariance.map(matrix).transpose()?;
+        let innovation = innovation.map(|(nis, degrees)| Innovation { nis, degrees });
+        let extra = covariance.is_some() || innovation.is_some();
+        let estimate = |pose_in_world| Estimate { pose_in_world, covariance, innovation };
+        self.reply(match (pose.map(estimate), command) {
+            (Some(estimate), None) => Reply::Estimate(estimate),
+            (Some(estimate), Some(command)) => Reply::Both(estimate, command),
+            (None, _) if extra => {
+                let text = "answer(): a covariance or an innovation needs its pose";
+                return Err(PyTypeError::new_err(text));
+            }
+            (None, Some(command)) => Reply::Command(command),
+            (None, None) => {
+                return Err(PyTypeError::new_err(
+                    "answer(): give a pose or a command; or abstain()",
+                ));
+            }
+        })
+    }
+
+    /// Says nothing about this tick.
+    fn abstain(&self) -> PyResult<()> {
+        self.reply(Reply::Abstain)
+    }
+
+    fn __repr__(&self) -> String {
+        let Self { number, time_s, counts, .. } = self;
+        let scan = if self.has_scan { ", with a scan" } else { "" };
+        format!(
+            "<rusty.Tick {number} at {time_s} s, counts ({}, {}){scan}>",
+            counts.left, counts.right
+        )
+    }
+}
+
+/// The scan of a frame as an array: over the frame where it lies or, if so many
+/// others do that the next tick would find no place, a copy.
+fn array(py: Python<'_>, lent: Arc<Lent>, views: usize) -> PyResult<Py<PyArray1<f64>>> {
+    let array = if views < MAX_VIEWS {
+        let lease = Bound::new(py, Lease { view: lent.viewed() })?;
+        let ranges_m = ArrayView1::from(lease.get().view.0.ranges_m().unwrap_or_default());
+        // SAFETY: the ranges lie in a frame that stays where it is, unchanged,
+        // for as long as it is held; the array holds the lease, which holds it.
+        unsafe { PyArray1::borrow_from_array(&ranges_m, lease.clone().into_any()) }
+    } else {
+        PyArray1::from_slice(py, lent.ranges_m().unwrap_or_default())
+    };
+    let locked = array.try_readwrite()?.make_nonwriteable();
+    drop(locked);
+    Ok(array.unbind())
+}
+
+/// A 3×3 matrix, row by row, from whatever numpy makes one of.
+fn matrix(given: &Bound<'_, PyAny>) -> PyResult<[f64; 9]> {
+    let array: PyArrayLike2<'_, f64, AllowTypeChange> = given.extract().map_err(|_| {
+        PyValueError::new_err("covariance: give numbers of shape (3, 3), row by row, or None")
+    })?;
+    let array = array.as_array();
+    if array.dim() != (3, 3) {
+        let (rows, columns) = array.dim();
+        let text = format!("covariance has the shape ({rows}, {columns}); give (3, 3)");
+        return Err(PyValueError::new_err(text));
+    }
+    Ok(std::array::from_fn(|i| array[(i / 3, i % 3)]))
+}

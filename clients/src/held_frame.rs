@@ -1,0 +1,38 @@
+//! `HeldFrame`: a frame for as long as somebody holds it.
+
+use std::ops::Deref;
+use std::rc::Rc;
+
+use rusty_contract::Frame;
+use rusty_link::BorrowedFrame;
+
+/// A frame in shared memory, or one read from a log.
+pub(crate) enum FrameHandle {
+    Live(BorrowedFrame),
+    Log(Rc<Frame>),
+}
+
+impl Deref for FrameHandle {
+    type Target = Frame;
+
+    fn deref(&self) -> &Frame {
+        match self {
+            Self::Live(frame) => frame,
+            Self::Log(frame) => frame,
+        }
+    }
+}
+
+/// A frame that borrows nothing: it lies where it is, unchanged, for as long as
+/// it is held, even when the session or the server is gone. A session can hold
+/// [`MAX_HELD_FRAMES`](rusty_link::MAX_HELD_FRAMES) of a run at a time, the one
+/// it waits for included.
+pub struct HeldFrame(pub(crate) FrameHandle);
+
+impl Deref for HeldFrame {
+    type Target = Frame;
+
+    fn deref(&self) -> &Frame {
+        &self.0
+    }
+}
