@@ -134,6 +134,7 @@ fn header(source: Source) -> LogHeader {
             lidar: scenario.lidar,
             script: scenario.script,
             world: rusty_geometry::apartment().spec().clone(),
+            kidnappings: Vec::new(),
         },
         roster,
         on_loss: scenario.on_loss,
@@ -145,7 +146,7 @@ fn record(tick: u64, has_truth: bool) -> TickRecord {
     let pose = SE2::new(tick as f64 + 0.1, -0.0, 1.0 / 3.0);
     let covariance = Some(std::array::from_fn(|i| tick as f64 + i as f64 / 7.0));
     let command = Twist { v_m_s: 0.1 * tick as f64, omega_rad_s: -1e-300 };
-    let estimate = Reply::Estimate(Estimate { pose_in_world: pose, covariance });
+    let estimate = Reply::Estimate(Estimate { covariance, ..pose.into() });
     TickRecord {
         tick,
         stamp_s: (tick == 5).then_some(123.456),
