@@ -44,8 +44,10 @@ impl Estimator for Careful {
 
         let carried = adjoint(SE2::exp(&moved).inverse());
         let half_track_m = 0.5 * self.drive.track_m;
-        let slipped_m = [-1.0, 1.0].map(|side| BELIEVED_SLIP * (moved.x + side * half_track_m * moved.z));
-        let by_wheel = [self.drive.tangent(slipped_m[0], 0.0), self.drive.tangent(0.0, slipped_m[1])];
+        let slipped_m =
+            [-1.0, 1.0].map(|side| BELIEVED_SLIP * (moved.x + side * half_track_m * moved.z));
+        let by_wheel =
+            [self.drive.tangent(slipped_m[0], 0.0), self.drive.tangent(0.0, slipped_m[1])];
         let slip: Matrix3<f64> = by_wheel.iter().map(|w| w * w.transpose()).sum();
         self.covariance = carried * self.covariance * carried.transpose() + slip;
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::log::{LogReader, Read, TickRecord};
-use rusty_tests::{Ended, folder, fresh_run, launch, nothing_left, sim_server, text};
+use rusty_tests::{Ended, folder, fresh_run, launch, nothing_left, sim_server, text, timeless};
 use serde_json::Value;
 
 const TICKS: usize = 120;

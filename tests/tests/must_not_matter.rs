@@ -11,7 +11,7 @@ use rustix::process::Signal;
 use rusty_contract::RunName;
 use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
 use rusty_tests::{
-    Process, binary, folder, fresh_run, launch, nothing_left, send_signal, text, until,
+    Process, binary, folder, fresh_run, launch, nothing_left, send_signal, text, timeless, until,
 };
 use serde_json::Value;
 use tempfile::TempDir;

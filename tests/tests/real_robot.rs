@@ -10,7 +10,9 @@ use std::path::{Path, PathBuf};
 use flate2::read::GzDecoder;
 use flate2::{Compression, write::GzEncoder};
 use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
-use rusty_tests::{Ended, Process, folder, fresh_run, nothing_left, real_data, sim_server, text};
+use rusty_tests::{
+    Ended, Process, folder, fresh_run, nothing_left, real_data, sim_server, text, timeless,
+};
 use serde_json::Value;
 
 /// What a recording holds, read in the plainest way.

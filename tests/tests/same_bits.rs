@@ -9,7 +9,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::log::{Ending, LogReader, Read, ReadEntry};
-use rusty_tests::{Ended, Process, folder, fresh_run, launch, nothing_left, sim_server, text};
+use rusty_tests::{
+    Ended, Process, folder, fresh_run, launch, nothing_left, sim_server, text, timeless,
+};
 use serde_json::Value;
 use tempfile::TempDir;
 

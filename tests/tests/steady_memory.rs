@@ -48,7 +48,8 @@ fn shown<W: Witness>(witness: &mut W, beams: usize, ticks: std::ops::Range<u64>)
             }
             let at = |off_m: f64| SE2::new(tick as f64 * 1e-3, off_m, 0.1);
             let replies = [Reply::from(at(tick as f64 * 1e-6))];
-            let (truth, delays) = (Some(at(0.0)), [Some(Delay { reported_ns: 1000, observed_ns: tick })]);
+            let (truth, delays) =
+                (Some(at(0.0)), [Some(Delay { reported_ns: 1000, observed_ns: tick })]);
             let step = Step { frame: &frame, truth, replies: &replies, delays: &delays, digest };
             witness.step(&step).unwrap();
         }

@@ -89,7 +89,8 @@ mod tests {
         let pose = |y: f64| move |p: &[f64; 2]| SE2::new(p[0], y * p[1], 0.0);
         let pairs: Vec<_> = points.iter().map(|p| (pose(1.0)(p), pose(-1.0)(p))).collect();
         let found = best_motion(|| pairs.iter().copied()).unwrap();
-        let worst = pairs.iter().map(|(e, t)| absolute_error(&(found * *e), t).0).fold(0.0, f64::max);
+        let worst =
+            pairs.iter().map(|(e, t)| absolute_error(&(found * *e), t).0).fold(0.0, f64::max);
         assert!(worst > 1.0, "{worst}");
     }
 }

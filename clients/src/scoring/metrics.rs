@@ -78,12 +78,10 @@ pub fn score(trace: &RunTrace) -> Vec<Score> {
     let planned = Planned { ticks: trace.ticks() as u64, kidnapped_at: Vec::new() };
     let mut meter = Meter::new(&trace.names, &planned, Yardstick::default());
     for tick in 0..trace.ticks() {
-        let given = |i| Given { estimate: trace.estimate(i, tick).map(Into::into), ..Given::default() };
-        let moment = Moment {
-            tick: tick as u64,
-            time_s: trace.time_s[tick],
-            truth: trace.true_pose(tick),
-        };
+        let given =
+            |i| Given { estimate: trace.estimate(i, tick).map(Into::into), ..Given::default() };
+        let moment =
+            Moment { tick: tick as u64, time_s: trace.time_s[tick], truth: trace.true_pose(tick) };
         meter.push(&moment, (0..trace.names.len()).map(given));
     }
     meter.scores(trace)
@@ -294,3 +292,7 @@ fn root_mean(sum: f64, count: u64) -> Option<f64> {
 #[cfg(test)]
 #[path = "metrics_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "evo_tests.rs"]
+mod evo_tests;
