@@ -53,10 +53,7 @@ impl Estimator for Careful {
 
         let mut row_by_row = [0.0; 9];
         row_by_row.copy_from_slice(self.covariance.transpose().as_slice());
-        Reply::Estimate(Estimate {
-            pose_in_world: self.pose_in_world,
-            covariance: Some(row_by_row),
-        })
+        Estimate::new(self.pose_in_world).with_covariance(row_by_row).into()
     }
 }
 

@@ -42,7 +42,7 @@ impl Witness for Scorer {
         let (effects, frame) = (&self.effects, step.frame);
         let given = effects.replies().enumerate().map(|(i, in_effect)| Given {
             estimate: in_effect.estimate().copied(),
-            innovation: None,
+            innovation: step.replies.get(i).and_then(|r| r.estimate()?.innovation),
             delay: step.delays.get(i).copied().flatten(),
         });
         let moment = Moment { tick, time_s: frame.time_s(), truth: step.truth };
@@ -109,7 +109,8 @@ impl Scorer {
             return Err(ClientError::Unusable(text));
         }
         let names: Vec<String> = brief.header.answering().map(|p| p.name.clone()).collect();
-        let planned = Planned { ticks: brief.header.config.ticks, kidnapped_at: Vec::new() };
+        let kidnapped_at = brief.header.kidnappings().map(|k| k.tick).collect();
+        let planned = Planned { ticks: brief.header.config.ticks, kidnapped_at };
         Ok(Self {
             blind,
             folder: output_folder(brief, args)?,

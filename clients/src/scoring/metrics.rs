@@ -14,8 +14,8 @@
 //! Everything else (a recording's ticks between two scans, say) is passed over,
 //! and a pair of the relative error is two scored ticks with none between.
 
-use rusty_contract::Estimate;
 use rusty_contract::score::{self, Errors, PathLength, Score};
+use rusty_contract::{Estimate, Innovation};
 use rusty_geometry::SE2;
 
 use super::alignment::aligned_errors;
@@ -112,10 +112,9 @@ pub struct Moment {
 pub struct Given {
     /// The estimate in effect.
     pub estimate: Option<Estimate>,
-    /// Normalised innovation squared and its degrees of freedom, of the answer
-    /// to this tick: what a late estimate's filter saw is counted when it is
-    /// said, once.
-    pub innovation: Option<(f64, u32)>,
+    /// The innovation in the answer to this tick: what a filter saw is counted
+    /// when it says so, once, however late its estimate takes effect.
+    pub innovation: Option<Innovation>,
     /// How long the answer to this tick took.
     pub delay: Option<Delay>,
 }
@@ -165,7 +164,7 @@ impl Meter {
             nees: Samples::of_errors(yardstick.level),
             nis: Samples::of_innovations(yardstick.level),
             search: Search::new(yardstick.within, &planned.kidnapped_at),
-            times: Times::expecting(ticks),
+            times: Times::new(),
         };
         let estimators = names.iter().map(sums).collect();
         Self { ticks: 0, ticks_with_truth: 0, driven: PathLength::default(), estimators }
@@ -223,7 +222,7 @@ impl Meter {
 impl Sums {
     fn push(&mut self, moment: &Moment, given: &Given) {
         self.search.begin(moment.tick, moment.time_s);
-        if let Some((nis, degrees)) = given.innovation {
+        if let Some(Innovation { nis, degrees }) = given.innovation {
             self.nis.push(Some(nis), degrees);
         }
         if let Some(delay) = given.delay {
