@@ -58,7 +58,9 @@ impl Quantiles {
         Self::keeping(MOST_KEPT, count)
     }
 
-    fn keeping(most_kept: usize, expected: u64) -> Self {
+    /// The same, keeping fewer than [`MOST_KEPT`] before it counts in bins.
+    #[must_use]
+    pub fn keeping(most_kept: usize, expected: u64) -> Self {
         let room = usize::try_from(expected).map_or(most_kept, |n| n.min(most_kept));
         let kept = Vec::with_capacity(room);
         let (least, greatest) = (f64::INFINITY, f64::NEG_INFINITY);
