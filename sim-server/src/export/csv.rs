@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use rusty_contract::log::TickRecord;
 use rusty_contract::Estimate;
+use rusty_contract::log::TickRecord;
 use rusty_geometry::SE2;
 
 use super::error::ExportError;
@@ -63,7 +63,10 @@ fn of_tick(record: &TickRecord, dt_s: f64) -> String {
     let (ticks, command) = (record.ticks, record.command);
     let time_s = record.time_s(dt_s);
     let (left, right) = (ticks.left, ticks.right);
-    format!("{},{time_s:?},{left},{right},{:?},{:?}", record.tick, command.v_m_s, command.omega_rad_s)
+    format!(
+        "{},{time_s:?},{left},{right},{:?},{:?}",
+        record.tick, command.v_m_s, command.omega_rad_s
+    )
 }
 
 fn pose(pose: Option<&SE2>) -> String {

@@ -21,9 +21,9 @@ use serde::Serialize;
 
 use super::summary::setting;
 use super::{Row, Swept, Track};
+use crate::statistics::Moments;
 use crate::statistics::mean_of_squares::mean_interval;
 use crate::statistics::pairs::half_width;
-use crate::statistics::Moments;
 
 /// Probability of the intervals.
 pub const LEVEL: f64 = 0.95;
@@ -188,7 +188,14 @@ impl fmt::Display for AneesText<'_> {
         write!(
             f,
             "{:width$}  {:name$}  {:>5}  {:>8}  {:>15}  {:14}  {:>6}  {:>15}",
-            "setting", "estimator", "runs", "ANEES", "accepted", "verdict", "inside", "mean over time"
+            "setting",
+            "estimator",
+            "runs",
+            "ANEES",
+            "accepted",
+            "verdict",
+            "inside",
+            "mean over time"
         )?;
         for (line, setting) in self.0.iter().zip(&names) {
             write!(f, "\n{setting:width$}  {:name$}  {:>5}  ", line.estimator, line.runs)?;

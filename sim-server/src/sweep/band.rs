@@ -109,10 +109,8 @@ mod tests {
     fn a_figure_that_some_runs_have_has_a_band() {
         let with = |seed: u64| Row {
             rmse_position_error_m: [0.1, 0.2, 0.3, 0.4, f64::NAN][seed as usize],
-            clients: (seed < 2).then(|| ClientFigures {
-                nees_mean: 3.0 + seed as f64,
-                ..ClientFigures::of(None)
-            }),
+            clients: (seed < 2)
+                .then(|| ClientFigures { nees_mean: 3.0 + seed as f64, ..ClientFigures::of(None) }),
             ..row(0, seed, "a")
         };
         let rows: Vec<Row> = (0..5).map(with).collect();

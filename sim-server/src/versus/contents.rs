@@ -61,7 +61,8 @@ impl Contents {
             Err(e) => return Err(e.into()),
         };
         let (estimators, settings) = (Vec::new(), Vec::new());
-        let mut contents = Self { path: shown.clone(), estimators, settings, runs: Vec::new(), configs };
+        let mut contents =
+            Self { path: shown.clone(), estimators, settings, runs: Vec::new(), configs };
         for row in rows {
             let run = columns.run(&row?, &mut contents).map_err(no_table)?;
             contents.runs.push(run);

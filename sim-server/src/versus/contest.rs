@@ -135,7 +135,8 @@ fn remarks(a: &Side<'_>, b: &Side<'_>, contests: &[Contest], level: f64) -> Vec<
         }
         let others = side.contents.settings.len() - contests.len();
         if others > 0 {
-            remarks.push(format!("{} has {others} settings that are not in both", side.contents.path));
+            remarks
+                .push(format!("{} has {others} settings that are not in both", side.contents.path));
         }
     }
     let most = contests.iter().map(|c| c.outcomes.len()).max().unwrap_or(0);
@@ -193,15 +194,13 @@ impl<'c> Met<'c> {
         Ok(met)
     }
 
-    fn contest(
-        &self,
-        metrics: &[Metric],
-        asked: bool,
-        level: f64,
-        names: [&str; 2],
-    ) -> Contest {
+    fn contest(&self, metrics: &[Metric], asked: bool, level: f64, names: [&str; 2]) -> Contest {
         let has = |metric: &Metric| {
-            asked || self.pairs.iter().any(|(_, runs)| runs.iter().any(|r| figure(r, *metric).is_some()))
+            asked
+                || self
+                    .pairs
+                    .iter()
+                    .any(|(_, runs)| runs.iter().any(|r| figure(r, *metric).is_some()))
         };
         let mut seen = BTreeSet::new();
         let wanted = metrics.iter().filter(|m| has(m) && seen.insert(**m));

@@ -50,7 +50,8 @@ impl Outcome {
             Better::A => (names[0], names[1], "more"),
             Better::B => (names[1], names[0], "less"),
         };
-        let subject = if better == Better::A { format!("{loser} has") } else { "it has".to_owned() };
+        let subject =
+            if better == Better::A { format!("{loser} has") } else { "it has".to_owned() };
         let but = if unlikely && many == better {
             ""
         } else {

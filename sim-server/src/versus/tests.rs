@@ -171,7 +171,9 @@ fn settings_are_matched_by_what_they_are() {
 fn names_are_taken_where_there_is_no_choice() {
     let (two, one) = (two(2, 0.0), contents("u.csv", &["new"], Vec::new()));
     let names = |other: Option<&Contents>, ab: [Option<&str>; 2]| {
-        sides(&two, other, ab).map(|both| both.map(|s| s.name().to_owned())).map_err(|e| e.to_string())
+        sides(&two, other, ab)
+            .map(|both| both.map(|s| s.name().to_owned()))
+            .map_err(|e| e.to_string())
     };
     let expected = |a: &str, b: &str| Ok([a.to_owned(), b.to_owned()]);
     assert_eq!(names(None, [None, None]), expected("old", "new"));

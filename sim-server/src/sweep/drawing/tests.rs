@@ -112,8 +112,7 @@ fn odd_sweeps_can_be_drawn() {
     mad.cells[0].config.scenario = "<&>\u{0}".repeat(60);
     drawn(&mad);
     let here = SE2::identity();
-    let here =
-        Sample { time_s: 1.0, distance_m: 0.0, truth: here, estimate: here, nees: None };
+    let here = Sample { time_s: 1.0, distance_m: 0.0, truth: here, estimate: here, nees: None };
     let standing = (0..6).map(|seed| track(0, seed, vec![here; 5])).collect();
     drawn(&Swept { tracks: standing, ..slips(&[0.0], 0) });
 }
