@@ -12,6 +12,7 @@ use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process};
 use rusty_contract::log::{LogReader, Read};
+use rusty_contract::score::nees::nees;
 use rusty_contract::score::{Figures, PathLength, Score};
 use rusty_contract::{Effects, Exit};
 use serde::Deserialize;
@@ -19,7 +20,6 @@ use serde::Deserialize;
 use super::client_figures::ClientFigures;
 use super::error::SweepError;
 use super::inside::Place;
-use super::nees::nees;
 use super::plan::{Plan, Sampling};
 use super::record::Record;
 use super::track::{Sample, Track};
@@ -225,8 +225,9 @@ fn tracks(log: &Path, mut sampling: Sampling, place: &dyn Fn(&str) -> Place) -> 
             let estimate = reply.estimate().filter(|e| e.pose_in_world.is_finite());
             if let (Some(truth), Some(estimate)) = (truth, estimate) {
                 let time_s = header.config.time_s(record.tick);
-                let (distance_m, nees) = (path.metres(), nees(estimate, &truth));
+                let (distance_m, covariance) = (path.metres(), estimate.covariance);
                 let estimate = estimate.pose_in_world;
+                let nees = covariance.and_then(|c| nees(&truth, &estimate, &c));
                 samples.push(Sample { time_s, distance_m, truth, estimate, nees });
             }
         }

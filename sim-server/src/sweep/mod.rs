@@ -3,8 +3,8 @@
 //! In reading order:
 //!
 //! * [`seeds`], [`grid`], [`shard`], [`plan`]: what there is to do;
-//! * [`cell`], [`row`] with its [`client_figures`], [`track`] with its [`mod@nees`],
-//!   [`record`]: what comes of it;
+//! * [`cell`], [`row`] with its [`client_figures`], [`track`], [`record`]: what
+//!   comes of it;
 //! * [`workers`]: runs side by side, made [`inside`] or with [`clients`];
 //! * [`journal`]: what is done, while the rest is not; [`record_before`]: as it once
 //!   was written;
@@ -31,7 +31,6 @@ pub mod growth;
 pub mod growth_text;
 pub mod inside;
 pub mod journal;
-pub mod nees;
 pub mod paired;
 pub mod plan;
 pub mod record;
