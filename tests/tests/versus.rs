@@ -11,7 +11,7 @@ use serde_json::Value;
 fn scenario(folder: &Path, name: &str, ticks: u64) -> PathBuf {
     let (path, probe) = (folder.join(name), binary("probe-client"));
     let text = format!(
-        "ticks = {ticks}\nscan_every = 0\nworld = \"open\"\nscript = {{ kind = \"patrol\" }}\n\
+        "ticks = {ticks}\nscan_every = 0\nworld = \"open\"\nscript = {{ kind = \"figure-eight\" }}\n\
          [[participant]]\nname = \"wheels\"\ncommand = [\"dead-reckoning\"]\n\
          [[participant]]\nname = \"sure\"\ncommand = [{probe:?}, \"--mode\", \"covariance\"]\n\
          [[participant]]\nname = \"commands\"\ncommand = [{probe:?}, \"--mode\", \"integrates\"]\n\
@@ -118,7 +118,7 @@ fn what_cannot_be_compared_is_named_with_its_remedy() {
     let scenario = place.path().join("no.csv");
     fs::write(&scenario, "x,y\n1,2\n").unwrap();
     let cases: [(&[&Path], &[&str], &str); 8] = [
-        (&[&a], &[], "its estimators are dead-reckoning"),
+        (&[&a], &[], "say who else with --b NAME, or give a second table"),
         (&[&a, &a], &["--a", "mine"], "has no estimator \"mine\""),
         (&[&a, &slip], &[], "robot.slip_std: 0.02 and 0.05"),
         (&[&a, &later], &[], "share no seed"),
