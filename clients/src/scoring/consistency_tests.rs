@@ -3,7 +3,7 @@
 use super::*;
 use core::f64::consts::PI;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use rusty_geometry::SE2;
 
 const UNIT: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];

@@ -36,7 +36,7 @@ pub fn export(
     sheet.head(format_args!("{TICK}{}", columns.collect::<String>()))?;
     let (dt_s, mut ticks_with_truth) = (walk.dt_s(), 0);
     let mut said = vec![false; names.len()];
-    while let Some(record) = walk.next()? {
+    while let Some(record) = walk.tick()? {
         let truth = truth(&record);
         ticks_with_truth += u64::from(truth.is_some());
         let mut line = of_tick(&record, dt_s) + &pose(truth.as_ref());

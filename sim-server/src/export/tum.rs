@@ -84,7 +84,7 @@ impl Tum {
         let estimators = names.iter().map(|name| sheet(&file_name(name)));
         let mut sheets = estimators.collect::<Result<Vec<Sheet>, _>>()?;
         let dt_s = walk.dt_s();
-        while let Some(record) = walk.next()? {
+        while let Some(record) = walk.tick()? {
             let (time_s, truth) = (record.time_s(dt_s), truth(&record));
             if let Some(pose) = &truth {
                 of_truth.line(format_args!("{}", line(time_s, pose)))?;
@@ -115,7 +115,7 @@ impl Tum {
 /// Whether any tick of a log has a known true pose.
 fn has_truth(log: &Path, stop: &AtomicBool) -> Result<bool, ExportError> {
     let mut walk = Walk::open(log, stop)?;
-    while let Some(record) = walk.next()? {
+    while let Some(record) = walk.tick()? {
         if truth(&record).is_some() {
             return Ok(true);
         }

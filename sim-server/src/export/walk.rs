@@ -69,7 +69,7 @@ impl<'s> Walk<'s> {
     ///
     /// # Errors
     /// [`ExportError`] if the log cannot be read, or the walk is to stop.
-    pub fn next(&mut self) -> Result<Option<TickRecord>, ExportError> {
+    pub fn tick(&mut self) -> Result<Option<TickRecord>, ExportError> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(ExportError::Interrupted { log: self.log.clone() });
         }
