@@ -85,7 +85,10 @@ impl fmt::Display for Bands<'_> {
             for band in &row.bands {
                 let words = FIGURES.iter().find(|(figure, ..)| *figure == band.figure);
                 let words = words.map_or(band.figure, |(_, words, _)| *words);
-                let mean = format!("{} ± {}", metres(band.mean), metres(band.standard_error));
+                let error = band.standard_error;
+                // Equal in all runs but for the rounding of their sum.
+                let error = if error < 1e-12 * band.mean.abs() { 0.0 } else { error };
+                let mean = format!("{} ± {}", metres(band.mean), metres(error));
                 let [p5, median, p95] = [band.p5, band.median, band.p95].map(metres);
                 write!(
                     f,

@@ -58,9 +58,9 @@ impl Outcome {
             "; the mean owes it to a few seeds, the signs do not show it"
         };
         format!(
-            "{what}: {winner} is better: {subject} {}{unit} {word} ({:+.1} %), {interval}; {}{but}",
+            "{what}: {winner} is better: {subject} {}{unit} {word} ({}), {interval}; {}{but}",
             number(self.difference.abs()),
-            self.effect_percent,
+            percent(self.effect_percent),
             wins(better)
         )
     }
@@ -69,6 +69,10 @@ impl Outcome {
 fn signed(value: f64, number: &dyn Fn(f64) -> String) -> String {
     let sign = if value < 0.0 { "−" } else { "+" };
     format!("{sign}{}", number(value.abs()))
+}
+
+fn percent(value: f64) -> String {
+    if value.abs() < 100.0 { format!("{value:+.1} %") } else { format!("{value:+.0} %") }
 }
 
 /// A probability in few digits.
@@ -102,8 +106,8 @@ impl Contest {
         let width = width.unwrap_or(0).max(6);
         write!(
             f,
-            "\n{:width$}  {:>10}  {:>10}  {:>10}  {:>10}  {:>5}  {:>9}",
-            "metric", "mean A", "mean B", "B − A", "wins A:B", "pairs", "saved"
+            "\n{:width$}  {:>10}  {:>10}  {:>10}  {:>10}  {:>5}  {:>10}",
+            "metric", "mean A", "mean B", "B − A", "wins A:B", "pairs", "runs saved"
         )?;
         for o in &self.outcomes {
             let number = |value: f64| format!("{}{}", o.metric.shown(value), o.metric.shown_unit());
@@ -114,7 +118,7 @@ impl Contest {
             };
             write!(
                 f,
-                "\n{:width$}  {a:>10}  {b:>10}  {:>10}  {:>10}  {:>5}  {saved:>9}",
+                "\n{:width$}  {a:>10}  {b:>10}  {:>10}  {:>10}  {:>5}  {saved:>10}",
                 o.metric.words(),
                 number(o.difference),
                 format!("{}:{}", o.wins[0], o.wins[1]),
