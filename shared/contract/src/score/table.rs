@@ -113,7 +113,7 @@ fn recovered(found: Option<&Convergence>) -> String {
     match (all.len(), done) {
         (0, _) => "unscored".to_owned(),
         (1, 0) => "never".to_owned(),
-        (n, done) if done < n => format!("{done} of {n}"),
+        (all, done) if done < all => format!("{done} of {all}"),
         _ => seconds(all.iter().filter_map(|r| r.after_s).reduce(f64::max)),
     }
 }
