@@ -2,8 +2,10 @@
 
 mod bench;
 mod budget;
+mod compare;
 mod conformance;
 mod control;
+mod export;
 mod sweep;
 mod umbmark;
 
@@ -13,8 +15,10 @@ pub use bench::{
     PatternWord, StartArgs,
 };
 pub use budget::BudgetArgs;
+pub use compare::CompareArgs;
 pub use conformance::ConformanceArgs;
 pub use control::{ControlArgs, ControlVerb};
+pub use export::{ExportArgs, ExportVerb};
 pub use sweep::SweepArgs;
 pub use umbmark::UmbmarkArgs;
 
@@ -64,6 +68,8 @@ enum Verb {
     Fork(ForkArgs),
     /// Run a scenario with many seeds and settings: a table, a row per run
     Sweep(SweepArgs),
+    /// Say which of two estimators is better, from the tables of sweeps
+    Compare(CompareArgs),
     /// Say how much of the odometry's error comes from where
     Budget(BudgetArgs),
     /// Drive a square both ways round: what is wrong with wheels and wheelbase?
@@ -72,6 +78,8 @@ enum Verb {
     Diff(DiffArgs),
     /// Say what is in a log
     Info(InfoArgs),
+    /// Write a log for other programs: trajectories for evo, or a table
+    Export(ExportArgs),
     /// Split a log into a blind one to hand out and the key to its truth
     Seal(SealArgs),
     /// List the built-in worlds, draw one, or scan it without noise
@@ -348,10 +356,12 @@ pub fn main() -> Exit {
         Verb::Verify(args) => verbs::verify(&args),
         Verb::Fork(args) => verbs::fork(&args),
         Verb::Sweep(args) => verbs::sweep(&args),
+        Verb::Compare(args) => verbs::compare(&args),
         Verb::Budget(args) => verbs::budget(&args),
         Verb::Umbmark(args) => verbs::umbmark(&args),
         Verb::Diff(args) => verbs::diff(&args),
         Verb::Info(args) => verbs::info(&args),
+        Verb::Export(args) => verbs::export(&args),
         Verb::Seal(args) => verbs::seal(&args),
         Verb::Worlds(args) => verbs::worlds(&args),
         Verb::Layout(args) => verbs::layout(&args),

@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use crate::bench::page::PageError;
 use crate::confine::ConfineError;
+use crate::export::ExportError;
 use crate::import::ImportError;
 use crate::run::ChildrenError;
 use crate::scenario_file::SetupError;
@@ -17,6 +18,7 @@ use crate::seal::SealError;
 use crate::source::ForkError;
 use crate::sweep::SweepError;
 use crate::umbmark::LapError;
+use crate::versus::VersusError;
 
 /// What a verb can fail with. Every text names place, value and remedy.
 #[derive(Debug, Error)]
@@ -48,6 +50,12 @@ pub enum VerbError {
     /// A sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),
+    /// An export.
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    /// A comparison of estimators.
+    #[error(transparent)]
+    Versus(#[from] VersusError),
     /// A lap of a UMBmark.
     #[error(transparent)]
     Lap(#[from] LapError),
@@ -134,6 +142,8 @@ impl VerbError {
             Self::Fork(e) => e.exit(),
             Self::Seal(e) => e.exit(),
             Self::Sweep(e) => e.exit(),
+            Self::Export(e) => e.exit(),
+            Self::Versus(e) => e.exit(),
             Self::Page(e) => e.exit(),
             Self::Setup(_)
             | Self::Field(_)

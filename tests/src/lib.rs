@@ -8,6 +8,7 @@
 
 pub mod counts;
 mod dice;
+pub mod evo;
 pub mod fuzz;
 pub mod python;
 

@@ -15,43 +15,12 @@
 //! so here n is what [`Batches`] say they are worth. Innovations of a filter
 //! that is right are independent, and all of them count.
 
-use nalgebra::{Matrix3, Vector3};
 use rusty_contract::score::chi_square::{band, cdf};
+use rusty_contract::score::nees::GREATEST;
+pub(super) use rusty_contract::score::nees::nees;
 use rusty_contract::score::{Consistency, Verdict};
-use rusty_geometry::SE2;
 
 use super::batches::Batches;
-
-/// Numbers above and below the diagonal may differ by this part of what a
-/// correlation of 1 would be.
-const ASYMMETRY: f64 = 1e-6;
-/// Variance that is left of a component when those before it are known, as part
-/// of its own: with less, the covariance is not of full rank.
-const LEAST_LEFT: f64 = 1e-12;
-/// Larger than this is no sample but an accident.
-const GREATEST: f64 = 1e100;
-
-/// τᵀ P⁻¹ τ with τ = truth ⊟ estimate and `covariance` P, row by row. `None`
-/// where P is not symmetric, not positive definite, or not of full rank to
-/// twelve digits.
-pub(super) fn nees(truth: &SE2, estimate: &SE2, covariance: &[f64; 9]) -> Option<f64> {
-    let p = Matrix3::from_row_slice(covariance);
-    let scale = p.diagonal().map(f64::sqrt);
-    // Freed of its units, which say nothing of its rank.
-    let c = Matrix3::from_fn(|i, j| 0.5 * (p[(i, j)] + p[(j, i)]) / (scale[i] * scale[j]));
-    let skew = Matrix3::from_fn(|i, j| (p[(i, j)] - p[(j, i)]).abs() / (scale[i] * scale[j]));
-    // Written so that no number that is none passes.
-    if !skew.iter().all(|part| *part <= ASYMMETRY) {
-        return None;
-    }
-    let root = c.cholesky()?.unpack();
-    if !root.diagonal().iter().all(|left| left * left >= LEAST_LEFT) {
-        return None;
-    }
-    let tau: Vector3<f64> = truth.boxminus(estimate).component_div(&scale);
-    let nees = root.solve_lower_triangular(&tau)?.norm_squared();
-    (nees <= GREATEST).then_some(nees)
-}
 
 /// Normalised squares of one run.
 #[derive(Clone, Debug)]

@@ -3,6 +3,9 @@
 use super::*;
 use core::f64::consts::PI;
 
+use nalgebra::Vector3;
+use rusty_geometry::SE2;
+
 const UNIT: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
 fn scaled(factor: f64) -> [f64; 9] {

@@ -5,6 +5,7 @@ mod compute;
 mod consistency;
 mod convergence;
 mod errors;
+pub mod nees;
 pub mod quantile;
 mod table;
 mod trajectory;

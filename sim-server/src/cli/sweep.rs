@@ -10,7 +10,10 @@ const AFTER_HELP: &str = "\
 Without --clients, nobody takes part but dead reckoning, inside this process, at
 the speed of the world: rows and digests are those of `launch --seed N` with
 dead-reckoning as the one estimator, to the bit. With --clients, every run is a
-whole launch of the scenario with its programs, and each estimator has a row.
+whole launch of the scenario with its programs, and each estimator has a row, with
+more of the scorer's figures: aligned and relative errors, NEES, NIS, convergence,
+recovery, compute times. The report then says whose covariances are right: the mean
+over the seeds of the last tick's normalised squared error (ANEES) is about 3.
 
 Rows come in the order of the settings (the last --set changes fastest), then of
 the seeds, whatever --jobs is. Angles are in rad, lengths in m. FILE.csv has the
@@ -20,7 +23,8 @@ A list of values is split at commas outside [], {} and quotation marks:
   --set 'start={ x_m = 6.0, y_m = 4.5, theta_rad = 0.0 },{ x_m = 5.0, y_m = 4.5, theta_rad = 0.0 }'
 
 Ctrl-C keeps what is done in FILE.part (exit code 3); --resume goes on there and
-comes to the same bytes. A file that is complete is left as it is.
+comes to the same bytes (of a sweep with --clients all but the compute_* columns,
+which are the machine's). A file that is complete is left as it is.
 
 Parts for many machines, numbered from 0; the parts' rows, one part after the
 other, are those of the whole:

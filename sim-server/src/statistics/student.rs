@@ -7,14 +7,17 @@
 //! W. Lentz (1976), and inverted by bisection: slow, and with nothing to go
 //! wrong. Where ν is large, and that loses digits, the expansion in 1/ν takes
 //! over (26.7.5). Degrees of freedom need not be whole, see
-//! [`crate::sweep::paired`].
+//! [`super::pairs`].
 
+use rusty_contract::score::chi_square;
 use rusty_geometry::trig;
 
 /// From here on the expansion has all digits that are asked for.
 const MANY: f64 = 1e3;
 /// The standard normal's quantile at 0.975.
 const NORMAL_975: f64 = 1.959_963_984_540_054;
+/// The level of [`t_975`].
+const USUAL: f64 = 0.95;
 
 /// Half the width of a 95 % interval in standard errors: the 0.975 quantile of
 /// Student's t with `degrees` degrees of freedom. NaN below, or at, zero.
@@ -22,18 +25,32 @@ const NORMAL_975: f64 = 1.959_963_984_540_054;
 /// Relative error below 10⁻⁹.
 #[must_use]
 pub fn t_975(degrees: f64) -> f64 {
-    if degrees >= MANY {
-        return expansion(degrees);
-    }
-    if degrees.is_nan() || degrees <= 0.0 {
+    t_two_sided(degrees, USUAL)
+}
+
+/// Half the width of an interval that holds with probability `level`, in
+/// standard errors, for `degrees` degrees of freedom. NaN where the degrees are
+/// not above zero, or the level is not between 0 and 1.
+///
+/// Relative error below 10⁻⁹ for levels up to 0.999.
+#[must_use]
+pub fn t_two_sided(degrees: f64, level: f64) -> f64 {
+    let possible = degrees > 0.0 && level > 0.0 && level < 1.0;
+    if !possible {
         return f64::NAN;
+    }
+    let outside = if level == USUAL { 0.05 } else { 1.0 - level };
+    if degrees >= MANY {
+        // χ² of one degree is the square of a normal deviate.
+        let z = if level == USUAL { NORMAL_975 } else { chi_square::quantile(level, 1.0).sqrt() };
+        return expansion(degrees, z);
     }
     // Bisection on x, where the whole axis of t is the interval (0, 1) and the
     // tail grows with x.
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..200 {
         let x = 0.5 * (low + high);
-        if incomplete_beta(x, 0.5 * degrees, 0.5) < 0.05 {
+        if incomplete_beta(x, 0.5 * degrees, 0.5) < outside {
             low = x;
         } else {
             high = x;
@@ -43,10 +60,9 @@ pub fn t_975(degrees: f64) -> f64 {
     (degrees * (1.0 - x) / x).sqrt()
 }
 
-/// The quantile as a power series in 1/ν about the normal one; what is left
-/// out is below 10 ν⁻⁴.
-fn expansion(degrees: f64) -> f64 {
-    let z = NORMAL_975;
+/// The quantile as a power series in 1/ν about the normal one, `z`; what is left
+/// out is below 10 ν⁻⁴ for the usual levels.
+fn expansion(degrees: f64, z: f64) -> f64 {
     let z2 = z * z;
     let first = z * (z2 + 1.0) / 4.0;
     let second = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;
@@ -54,8 +70,8 @@ fn expansion(degrees: f64) -> f64 {
     z + (first + (second + third / degrees) / degrees) / degrees
 }
 
-/// I_x(a, b) for x in [0, 1].
-fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
+/// The regularized incomplete beta function I_x(a, b) for x in [0, 1].
+pub(super) fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     if x <= 0.0 || x >= 1.0 {
         return x;
     }
@@ -114,6 +130,25 @@ mod tests {
             let found = t_975(degrees);
             assert!((found - expected).abs() < 1e-8, "{degrees}: {found}");
         }
+    }
+
+    #[test]
+    fn other_levels_are_those_of_the_tables() {
+        for (degrees, level, expected) in [
+            (4.0, 0.99, 4.604_094_871_35),
+            (9.0, 0.9, 1.833_112_932_66),
+            (29.0, 0.99, 2.756_385_903_67),
+            (2000.0, 0.99, 2.578_289_787_56),
+            (5000.0, 0.9, 1.645_158_437_60),
+        ] {
+            let found = t_two_sided(degrees, level);
+            assert!((found - expected).abs() < 1e-9, "{degrees}, {level}: {found}");
+        }
+        for level in [0.5, 0.9, 0.99] {
+            let seam = t_two_sided(MANY.next_down(), level) - t_two_sided(MANY, level);
+            assert!(seam.abs() < 1e-8, "{level}: {seam:e}");
+        }
+        assert!([0.0, 1.0, f64::NAN].iter().all(|level| t_two_sided(5.0, *level).is_nan()));
     }
 
     #[test]

@@ -12,10 +12,12 @@ use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process};
 use rusty_contract::log::{LogReader, Read};
+use rusty_contract::score::nees::nees;
 use rusty_contract::score::{Figures, PathLength, Score};
 use rusty_contract::{Effects, Exit};
 use serde::Deserialize;
 
+use super::client_figures::ClientFigures;
 use super::error::SweepError;
 use super::inside::Place;
 use super::plan::{Plan, Sampling};
@@ -121,6 +123,7 @@ impl<'p> Clients<'p> {
             row.time_s = report.ticks.checked_sub(1).map_or(0.0, |tick| config.time_s(tick));
             row.distance_m = score.map_or(f64::NAN, |s| s.distance_m);
             row.digest.clone_from(&report.digest);
+            row.clients = Some(ClientFigures::of(score));
             rows.push(row);
         }
         let sampling = self.plan.sampling(run);
@@ -219,10 +222,13 @@ fn tracks(log: &Path, mut sampling: Sampling, place: &dyn Fn(&str) -> Place) -> 
         }
         next = sampling.next_tick();
         for (samples, reply) in samples.iter_mut().zip(effects.replies()) {
-            let estimate = reply.estimate().map(|e| e.pose_in_world).filter(|p| p.is_finite());
+            let estimate = reply.estimate().filter(|e| e.pose_in_world.is_finite());
             if let (Some(truth), Some(estimate)) = (truth, estimate) {
                 let time_s = header.config.time_s(record.tick);
-                samples.push(Sample { time_s, distance_m: path.metres(), truth, estimate });
+                let (distance_m, covariance) = (path.metres(), estimate.covariance);
+                let estimate = estimate.pose_in_world;
+                let nees = covariance.and_then(|c| nees(&truth, &estimate, &c));
+                samples.push(Sample { time_s, distance_m, truth, estimate, nees });
             }
         }
     }

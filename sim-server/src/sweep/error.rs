@@ -63,6 +63,14 @@ pub enum SweepError {
         /// The library's words.
         problem: String,
     },
+    /// A table cannot be read.
+    #[error("{path} cannot be read: {problem}; give a table that `sim-server sweep --out` wrote")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// The library's words.
+        problem: String,
+    },
     /// A run with clients could not be made.
     #[error("seed {seed}{cell}: the run could not be made: {why}")]
     Launch {
@@ -88,7 +96,10 @@ impl SweepError {
         match self {
             Self::Field(_) | Self::Setup(_) | Self::Sim(_) => Exit::Usage,
             Self::InTheWay { .. } | Self::Other { .. } | Self::NoSweep { .. } => Exit::Usage,
-            Self::Io { .. } | Self::Table { .. } | Self::Launch { .. } => Exit::Failed,
+            Self::Io { .. }
+            | Self::Table { .. }
+            | Self::Unreadable { .. }
+            | Self::Launch { .. } => Exit::Failed,
         }
     }
 }

@@ -27,6 +27,7 @@ pub(super) fn row(cell: usize, seed: u64, estimator: &str) -> Row {
         max_heading_error_rad: 0.1,
         blocked_ticks: Some(0),
         digest: "0".repeat(32),
+        clients: None,
     }
 }
 
@@ -61,7 +62,8 @@ pub(super) fn reckoned(config: &RunConfig, cell: usize, seed: u64, every: u64) -
         estimate = estimate.boxplus(&odometry_delta(last, frame.ticks(), &drive));
         last = frame.ticks();
         if (tick + 1).is_multiple_of(every) {
-            samples.push(Sample { time_s: frame.time_s(), distance_m, truth, estimate });
+            let time_s = frame.time_s();
+            samples.push(Sample { time_s, distance_m, truth, estimate, nees: None });
         }
     }
     track(cell, seed, samples)

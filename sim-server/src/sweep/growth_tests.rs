@@ -14,7 +14,7 @@ fn at(s: f64, across_m: f64, heading_rad: f64) -> Sample {
         (error.y, error.z) = (across_m, heading_rad);
         truth.boxplus(&error)
     };
-    Sample { time_s: 2.0 * s, distance_m: s, truth, estimate }
+    Sample { time_s: 2.0 * s, distance_m: s, truth, estimate, nees: None }
 }
 
 fn power(x: f64, p: f64) -> f64 {

@@ -112,6 +112,7 @@ impl Place {
             max_heading_error_rad: or_nan(figures.heading_max_rad),
             blocked_ticks: None,
             digest: String::new(),
+            clients: None,
         }
     }
 
@@ -175,6 +176,7 @@ impl Reckoned {
                 distance_m: self.path.metres(),
                 truth,
                 estimate: self.pose_in_world,
+                nees: None,
             });
             self.next_sample = self.sampling.next_tick();
         }

@@ -2,9 +2,10 @@
 //!
 //! A file beside the table, `FILE.part`: the settings as one line of JSON, then
 //! a record per run in the order in which they ended: length and CRC-32 (4
-//! bytes each, little-endian), then a [`Record`] as postcard. Wherever it is
-//! cut, it is good up to the last complete record. The kernel's lock on it says
-//! that somebody is at work.
+//! bytes each, little-endian), then a [`Record`] as postcard. The uppermost bit
+//! of a length says which form of it: without, it is one of
+//! [before](super::record_before). Wherever it is cut, it is good up to the last
+//! complete record. The kernel's lock on it says that somebody is at work.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead as _, BufReader, BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
@@ -13,10 +14,13 @@ use std::path::{Path, PathBuf};
 
 use super::error::SweepError;
 use super::record::Record;
+use super::record_before::RecordBefore;
 use super::settings::Settings;
 
 /// Longest record that is believed, bytes: sixteen estimators need 70 kB.
 const MOST_BYTES: u32 = 1 << 20;
+/// The bit of a length that says that the record has its present form.
+const PRESENT: u32 = 1 << 31;
 
 /// An open journal.
 pub struct Journal {
@@ -101,7 +105,7 @@ impl Journal {
 pub fn encoded(record: &Record) -> Vec<u8> {
     let body = postcard::to_allocvec(record).unwrap_or_default();
     let mut bytes = Vec::with_capacity(8 + body.len());
-    bytes.extend((body.len() as u32).to_le_bytes());
+    bytes.extend((body.len() as u32 | PRESENT).to_le_bytes());
     bytes.extend(crc32fast::hash(&body).to_le_bytes());
     bytes.extend(body);
     bytes
@@ -145,15 +149,22 @@ fn next(reader: &mut BufReader<File>) -> std::io::Result<Option<(Record, u64)>> 
     let mut body = Vec::new();
     let mut part = |reader: &mut BufReader<File>| -> std::io::Result<Option<Record>> {
         reader.read_exact(&mut head)?;
-        let [length, crc] = [0, 4]
+        let [word, crc] = [0, 4]
             .map(|at| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]));
+        let length = word & !PRESENT;
         if length > MOST_BYTES {
             return Ok(None);
         }
         body.resize(length as usize, 0);
         reader.read_exact(&mut body)?;
-        let whole = crc32fast::hash(&body) == crc;
-        Ok(whole.then(|| postcard::from_bytes(&body).ok()).flatten())
+        if crc32fast::hash(&body) != crc {
+            return Ok(None);
+        }
+        Ok(if word & PRESENT == 0 {
+            postcard::from_bytes::<RecordBefore>(&body).ok().map(Record::from)
+        } else {
+            postcard::from_bytes(&body).ok()
+        })
     };
     match part(reader) {
         Ok(record) => Ok(record.map(|record| (record, 8 + body.len() as u64))),
@@ -165,6 +176,7 @@ fn next(reader: &mut BufReader<File>) -> std::io::Result<Option<(Record, u64)>> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sweep::{Row, fixtures, record_before};
 
     fn record(run: u64) -> Record {
         Record { run, rows: Vec::new(), tracks: Vec::new(), lost: Some("x".repeat(run as usize)) }
@@ -216,5 +228,29 @@ mod tests {
         let other = Settings::read(br#"{"seeds":"0..8"}"#).unwrap();
         let error = Journal::open(&path, &other, &(0..9)).err().unwrap().to_string();
         assert!(error.contains("seeds: \"0..9\" and \"0..8\""), "{error}");
+    }
+
+    #[test]
+    fn records_of_before_are_read_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.part");
+        let settings = Settings::read(br#"{"seeds":"0..9"}"#).unwrap();
+        let track = fixtures::reckoned(&fixtures::straight_leg(), 0, 3, 10);
+        let rows = vec![fixtures::row(0, 3, "dead-reckoning")];
+        let rows = rows.into_iter().map(|r| Row { parameters: [].into(), ..r }).collect();
+        let before = Record { run: 3, rows, tracks: vec![track], lost: Some("x".to_owned()) };
+        let body = record_before::bytes(&before);
+        let mut file = settings.text().into_bytes();
+        file.push(b'\n');
+        file.extend((body.len() as u32).to_le_bytes());
+        file.extend(crc32fast::hash(&body).to_le_bytes());
+        file.extend(body);
+        file.extend(encoded(&record(5)));
+        std::fs::write(&path, &file).unwrap();
+        let (journal, found) = Journal::open(&path, &settings, &(0..9)).unwrap();
+        assert_eq!(found, [before, record(5)]);
+        // What is there stays as it is.
+        drop(journal);
+        assert_eq!(std::fs::read(&path).unwrap(), file);
     }
 }

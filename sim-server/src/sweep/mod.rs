@@ -3,18 +3,24 @@
 //! In reading order:
 //!
 //! * [`seeds`], [`grid`], [`shard`], [`plan`]: what there is to do;
-//! * [`cell`], [`row`], [`track`], [`record`]: what comes of it;
+//! * [`cell`], [`row`] with its [`client_figures`], [`track`], [`record`]: what
+//!   comes of it;
 //! * [`workers`]: runs side by side, made [`inside`] or with [`clients`];
-//! * [`journal`]: what is done, while the rest is not;
+//! * [`journal`]: what is done, while the rest is not; [`record_before`]: as it once
+//!   was written;
 //! * [`table`], [`settings`]: what is written in the end;
 //! * [`sweeping`]: all of it together;
-//! * [`mod@summary`], [`mod@growth`], [`paired`]: what the rows and tracks say: means,
-//!   spreads over distance ([`growth_text`] for people), differences on the same seeds;
+//! * [`mod@summary`] with its [`band`]s, [`mod@growth`], [`mod@anees`], [`paired`]: what
+//!   the rows and tracks say: means, spreads over distance ([`growth_text`] for
+//!   people), whether covariances are right, differences on the same seeds;
 //! * [`drawing`]: the fan and the growth, drawn;
 //! * [`report`]: what a person is told;
 //! * [`error`].
 
+pub mod anees;
+pub mod band;
 pub mod cell;
+pub mod client_figures;
 pub mod clients;
 pub mod drawing;
 pub mod error;
@@ -28,6 +34,7 @@ pub mod journal;
 pub mod paired;
 pub mod plan;
 pub mod record;
+pub mod record_before;
 pub mod report;
 pub mod row;
 pub mod seeds;
@@ -39,6 +46,8 @@ pub mod table;
 pub mod track;
 pub mod workers;
 
+pub use anees::{AneesText, anees};
+pub use band::Bands;
 pub use cell::{Cell, Swept};
 pub use error::SweepError;
 pub use grid::Axis;

@@ -2,16 +2,8 @@
 //!
 //! Noise is placed by (seed, source, tick, beam), so the runs of one seed in two
 //! cells meet the same noise, and what chance adds to one it adds to the other.
-//! The difference is then taken seed by seed and its interval is that of a mean
-//! of n differences (Student's t, n − 1 degrees of freedom). Beside it stands
-//! the interval of two samples that had nothing to do with each other, with the
-//! degrees of freedom of B. Welch (*The generalization of "Student's" problem
-//! when several different population variances are involved*, Biometrika 34,
-//! 1947). The ratio of their widths, squared, is the factor by which more runs
-//! would have been needed without the pairing (A. Law and W. Kelton, *Simulation
-//! Modeling and Analysis*, §11.2, common random numbers; they call it variance
-//! reduction). Below 1 the pairing did harm: the two react to the same noise in
-//! opposite ways.
+//! The difference is then taken seed by seed; [`Pairs`] says how, and what is
+//! gained by it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -20,9 +12,10 @@ use serde::Serialize;
 
 use super::summary::{degrees, metres, setting};
 use super::{Row, Swept};
-use crate::statistics::Moments;
-use crate::statistics::student::t_975;
+use crate::statistics::Pairs;
 
+/// Probability of the intervals.
+const LEVEL: f64 = 0.95;
 /// Seeds listed in a text before "and so many more".
 const SHOWN: usize = 8;
 
@@ -129,54 +122,22 @@ fn compare(rows: &[Row], cells: [usize; 2], estimator: &str, figure: Figure) -> 
         .map(|i| every.iter().copied().filter(|seed| !by_seed[i].contains_key(seed)).collect());
     let (a, b): (Vec<f64>, Vec<f64>) =
         by_seed[0].iter().filter_map(|(seed, a)| Some((*a, *by_seed[1].get(seed)?))).unzip();
-    let differences: Vec<f64> = a.iter().zip(&b).map(|(a, b)| b - a).collect();
-    let [of_a, of_b, of_difference] = [&a, &b, &differences].map(|v| Moments::of(v));
-    let paired_half_width = half_width(&of_difference);
-    let unpaired_half_width = welch_half_width(&of_a, &of_b);
-    let ratio = unpaired_half_width / paired_half_width;
+    let pairs = Pairs::of(&a, &b, LEVEL);
     Paired {
         estimator: estimator.to_owned(),
         figure,
         cells,
         settings: cells
             .map(|cell| own(cell).next().map_or_else(String::new, |r| setting(&r.parameters))),
-        pairs: differences.len(),
-        means: [of_a.mean, of_b.mean],
-        difference: of_difference.mean,
-        paired_half_width,
-        unpaired_half_width,
-        variance_reduction: ratio * ratio,
-        correlation: correlation(&a, &b),
+        pairs: pairs.n,
+        means: pairs.means,
+        difference: pairs.difference,
+        paired_half_width: pairs.half_width,
+        unpaired_half_width: pairs.unpaired_half_width,
+        variance_reduction: pairs.variance_reduction,
+        correlation: pairs.correlation,
         missing,
     }
-}
-
-/// Half the width of the 95 % interval of a mean.
-fn half_width(of: &Moments) -> f64 {
-    if of.n < 2 { f64::NAN } else { t_975((of.n - 1) as f64) * of.standard_error() }
-}
-
-/// Half the width of the 95 % interval of the difference of two independent
-/// means whose variances may differ.
-fn welch_half_width(a: &Moments, b: &Moments) -> f64 {
-    if a.n < 2 || b.n < 2 {
-        return f64::NAN;
-    }
-    let (va, vb) = (a.variance_of_mean(), b.variance_of_mean());
-    if va + vb == 0.0 {
-        return 0.0;
-    }
-    let square = |v: f64| v * v;
-    let degrees = square(va + vb) / (square(va) / (a.n - 1) as f64 + square(vb) / (b.n - 1) as f64);
-    t_975(degrees) * (va + vb).sqrt()
-}
-
-/// Pearson's correlation.
-fn correlation(a: &[f64], b: &[f64]) -> f64 {
-    let (of_a, of_b) = (Moments::of(a), Moments::of(b));
-    let products = a.iter().zip(b).map(|(x, y)| (x - of_a.mean) * (y - of_b.mean));
-    let covariance = products.sum::<f64>() / (a.len() as f64 - 1.0);
-    covariance / (of_a.standard_deviation * of_b.standard_deviation)
 }
 
 impl fmt::Display for Paired {
@@ -234,7 +195,9 @@ impl Paired {
     }
 }
 
-fn listed(seeds: &[u64]) -> String {
+/// Seeds in words, the first few of many.
+#[must_use]
+pub fn listed(seeds: &[u64]) -> String {
     let shown: Vec<String> = seeds.iter().take(SHOWN).map(u64::to_string).collect();
     let more = seeds.len().saturating_sub(SHOWN);
     let word = if seeds.len() == 1 { "seed" } else { "seeds" };

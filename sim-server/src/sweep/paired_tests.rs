@@ -4,6 +4,7 @@ use rusty_sim::noise::SlipNoise;
 
 use super::super::fixtures::row;
 use super::*;
+use crate::statistics::student::t_975;
 
 fn with(cell: usize, seed: u64, drift_m: f64) -> Row {
     Row { final_position_error_m: drift_m, ..row(cell, seed, "dead-reckoning") }

@@ -7,11 +7,13 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::anees::Anees;
 use super::error::SweepError;
 use super::growth::Growth;
 use super::paired::Paired;
 use super::summary::SummaryRow;
-use super::{GrowthText, Summary, Swept, ab, drawing, growth, summary};
+use super::{AneesText, Bands, GrowthText, Summary, Swept};
+use super::{ab, anees, drawing, growth, summary};
 
 /// What a sweep says.
 #[derive(Debug, Serialize)]
@@ -20,6 +22,8 @@ pub struct Report {
     pub table: Vec<SummaryRow>,
     /// How their errors spread; of each that was followed along the way.
     pub growth: Vec<Growth>,
+    /// Whether their covariances are right, of runs with clients.
+    pub consistency: Vec<Anees>,
     /// Differences of two cells that share every seed, where asked for.
     pub paired: Vec<Paired>,
 }
@@ -32,6 +36,7 @@ impl Report {
         Self {
             table: summary(&swept.rows),
             growth: growth(&swept.tracks),
+            consistency: anees(swept),
             paired: if compared { ab(swept) } else { Vec::new() },
         }
     }
@@ -39,9 +44,12 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", Summary(&self.table))?;
+        write!(f, "{}\n\n{}\n", Summary(&self.table), Bands(&self.table))?;
         if !self.growth.is_empty() {
             writeln!(f, "\n{}", GrowthText(&self.growth))?;
+        }
+        if !self.consistency.is_empty() {
+            writeln!(f, "\n{}", AneesText(&self.consistency))?;
         }
         self.paired.iter().try_for_each(|pair| write!(f, "\n{pair}"))
     }

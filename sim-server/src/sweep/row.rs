@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::client_figures::ClientFigures;
+
 /// One run of one estimator. The figures are those of
 /// [`Score`](rusty_contract::score::Score), by the same arithmetic. NaN where
 /// nothing was scored that one could be made of.
@@ -46,4 +48,6 @@ pub struct Row {
     /// Run digest, 32 hexadecimal digits: that of `launch` with this seed,
     /// this configuration and these estimators.
     pub digest: String,
+    /// What only a run with clients has.
+    pub clients: Option<ClientFigures>,
 }

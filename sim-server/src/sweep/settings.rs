@@ -5,8 +5,10 @@ use rusty_contract::{FieldError, RunConfig};
 use rusty_geometry::WorldSpec;
 use serde_json::{Map, Value, json};
 
+use super::grid::{Axis, combinations};
 use super::plan::Plan;
 use crate::compare;
+use crate::versus::contents::words;
 
 /// The settings of a sweep. Nothing in it depends on the machine, the time or
 /// the number of jobs.
@@ -49,6 +51,12 @@ impl Settings {
         Ok(Self(map))
     }
 
+    /// Whether its runs are made with clients.
+    #[must_use]
+    pub fn with_clients(&self) -> bool {
+        self.0.get("rosters").and_then(Value::as_array).is_some_and(|r| !r.is_empty())
+    }
+
     /// Reads what [`text`](Self::text) or [`pretty`](Self::pretty) wrote.
     ///
     /// # Errors
@@ -79,6 +87,37 @@ impl Settings {
     pub fn from_parts<'a>(parts: impl Iterator<Item = (&'a str, &'a str)>) -> Self {
         let read = |text: &str| serde_json::from_str(text).unwrap_or(Value::Null);
         Self(parts.map(|(name, text)| (name.to_owned(), read(text))).collect())
+    }
+
+    /// The configuration of each setting, by what is set in it
+    /// ([in words](crate::versus::contents::words)): with its world, without the
+    /// name of the scenario. Fewer where the document is not ours.
+    #[must_use]
+    pub fn configs(&self) -> Vec<(String, Value)> {
+        let list = |name: &str| self.0.get(name).and_then(Value::as_array).into_iter().flatten();
+        let axes = list("parameters").map(|axis| Axis {
+            key: axis["field"].as_str().unwrap_or_default().to_owned(),
+            values: axis["values"]
+                .as_array()
+                .into_iter()
+                .flatten()
+                .map(|v| v.as_str().unwrap_or_default().to_owned())
+                .collect(),
+        });
+        let axes: Vec<Axis> = axes.collect();
+        let all = combinations(&axes, usize::MAX).unwrap_or_default();
+        let config = |cell: &Value| {
+            let mut config = cell.clone();
+            let world = config["world"].as_u64().unwrap_or(0) as usize;
+            if let Some(fields) = config.as_object_mut() {
+                fields.remove("scenario");
+                let world = list("worlds").nth(world).cloned().unwrap_or_default();
+                fields.insert("world".to_owned(), world);
+            }
+            config
+        };
+        let words = |set: &[(String, String)]| words(set.iter().map(|(k, v)| (&**k, &**v)));
+        all.iter().zip(list("cells")).map(|(set, cell)| (words(set), config(cell))).collect()
     }
 
     /// The first field in which the two differ, and both values.

@@ -10,6 +10,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::Row;
+use super::band::{Band, bands};
 use crate::statistics::{Moments, percentile};
 
 /// One line: an estimator in a cell, over all its runs.
@@ -37,6 +38,8 @@ pub struct SummaryRow {
     pub mean_heading_deg: f64,
     /// Its standard error, degrees.
     pub standard_error_heading_deg: f64,
+    /// Other figures over the runs.
+    pub bands: Vec<Band>,
 }
 
 /// The lines of a sweep, in the order in which cell and estimator first come in
@@ -76,6 +79,7 @@ fn line(rows: &[Row], cell: usize, estimator: &str) -> Option<SummaryRow> {
         max_m: drift_m.iter().copied().reduce(f64::max).unwrap_or(f64::NAN),
         mean_heading_deg: heading.mean,
         standard_error_heading_deg: heading.standard_error(),
+        bands: bands(&own),
     })
 }
 

@@ -29,4 +29,7 @@ pub struct Sample {
     pub truth: SE2,
     /// The estimate, world frame.
     pub estimate: SE2,
+    /// Normalised squared error of the estimate, where a covariance was reported
+    /// that has one.
+    pub nees: Option<f64>,
 }

@@ -111,8 +111,8 @@ fn odd_sweeps_can_be_drawn() {
     mad.tracks[5].samples.clear();
     mad.cells[0].config.scenario = "<&>\u{0}".repeat(60);
     drawn(&mad);
-    let here =
-        Sample { time_s: 1.0, distance_m: 0.0, truth: SE2::identity(), estimate: SE2::identity() };
+    let here = SE2::identity();
+    let here = Sample { time_s: 1.0, distance_m: 0.0, truth: here, estimate: here, nees: None };
     let standing = (0..6).map(|seed| track(0, seed, vec![here; 5])).collect();
     drawn(&Swept { tracks: standing, ..slips(&[0.0], 0) });
 }

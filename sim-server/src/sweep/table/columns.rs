@@ -1,6 +1,7 @@
 //! The columns of a table, in order.
 
 use crate::sweep::cell::Swept;
+use crate::sweep::client_figures::ClientFigures;
 use crate::sweep::grid::Axis;
 use crate::sweep::row::Row;
 
@@ -26,8 +27,9 @@ type Figure = fn(&Row) -> f64;
 
 /// Seed, swept fields, estimator, figures, digest. A swept field's values are
 /// numbers where all that were asked for are, else text. It is called as on
-/// the command line, with `set.` before it where a figure has that name.
-pub(super) fn of(swept: &Swept, axes: &[Axis]) -> Vec<Column> {
+/// the command line, with `set.` before it where a figure has that name. A sweep
+/// with clients has the figures that only they have before the digest.
+pub(super) fn of(swept: &Swept, axes: &[Axis], clients: bool) -> Vec<Column> {
     let rows = &swept.rows;
     let column = |name: &str, values| Column { name: name.to_owned(), values };
     let whole = |get: fn(&Row) -> u64| Values::Whole(rows.iter().map(get).collect());
@@ -53,6 +55,9 @@ pub(super) fn of(swept: &Swept, axes: &[Axis]) -> Vec<Column> {
     columns.extend(figures.map(|(name, get)| column(name, number(get))));
     let blocked = Values::Known(rows.iter().map(|r| r.blocked_ticks).collect());
     columns.push(column("blocked_ticks", blocked));
+    if clients {
+        columns.extend(of_clients(rows));
+    }
     columns.push(column("digest", text(|r| &r.digest)));
     let swept_fields = axes.iter().enumerate().map(|(i, axis)| {
         let taken = columns.iter().any(|c| c.name == axis.key);
@@ -63,6 +68,48 @@ pub(super) fn of(swept: &Swept, axes: &[Axis]) -> Vec<Column> {
     let swept_fields: Vec<Column> = swept_fields.collect();
     // After the seed.
     columns.splice(1..1, swept_fields);
+    columns
+}
+
+/// The columns that only runs with clients have. Of a row that was made before
+/// there were such, nothing is known.
+fn of_clients(rows: &[Row]) -> Vec<Column> {
+    type Get<T> = fn(&ClientFigures) -> T;
+    let number = |(name, get): (&str, Get<f64>)| {
+        let values = rows.iter().map(|r| r.clients.as_ref().map_or(f64::NAN, get)).collect();
+        Column { name: name.to_owned(), values: Values::Number(values) }
+    };
+    let whole = |(name, get): (&str, Get<u64>)| {
+        let values = rows.iter().map(|r| r.clients.as_ref().map(get)).collect();
+        Column { name: name.to_owned(), values: Values::Known(values) }
+    };
+    let errors: [(&str, Get<f64>); 6] = [
+        ("ate_origin_rmse_m", |c| c.ate_origin_rmse_m),
+        ("ate_se2_rmse_m", |c| c.ate_se2_rmse_m),
+        ("rpe_per_tick_rmse_m", |c| c.rpe_per_tick_rmse_m),
+        ("rpe_per_tick_rmse_rad", |c| c.rpe_per_tick_rmse_rad),
+        ("rpe_per_metre_rmse_m", |c| c.rpe_per_metre_rmse_m),
+        ("rpe_per_metre_rmse_rad", |c| c.rpe_per_metre_rmse_rad),
+    ];
+    let consistency: [(&str, Get<f64>); 4] = [
+        ("nees_mean", |c| c.nees_mean),
+        ("nees_last", |c| c.nees_last),
+        ("nis_sum", |c| c.nis_sum),
+        ("nis_degrees", |c| c.nis_degrees),
+    ];
+    let times: [(&str, Get<f64>); 6] = [
+        ("converged_after_s", |c| c.converged_after_s),
+        ("recovered_after_s", |c| c.recovered_after_s),
+        ("compute_reported_p50_s", |c| c.compute_reported_p50_s),
+        ("compute_reported_p99_s", |c| c.compute_reported_p99_s),
+        ("compute_observed_p50_s", |c| c.compute_observed_p50_s),
+        ("compute_observed_p99_s", |c| c.compute_observed_p99_s),
+    ];
+    let mut columns: Vec<Column> = errors.map(number).into();
+    columns.push(whole(("nees_samples", |c| c.nees_samples)));
+    columns.push(whole(("nis_samples", |c| c.nis_samples)));
+    columns.extend(consistency.map(number));
+    columns.extend(times.map(number));
     columns
 }
 

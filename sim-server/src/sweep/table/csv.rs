@@ -1,6 +1,9 @@
 //! The table as CSV: a line of names, then a line per row.
 
+use std::path::Path;
+
 use super::columns::{Column, Values};
+use super::read::Texts;
 
 /// The file's bytes. Numbers are as short as they can be and still read back to
 /// the same bits; `NaN` where there was nothing to score, and nothing where a
@@ -17,6 +20,18 @@ pub(super) fn bytes(columns: &[Column]) -> Result<Vec<u8>, String> {
         writer.write_record(columns.iter().map(|c| c.values.text(row))).map_err(words)?;
     }
     writer.into_inner().map_err(|e| e.to_string())
+}
+
+/// The names and rows of a file.
+///
+/// # Errors
+/// The library's words.
+pub(super) fn rows(path: &Path) -> Result<(Vec<String>, Texts), String> {
+    let texts = |record: csv::StringRecord| record.iter().map(str::to_owned).collect();
+    let mut reader = csv::Reader::from_path(path).map_err(|e| e.to_string())?;
+    let names = texts(reader.headers().map_err(|e| e.to_string())?.clone());
+    let rows = reader.into_records().map(move |row| row.map(texts).map_err(|e| e.to_string()));
+    Ok((names, Box::new(rows)))
 }
 
 impl Values {

@@ -3,6 +3,9 @@
 mod columns;
 mod csv;
 mod parquet;
+mod read;
+
+pub use read::Rows;
 
 use std::fs;
 use std::io::Write as _;
@@ -86,7 +89,7 @@ impl Table {
         axes: &[Axis],
         settings: &Settings,
     ) -> Result<(), SweepError> {
-        let columns = columns::of(swept, axes);
+        let columns = columns::of(swept, axes, settings.with_clients());
         let bytes = match self.kind {
             Kind::Csv => {
                 replace(&self.beside(".json"), settings.pretty().as_bytes())?;

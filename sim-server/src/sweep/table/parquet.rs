@@ -11,9 +11,12 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::record::Field;
+use parquet::record::reader::RowIter;
 use parquet::schema::types::Type;
 
 use super::columns::{Column, Values};
+use super::read::Texts;
 use crate::sweep::settings::Settings;
 
 /// What the names of our metadata begin with.
@@ -113,10 +116,36 @@ pub(super) fn settings(path: &Path) -> Result<Settings, String> {
     if none { Err("it has no metadata of ours".to_owned()) } else { Ok(settings) }
 }
 
+/// The names and rows of a file.
+///
+/// # Errors
+/// The library's words.
+pub(super) fn rows(path: &Path) -> Result<(Vec<String>, Texts), String> {
+    let words = |e: ParquetError| e.to_string();
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    let reader = SerializedFileReader::new(file).map_err(words)?;
+    let schema = reader.metadata().file_metadata().schema_descr();
+    let names = schema.columns().iter().map(|c| c.name().to_owned()).collect();
+    let rows = RowIter::from_file_into(Box::new(reader)).map(|row| {
+        let fields = row.map_err(|e| e.to_string())?.into_columns();
+        Ok(fields.into_iter().map(|(_, field)| text(&field)).collect())
+    });
+    Ok((names, Box::new(rows)))
+}
+
+/// A value as a CSV file has it.
+fn text(field: &Field) -> String {
+    match field {
+        Field::Null => String::new(),
+        Field::Double(v) => format!("{v:?}"),
+        Field::Str(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use parquet::record::Field;
 
     #[test]
     fn what_is_written_reads_back_and_is_the_same_twice() {
@@ -155,5 +184,12 @@ mod tests {
         assert_eq!(rows[1][0], Field::ULong(u64::MAX));
         assert!(matches!(rows[1][2], Field::Double(x) if x.is_nan()));
         assert_eq!(rows[1][4..], [Field::ULong(7), Field::Str("cé".to_owned())]);
+
+        // The same as texts, as CSV has them.
+        let (names, texts) = super::rows(path.path()).unwrap();
+        assert_eq!(names[..3], ["seed", "robot.slip_std", "error_m"]);
+        let texts: Vec<Vec<String>> = texts.map(Result::unwrap).collect();
+        assert_eq!(texts[0], ["3", "-1", "0.30000000000000004", "true", "", "ab"]);
+        assert_eq!(texts[1], ["18446744073709551615", "1", "NaN", "false", "7", "cé"]);
     }
 }

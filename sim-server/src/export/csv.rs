@@ -1,0 +1,79 @@
+//! All ticks of a log as one table.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use rusty_contract::Estimate;
+use rusty_contract::log::TickRecord;
+use rusty_geometry::SE2;
+
+use super::error::ExportError;
+use super::sheet::Sheet;
+use super::walk::{Walk, truth};
+use super::{Exported, Written};
+
+const TICK: &str = "tick,time_s,left_ticks,right_ticks,v_m_s,omega_rad_s,\
+                    truth.x_m,truth.y_m,truth.theta_rad";
+const OF_EACH: [&str; 6] = ["x_m", "y_m", "theta_rad", "var_x_m2", "var_y_m2", "var_theta_rad2"];
+
+/// Writes the ticks of `log` to `out`, with `force` also over a file that is
+/// there: a line each, numbers as short as they can be and still read back to
+/// the same bits, nothing where there is nothing. Names of participants need no
+/// quoting.
+///
+/// # Errors
+/// [`ExportError`]; nothing is written then.
+pub fn export(
+    log: &Path,
+    out: &Path,
+    force: bool,
+    stop: &AtomicBool,
+) -> Result<Exported, ExportError> {
+    let mut walk = Walk::open(log, stop)?;
+    let names = walk.names();
+    let mut sheet = Sheet::create(out, force)?;
+    let columns = names.iter().flat_map(|n| OF_EACH.map(|c| format!(",{n}.{c}")));
+    sheet.head(format_args!("{TICK}{}", columns.collect::<String>()))?;
+    let (dt_s, mut ticks_with_truth) = (walk.dt_s(), 0);
+    let mut said = vec![false; names.len()];
+    while let Some(record) = walk.tick()? {
+        let truth = truth(&record);
+        ticks_with_truth += u64::from(truth.is_some());
+        let mut line = of_tick(&record, dt_s) + &pose(truth.as_ref());
+        for (said, estimate) in said.iter_mut().zip(walk.estimates()) {
+            *said |= estimate.is_some();
+            line += &pose(estimate.as_ref().map(|e| &e.pose_in_world));
+            line += &variances(estimate.as_ref());
+        }
+        sheet.line(format_args!("{line}"))?;
+    }
+    let lines = sheet.lines();
+    let files = vec![Written { estimator: None, lines, path: sheet.finish()? }];
+    let silent = names.into_iter().zip(said).filter(|(_, said)| !said);
+    Ok(Exported {
+        log: log.display().to_string(),
+        walked: walk.walked().clone(),
+        ticks_with_truth,
+        files,
+        without: silent.map(|(name, _)| name).collect(),
+    })
+}
+
+fn of_tick(record: &TickRecord, dt_s: f64) -> String {
+    let (ticks, command) = (record.ticks, record.command);
+    let time_s = record.time_s(dt_s);
+    let (left, right) = (ticks.left, ticks.right);
+    format!(
+        "{},{time_s:?},{left},{right},{:?},{:?}",
+        record.tick, command.v_m_s, command.omega_rad_s
+    )
+}
+
+fn pose(pose: Option<&SE2>) -> String {
+    pose.map_or_else(|| ",,,".to_owned(), |p| format!(",{:?},{:?},{:?}", p.x(), p.y(), p.theta()))
+}
+
+fn variances(estimate: Option<&Estimate>) -> String {
+    let covariance = estimate.and_then(|e| e.covariance);
+    covariance.map_or_else(|| ",,,".to_owned(), |c| format!(",{:?},{:?},{:?}", c[0], c[4], c[8]))
+}

@@ -1,0 +1,48 @@
+//! A log for other programs: trajectories for evo, a table for everything else.
+//!
+//! In reading order:
+//!
+//! * [`walk`]: the ticks of a log with the answers in effect, to wherever it ends;
+//! * [`sheet`]: a file that is there when it is complete, or not at all;
+//! * [`tum`]: trajectories in the format of the TUM RGB-D benchmark;
+//! * [`csv`]: all ticks as one table;
+//! * [`error`].
+
+pub mod csv;
+pub mod error;
+pub mod sheet;
+pub mod tum;
+pub mod walk;
+
+pub use error::ExportError;
+pub use walk::{Walk, Walked};
+
+use serde::Serialize;
+
+/// What an export came to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Exported {
+    /// The log.
+    pub log: String,
+    /// Where its ticks ended.
+    #[serde(flatten)]
+    pub walked: Walked,
+    /// Ticks with a known true pose.
+    pub ticks_with_truth: u64,
+    /// The files written.
+    pub files: Vec<Written>,
+    /// Answering participants of which nothing is written: they never said a
+    /// pose that could be.
+    pub without: Vec<String>,
+}
+
+/// A file that was written.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Written {
+    /// Whose poses they are; `None` for the truth, or where all are together.
+    pub estimator: Option<String>,
+    /// The file.
+    pub path: String,
+    /// Lines of poses, or of ticks.
+    pub lines: u64,
+}

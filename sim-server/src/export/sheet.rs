@@ -1,0 +1,98 @@
+//! A file that is there when it is complete, or not at all.
+
+use std::fmt::Arguments;
+use std::io::{BufWriter, Write as _};
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+
+use super::error::ExportError;
+
+/// Lines on their way into a file. Dropped before [`finish`](Self::finish),
+/// nothing is left.
+pub struct Sheet {
+    path: PathBuf,
+    out: BufWriter<NamedTempFile>,
+    lines: u64,
+    force: bool,
+}
+
+impl Sheet {
+    /// A file to be at `path`; with `force` also over one that is there.
+    ///
+    /// # Errors
+    /// [`ExportError`] if it must not, or cannot, be written.
+    pub fn create(path: &Path, force: bool) -> Result<Self, ExportError> {
+        if !force && path.exists() {
+            return Err(ExportError::InTheWay { path: path.display().to_string() });
+        }
+        let folder = match path.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
+        // Others may read it, as any file that is written here.
+        let mode = std::fs::Permissions::from_mode(0o644);
+        let file = Builder::new().prefix(".export-").permissions(mode).tempfile_in(folder);
+        let out = BufWriter::with_capacity(1 << 16, file.map_err(ExportError::io(path))?);
+        Ok(Self { path: path.to_owned(), out, lines: 0, force })
+    }
+
+    /// Adds a line that is not counted.
+    ///
+    /// # Errors
+    /// [`ExportError::Io`] if the disk says no.
+    pub fn head(&mut self, text: Arguments<'_>) -> Result<(), ExportError> {
+        let written = self.out.write_fmt(text).and_then(|()| self.out.write_all(b"\n"));
+        written.map_err(ExportError::io(&self.path))
+    }
+
+    /// Adds a line.
+    ///
+    /// # Errors
+    /// [`ExportError::Io`] if the disk says no.
+    pub fn line(&mut self, text: Arguments<'_>) -> Result<(), ExportError> {
+        self.lines += 1;
+        self.head(text)
+    }
+
+    /// Lines so far.
+    #[must_use]
+    pub fn lines(&self) -> u64 {
+        self.lines
+    }
+
+    /// Leaves no file, and none that was there before if it may be replaced.
+    ///
+    /// # Errors
+    /// [`ExportError`] if the disk says no.
+    pub fn discard(self) -> Result<(), ExportError> {
+        if !self.force {
+            return Ok(());
+        }
+        match std::fs::remove_file(&self.path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                Err(ExportError::io(&self.path)(e))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Puts the file in its place; says where that is.
+    ///
+    /// # Errors
+    /// [`ExportError`] if somebody else put one there, or the disk says no.
+    pub fn finish(self) -> Result<String, ExportError> {
+        let Self { path, out, force, .. } = self;
+        let shown = path.display().to_string();
+        let file = out.into_inner().map_err(|e| ExportError::io(&path)(e.into_error()))?;
+        let put = if force { file.persist(&path) } else { file.persist_noclobber(&path) };
+        match put {
+            Ok(_) => Ok(shown),
+            Err(e) if e.error.kind() == std::io::ErrorKind::AlreadyExists => {
+                Err(ExportError::InTheWay { path: shown })
+            }
+            Err(e) => Err(ExportError::io(&path)(e.error)),
+        }
+    }
+}

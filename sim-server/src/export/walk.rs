@@ -1,0 +1,113 @@
+//! The ticks of a log with the answers in effect, to wherever it ends.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
+use rusty_contract::{Effects, Estimate, LogHeader};
+use rusty_geometry::SE2;
+use serde::Serialize;
+
+use super::error::ExportError;
+
+/// A walk along a log. Which answers are in effect is the rule of the scorer:
+/// one whose compute time is modelled counts when that is over.
+pub struct Walk<'s> {
+    log: String,
+    reader: LogReader,
+    header: LogHeader,
+    effects: Effects,
+    stop: &'s AtomicBool,
+    walked: Walked,
+}
+
+/// Where a walk ended.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Walked {
+    /// Complete ticks.
+    pub ticks: u64,
+    /// Records whose checksum fails: their values are suspect.
+    pub damaged_records: u64,
+    /// Where the log was cut, if it was.
+    pub cut: Option<String>,
+}
+
+impl Walked {
+    /// Nothing of the log is missing or suspect.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.damaged_records == 0 && self.cut.is_none()
+    }
+}
+
+impl<'s> Walk<'s> {
+    /// At the start of a log. `stop` ends the walk with an error.
+    ///
+    /// # Errors
+    /// [`ExportError::Log`] if it is none.
+    pub fn open(log: &Path, stop: &'s AtomicBool) -> Result<Self, ExportError> {
+        let reader = LogReader::open(log)?;
+        let header = reader.header().clone();
+        let effects = Effects::of(&header);
+        let walked = Walked::default();
+        Ok(Self { log: log.display().to_string(), reader, header, effects, stop, walked })
+    }
+
+    /// Names of those that answer, in roster order.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        self.header.answering().map(|p| p.name.clone()).collect()
+    }
+
+    /// Time step of the run, s.
+    #[must_use]
+    pub fn dt_s(&self) -> f64 {
+        self.header.config.dt_s
+    }
+
+    /// The next tick; `None` after the last complete one.
+    ///
+    /// # Errors
+    /// [`ExportError`] if the log cannot be read, or the walk is to stop.
+    pub fn tick(&mut self) -> Result<Option<TickRecord>, ExportError> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(ExportError::Interrupted { log: self.log.clone() });
+        }
+        match self.reader.read()? {
+            Read::Tick(entry) => {
+                let record = entry.record;
+                let has_scan = record.ranges_m.is_some();
+                self.effects.close(record.tick, has_scan, record.replies.iter().copied());
+                self.walked.ticks += 1;
+                Ok(Some(record))
+            }
+            Read::End(ending) => {
+                self.walked.damaged_records = self.reader.damaged();
+                if let Ending::Cut { ticks, at_byte, problem } = ending {
+                    let how = format!("cut after {ticks} complete ticks, at byte {at_byte}");
+                    self.walked.cut = Some(format!("{how}: {problem}"));
+                }
+                Ok(None)
+            }
+        }
+    }
+
+    /// The estimates in effect after the tick that came last, in roster order;
+    /// poses that are no numbers are none.
+    pub fn estimates(&self) -> impl Iterator<Item = Option<Estimate>> + '_ {
+        let estimate = |e: &Estimate| e.pose_in_world.is_finite();
+        self.effects.replies().map(move |reply| reply.estimate().copied().filter(estimate))
+    }
+
+    /// Where it ended.
+    #[must_use]
+    pub fn walked(&self) -> &Walked {
+        &self.walked
+    }
+}
+
+/// The true pose of a tick, where it is known and made of numbers.
+#[must_use]
+pub fn truth(record: &TickRecord) -> Option<SE2> {
+    record.pose_in_world().filter(SE2::is_finite)
+}

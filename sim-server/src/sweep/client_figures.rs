@@ -1,0 +1,90 @@
+//! The figures that only a run with clients has: those of the scorer that the
+//! rows made inside lack.
+
+use rusty_contract::score::{Durations, PoseErrors, Score};
+use serde::{Deserialize, Serialize};
+
+/// What [`Score`] says beyond the figures of every row. NaN where nothing was
+/// scored, reported or found that one could be made of.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClientFigures {
+    /// Absolute trajectory error with the first estimate on the first truth:
+    /// rmse of the translation, m.
+    pub ate_origin_rmse_m: f64,
+    /// The same after alignment in SE(2), m.
+    pub ate_se2_rmse_m: f64,
+    /// Relative pose error from tick to tick: rmse of the translation, m.
+    pub rpe_per_tick_rmse_m: f64,
+    /// The same, rotation, rad.
+    pub rpe_per_tick_rmse_rad: f64,
+    /// Relative pose error per metre: rmse of the translation, m.
+    pub rpe_per_metre_rmse_m: f64,
+    /// The same, rotation, rad.
+    pub rpe_per_metre_rmse_rad: f64,
+    /// Ticks with a NEES; 0 where no covariance was reported.
+    pub nees_samples: u64,
+    /// Their mean; 3 is right.
+    pub nees_mean: f64,
+    /// The last one.
+    pub nees_last: f64,
+    /// Innovations that were reported.
+    pub nis_samples: u64,
+    /// Sum of their NIS.
+    pub nis_sum: f64,
+    /// Sum of their degrees of freedom: what the sum should be.
+    pub nis_degrees: f64,
+    /// From the start until the estimate had found the robot, s.
+    pub converged_after_s: f64,
+    /// From the first kidnapping until it had found it again, s.
+    pub recovered_after_s: f64,
+    /// Compute time as the estimator reports it, median, s.
+    pub compute_reported_p50_s: f64,
+    /// The same, 99th percentile, s.
+    pub compute_reported_p99_s: f64,
+    /// From frame to answer as the server sees it, median, s.
+    pub compute_observed_p50_s: f64,
+    /// The same, 99th percentile, s.
+    pub compute_observed_p99_s: f64,
+}
+
+impl ClientFigures {
+    /// Those of a score; of none, all are missing.
+    #[must_use]
+    pub fn of(score: Option<&Score>) -> Self {
+        let nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        let metres = |of: fn(&Score) -> Option<PoseErrors>| {
+            nan(score.and_then(of).map(|e| e.translation_m.rmse))
+        };
+        let radians = |of: fn(&Score) -> Option<PoseErrors>| {
+            nan(score.and_then(of).map(|e| e.rotation_rad.rmse))
+        };
+        let nees = score.and_then(|s| s.nees);
+        let nis = score.and_then(|s| s.nis);
+        let convergence = score.and_then(|s| s.convergence.as_ref());
+        let took = |of: fn(&Score) -> Option<Durations>, p: fn(Durations) -> f64| {
+            nan(score.and_then(of).map(p))
+        };
+        let reported = |s: &Score| s.compute.map(|c| c.reported);
+        let observed = |s: &Score| s.compute.map(|c| c.observed);
+        Self {
+            ate_origin_rmse_m: metres(|s| s.ate.origin),
+            ate_se2_rmse_m: metres(|s| s.ate.se2),
+            rpe_per_tick_rmse_m: metres(|s| s.rpe.per_tick),
+            rpe_per_tick_rmse_rad: radians(|s| s.rpe.per_tick),
+            rpe_per_metre_rmse_m: metres(|s| s.rpe.per_metre),
+            rpe_per_metre_rmse_rad: radians(|s| s.rpe.per_metre),
+            nees_samples: nees.map_or(0, |n| n.samples),
+            nees_mean: nan(nees.map(|n| n.mean)),
+            nees_last: nan(nees.map(|n| n.last)),
+            nis_samples: nis.map_or(0, |n| n.samples),
+            nis_sum: nan(nis.map(|n| n.sum)),
+            nis_degrees: nan(nis.map(|n| n.degrees)),
+            converged_after_s: nan(convergence.and_then(|c| c.after_s)),
+            recovered_after_s: nan(convergence.and_then(|c| c.recoveries.first()?.after_s)),
+            compute_reported_p50_s: took(reported, |d| d.p50_s),
+            compute_reported_p99_s: took(reported, |d| d.p99_s),
+            compute_observed_p50_s: took(observed, |d| d.p50_s),
+            compute_observed_p99_s: took(observed, |d| d.p99_s),
+        }
+    }
+}

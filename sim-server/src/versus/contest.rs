@@ -1,0 +1,257 @@
+//! Pairs of runs, and what they say, metric by metric.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Serialize;
+
+use super::contents::Run;
+use super::error::VersusError;
+use super::metric::Metric;
+use super::side::{Side, shared_settings};
+use crate::statistics::Pairs;
+
+/// What comparing A with B came to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Versus {
+    /// Name of A in its table.
+    pub a: Who,
+    /// Name of B in its table.
+    pub b: Who,
+    /// Probability of the intervals.
+    pub level: f64,
+    /// Each setting that both have, by itself.
+    pub settings: Vec<Contest>,
+    /// What else should be known.
+    pub remarks: Vec<String>,
+}
+
+/// An estimator and where it stands.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Who {
+    /// Name in the roster.
+    pub name: String,
+    /// The table.
+    pub table: String,
+}
+
+/// The runs of one setting.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Contest {
+    /// What is set, in words; empty where nothing was swept.
+    pub setting: String,
+    /// Seeds that both have.
+    pub seeds: usize,
+    /// Seeds that B lacks, and that A lacks.
+    pub alone: [Vec<u64>; 2],
+    /// Seeds left out because one of the two runs ended earlier.
+    pub cut_short: Vec<u64>,
+    /// Metric by metric.
+    pub outcomes: Vec<Outcome>,
+}
+
+/// What the pairs say in one metric.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Which; less is better.
+    pub metric: Metric,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Seeds with a figure of both.
+    pub pairs: usize,
+    /// Seeds without a figure of A; of B.
+    pub missing: [Vec<u64>; 2],
+    /// Mean of A, and of B, over the pairs.
+    pub means: [f64; 2],
+    /// B − A, mean over the pairs.
+    pub difference: f64,
+    /// Interval of the mean difference (Student's t); null with one pair.
+    pub interval: [f64; 2],
+    /// The difference in per cent of A's mean.
+    pub effect_percent: f64,
+    /// Seeds in which A has less, and in which B has.
+    pub wins: [u64; 2],
+    /// Seeds in which they are equal to the bit.
+    pub ties: u64,
+    /// Probability of wins as uneven if neither is better (sign test, exact).
+    pub sign_p: f64,
+    /// How many times as many runs it would have taken without the pairing.
+    pub variance_reduction: f64,
+    /// Correlation of A and B over the seeds.
+    pub correlation: f64,
+    /// Who is better, if the interval does not hold 0.
+    pub better: Option<Better>,
+    /// All of it in a sentence.
+    pub verdict: String,
+}
+
+/// Who is better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Better {
+    /// A.
+    A,
+    /// B.
+    B,
+}
+
+/// Compares A with B on the seeds that both have. Metrics of which neither has
+/// a single figure are left out unless they are `asked` for.
+///
+/// # Errors
+/// [`VersusError`] if they share no run, did not drive the same ones, or no
+/// metric has two pairs.
+pub fn versus(
+    [a, b]: [Side<'_>; 2],
+    metrics: &[Metric],
+    asked: bool,
+    level: f64,
+) -> Result<Versus, VersusError> {
+    let mut contests = Vec::new();
+    for [of_a, of_b] in shared_settings(a.contents, b.contents)? {
+        let met = Met::of(&a, &b, [of_a, of_b])?;
+        contests.push(met.contest(metrics, asked, level, [a.name(), b.name()]));
+    }
+    let who = |s: &Side<'_>| Who { name: s.name().to_owned(), table: s.contents.path.clone() };
+    if contests.iter().all(|c| c.seeds == 0) {
+        let (a, b) = (a.contents.path.clone(), b.contents.path.clone());
+        return Err(VersusError::NoPair { a, b });
+    }
+    if contests.iter().flat_map(|c| &c.outcomes).all(|o| o.pairs < 2) {
+        let words: Vec<String> = metrics.iter().map(|m| m.word()).collect();
+        return Err(VersusError::OnePair { metrics: words.join(", ") });
+    }
+    let remarks = remarks(&a, &b, &contests, level);
+    Ok(Versus { a: who(&a), b: who(&b), level, settings: contests, remarks })
+}
+
+fn remarks(a: &Side<'_>, b: &Side<'_>, contests: &[Contest], level: f64) -> Vec<String> {
+    let mut remarks = Vec::new();
+    for side in [a, b] {
+        if side.contents.configs.is_none() && a.contents.path != b.contents.path {
+            remarks.push(format!(
+                "{} has no settings beside it ({}.json): only ticks and distances were compared",
+                side.contents.path, side.contents.path
+            ));
+        }
+        let others = side.contents.settings.len() - contests.len();
+        if others > 0 {
+            remarks
+                .push(format!("{} has {others} settings that are not in both", side.contents.path));
+        }
+    }
+    let most = contests.iter().map(|c| c.outcomes.len()).max().unwrap_or(0);
+    if most * contests.len() > 1 {
+        let by_chance = 1.0 / (1.0 - level);
+        remarks.push(format!(
+            "metrics of the same runs, and settings on the same seeds, are no independent tests; \
+             where there is no difference, about one verdict in {by_chance:.0} says there is one"
+        ));
+    }
+    remarks
+}
+
+/// The runs of a setting, by seed.
+struct Met<'c> {
+    setting: String,
+    pairs: Vec<(u64, [&'c Run; 2])>,
+    alone: [Vec<u64>; 2],
+    cut_short: Vec<u64>,
+}
+
+impl<'c> Met<'c> {
+    fn of(a: &Side<'c>, b: &Side<'c>, settings: [usize; 2]) -> Result<Self, VersusError> {
+        let runs = |side: &Side<'c>, setting: usize| -> BTreeMap<u64, &'c Run> {
+            let own = side.contents.runs.iter();
+            let own = own.filter(|r| r.estimator == side.estimator && r.setting == setting);
+            own.map(|r| (r.seed, r)).collect()
+        };
+        let (of_a, of_b) = (runs(a, settings[0]), runs(b, settings[1]));
+        let without = |own: &BTreeMap<u64, &Run>, other: &BTreeMap<u64, &Run>| {
+            own.keys().filter(|seed| !other.contains_key(seed)).copied().collect()
+        };
+        let mut met = Self {
+            setting: a.contents.settings[settings[0]].clone(),
+            pairs: Vec::new(),
+            alone: [without(&of_a, &of_b), without(&of_b, &of_a)],
+            cut_short: Vec::new(),
+        };
+        for (seed, a) in of_a {
+            let Some(b) = of_b.get(&seed) else { continue };
+            let known = a.distance_m.is_finite() && b.distance_m.is_finite();
+            if a.ticks != b.ticks {
+                met.cut_short.push(seed);
+            } else if known && a.distance_m.to_bits() != b.distance_m.to_bits() {
+                let setting = match &*met.setting {
+                    "" => String::new(),
+                    words => format!(", {words}"),
+                };
+                let (a_m, b_m, ticks) = (a.distance_m, b.distance_m, a.ticks);
+                return Err(VersusError::Ways { seed, setting, a_m, b_m, ticks });
+            } else {
+                met.pairs.push((seed, [a, b]));
+            }
+        }
+        Ok(met)
+    }
+
+    fn contest(&self, metrics: &[Metric], asked: bool, level: f64, names: [&str; 2]) -> Contest {
+        let has = |metric: &Metric| {
+            asked
+                || self
+                    .pairs
+                    .iter()
+                    .any(|(_, runs)| runs.iter().any(|r| figure(r, *metric).is_some()))
+        };
+        let mut seen = BTreeSet::new();
+        let wanted = metrics.iter().filter(|m| has(m) && seen.insert(**m));
+        Contest {
+            setting: self.setting.clone(),
+            seeds: self.pairs.len(),
+            alone: self.alone.clone(),
+            cut_short: self.cut_short.clone(),
+            outcomes: wanted.map(|m| self.outcome(*m, level, names)).collect(),
+        }
+    }
+
+    fn outcome(&self, metric: Metric, level: f64, names: [&str; 2]) -> Outcome {
+        let of = |side: usize, runs: &[&Run; 2]| figure(runs[side], metric);
+        let lack = |side: usize| {
+            let lacking = self.pairs.iter().filter(|(_, runs)| of(side, runs).is_none());
+            lacking.map(|(seed, _)| *seed).collect()
+        };
+        let both = self.pairs.iter().filter_map(|(_, runs)| Some((of(0, runs)?, of(1, runs)?)));
+        let (a, b): (Vec<f64>, Vec<f64>) = both.unzip();
+        let pairs = Pairs::of(&a, &b, level);
+        let interval = [pairs.difference - pairs.half_width, pairs.difference + pairs.half_width];
+        let better = match interval {
+            [_, high] if high < 0.0 => Some(Better::B),
+            [low, _] if low > 0.0 => Some(Better::A),
+            _ => None,
+        };
+        let mut outcome = Outcome {
+            metric,
+            unit: metric.unit(),
+            pairs: pairs.n,
+            missing: [lack(0), lack(1)],
+            means: pairs.means,
+            difference: pairs.difference,
+            interval,
+            effect_percent: 100.0 * pairs.difference / pairs.means[0],
+            // A has less where B − A is above zero.
+            wins: [pairs.signs.above, pairs.signs.below],
+            ties: pairs.signs.ties,
+            sign_p: pairs.signs.p_value(),
+            variance_reduction: pairs.variance_reduction,
+            correlation: pairs.correlation,
+            better,
+            verdict: String::new(),
+        };
+        outcome.verdict = outcome.sentence(names, level);
+        outcome
+    }
+}
+
+fn figure(run: &Run, metric: Metric) -> Option<f64> {
+    let at = Metric::ALL.iter().position(|m| *m == metric)?;
+    run.figures.get(at).copied().filter(|value| value.is_finite())
+}

@@ -1,0 +1,145 @@
+//! What of two estimators is compared. Less is better in all of it.
+
+use clap::ValueEnum;
+use rusty_geometry::trig;
+use serde::Serialize;
+
+use crate::sweep::summary::{degrees, metres};
+
+/// A figure of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Metric {
+    /// Absolute trajectory error: rmse of the position
+    Ate,
+    /// Position error at the last tick
+    Final,
+    /// Rmse of the heading error
+    Heading,
+    /// 95th percentile of the position error
+    P95,
+    /// Absolute trajectory error after alignment in SE(2)
+    AteSe2,
+    /// Relative pose error from tick to tick: rmse of the translation
+    RpeTick,
+    /// Relative pose error per metre driven: rmse of the translation
+    RpeMetre,
+    /// How far the mean NEES is from 3, either way: |ln(mean / 3)|
+    Nees,
+    /// Time until the estimate had found the robot
+    Converged,
+    /// Time from the first kidnapping until it had found the robot again
+    Recovered,
+    /// Compute time, 99th percentile, as reported
+    Compute,
+}
+
+/// Degrees of freedom of a pose.
+const POSE: f64 = 3.0;
+
+impl Metric {
+    /// All of them.
+    pub const ALL: [Self; 11] = [
+        Self::Ate,
+        Self::Final,
+        Self::Heading,
+        Self::P95,
+        Self::AteSe2,
+        Self::RpeTick,
+        Self::RpeMetre,
+        Self::Nees,
+        Self::Converged,
+        Self::Recovered,
+        Self::Compute,
+    ];
+
+    /// Those that are compared unless others are asked for.
+    pub const USUAL: [Self; 6] =
+        [Self::Ate, Self::Final, Self::Heading, Self::P95, Self::RpeMetre, Self::Nees];
+
+    /// The column of a sweep's table that it is taken from.
+    #[must_use]
+    pub fn column(self) -> &'static str {
+        match self {
+            Self::Ate => "rmse_position_error_m",
+            Self::Final => "final_position_error_m",
+            Self::Heading => "rmse_heading_error_rad",
+            Self::P95 => "p95_position_error_m",
+            Self::AteSe2 => "ate_se2_rmse_m",
+            Self::RpeTick => "rpe_per_tick_rmse_m",
+            Self::RpeMetre => "rpe_per_metre_rmse_m",
+            Self::Nees => "nees_mean",
+            Self::Converged => "converged_after_s",
+            Self::Recovered => "recovered_after_s",
+            Self::Compute => "compute_reported_p99_s",
+        }
+    }
+
+    /// The figure, from what stands in that column.
+    #[must_use]
+    pub fn of(self, value: f64) -> f64 {
+        match self {
+            // Twice too large is as far off as twice too small.
+            Self::Nees => trig::ln(value / POSE).abs(),
+            _ => value,
+        }
+    }
+
+    /// What it is called in a sentence.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Ate => "ATE rmse",
+            Self::Final => "final position error",
+            Self::Heading => "heading rmse",
+            Self::P95 => "95th percentile of the position error",
+            Self::AteSe2 => "ATE rmse, SE(2)-aligned",
+            Self::RpeTick => "RPE rmse per tick",
+            Self::RpeMetre => "RPE rmse per metre",
+            Self::Nees => "|ln(mean NEES / 3)|",
+            Self::Converged => "convergence time",
+            Self::Recovered => "recovery time",
+            Self::Compute => "compute time p99",
+        }
+    }
+
+    /// The unit of the figure; that of its words is [`shown`](Self::shown).
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Heading => "rad",
+            Self::Nees => "",
+            Self::Converged | Self::Recovered | Self::Compute => "s",
+            _ => "m",
+        }
+    }
+
+    /// A figure in words, without its unit: angles in degrees, compute times in
+    /// milliseconds.
+    #[must_use]
+    pub fn shown(self, value: f64) -> String {
+        match self {
+            Self::Heading => degrees(value.to_degrees()),
+            Self::Compute => metres(1e3 * value),
+            _ => metres(value),
+        }
+    }
+
+    /// The unit of [`shown`](Self::shown), with a space before it.
+    #[must_use]
+    pub fn shown_unit(self) -> &'static str {
+        match self {
+            Self::Heading => " °",
+            Self::Nees => "",
+            Self::Converged | Self::Recovered => " s",
+            Self::Compute => " ms",
+            _ => " m",
+        }
+    }
+
+    /// The word of the command line.
+    #[must_use]
+    pub fn word(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned())
+    }
+}

@@ -1,0 +1,151 @@
+//! What a comparison says, in words.
+
+use std::fmt;
+
+use super::contest::{Better, Contest, Outcome, Versus};
+use crate::sweep::paired::listed;
+
+impl Outcome {
+    /// All of it in a sentence, for `names` A and B.
+    #[must_use]
+    pub fn sentence(&self, names: [&str; 2], level: f64) -> String {
+        let (what, unit) = (self.metric.words(), self.metric.shown_unit());
+        let number = |value: f64| self.metric.shown(value);
+        if self.pairs < 2 {
+            let pairs = self.pairs;
+            return format!("{what}: nothing can be said of {pairs} pairs with a figure of both");
+        }
+        if self.wins == [0, 0] {
+            return format!("{what}: equal to the bit in all {} seeds", self.pairs);
+        }
+        let decided = self.pairs as u64 - self.ties;
+        let ties = if self.ties > 0 { format!(" ({} ties)", self.ties) } else { String::new() };
+        let [low, high] = self.interval.map(number);
+        let interval = format!("{:.4} % in [{low}, {high}]{unit}", 100.0 * level);
+        let interval = interval.replacen(".0000 %", " %", 1);
+        let p = probability(self.sign_p);
+        let wins = |side: Better| {
+            let (name, wins) = match side {
+                Better::A => (names[0], self.wins[0]),
+                Better::B => (names[1], self.wins[1]),
+            };
+            format!("{name} wins {wins} of {decided} seeds{ties}, p = {p}")
+        };
+        let many = if self.wins[1] >= self.wins[0] { Better::B } else { Better::A };
+        let unlikely = self.sign_p < 1.0 - level;
+        let Some(better) = self.better else {
+            let but = if unlikely {
+                "; better in most seeds, but not on average: a few seeds weigh against it"
+            } else {
+                ""
+            };
+            return format!(
+                "{what}: no difference shown: {} with {}{unit}, {interval}; {}{but}",
+                names[1],
+                signed(self.difference, &number),
+                wins(many)
+            );
+        };
+        let (winner, loser, word) = match better {
+            Better::A => (names[0], names[1], "more"),
+            Better::B => (names[1], names[0], "less"),
+        };
+        let subject =
+            if better == Better::A { format!("{loser} has") } else { "it has".to_owned() };
+        let but = if unlikely && many == better {
+            ""
+        } else {
+            "; the mean owes it to a few seeds, the signs do not show it"
+        };
+        format!(
+            "{what}: {winner} is better: {subject} {}{unit} {word} ({}), {interval}; {}{but}",
+            number(self.difference.abs()),
+            percent(self.effect_percent),
+            wins(better)
+        )
+    }
+}
+
+fn signed(value: f64, number: &dyn Fn(f64) -> String) -> String {
+    let sign = if value < 0.0 { "−" } else { "+" };
+    format!("{sign}{}", number(value.abs()))
+}
+
+fn percent(value: f64) -> String {
+    if value.abs() < 100.0 { format!("{value:+.1} %") } else { format!("{value:+.0} %") }
+}
+
+/// A probability in few digits.
+fn probability(p: f64) -> String {
+    if p >= 0.001 { format!("{p:.3}") } else { format!("{p:.0e}") }
+}
+
+impl fmt::Display for Versus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (a, b) = (&self.a, &self.b);
+        write!(f, "A  {} ({})\nB  {} ({})", a.name, a.table, b.name, b.table)?;
+        for contest in &self.settings {
+            let setting = if contest.setting.is_empty() { "" } else { " · " };
+            write!(f, "\n\n{} seeds of both{setting}{}", contest.seeds, contest.setting)?;
+            contest.table(f)?;
+            for outcome in &contest.outcomes {
+                write!(f, "\n{}", outcome.verdict)?;
+            }
+            contest.lacks(f, [&a.name, &b.name])?;
+        }
+        if !self.remarks.is_empty() {
+            writeln!(f)?;
+        }
+        self.remarks.iter().try_for_each(|remark| write!(f, "\n{remark}"))
+    }
+}
+
+impl Contest {
+    fn table(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self.outcomes.iter().map(|o| o.metric.words().chars().count()).max();
+        let width = width.unwrap_or(0).max(6);
+        write!(
+            f,
+            "\n{:width$}  {:>10}  {:>10}  {:>10}  {:>10}  {:>5}  {:>10}",
+            "metric", "mean A", "mean B", "B − A", "wins A:B", "pairs", "runs saved"
+        )?;
+        for o in &self.outcomes {
+            let number = |value: f64| format!("{}{}", o.metric.shown(value), o.metric.shown_unit());
+            let [a, b] = o.means.map(number);
+            let saved = match o.variance_reduction {
+                factor if factor.is_finite() => format!("{factor:.1}×"),
+                _ => "–".to_owned(),
+            };
+            write!(
+                f,
+                "\n{:width$}  {a:>10}  {b:>10}  {:>10}  {:>10}  {:>5}  {saved:>10}",
+                o.metric.words(),
+                number(o.difference),
+                format!("{}:{}", o.wins[0], o.wins[1]),
+                o.pairs
+            )?;
+        }
+        Ok(())
+    }
+
+    /// What is not in the pairs.
+    fn lacks(&self, f: &mut fmt::Formatter<'_>, names: [&str; 2]) -> fmt::Result {
+        for (seeds, other) in self.alone.iter().zip(["B", "A"]) {
+            if !seeds.is_empty() {
+                write!(f, "\n{other} lacks {}", listed(seeds))?;
+            }
+        }
+        if !self.cut_short.is_empty() {
+            write!(f, "\nleft out, one of the two ended earlier: {}", listed(&self.cut_short))?;
+        }
+        for outcome in &self.outcomes {
+            for (seeds, name) in outcome.missing.iter().zip(names) {
+                if !seeds.is_empty() {
+                    let (what, count) = (outcome.metric.words(), seeds.len());
+                    write!(f, "\n{name} has no {what} in {count} runs: {}", listed(seeds))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
