@@ -64,7 +64,9 @@ pub(super) fn scored(trace: &RunTrace, estimator: usize) -> impl Iterator<Item =
 #[must_use]
 pub fn distance_driven_m(trace: &RunTrace) -> f64 {
     let mut path = PathLength::default();
-    (0..trace.ticks()).filter_map(|tick| trace.true_pose(tick)).for_each(|pose| path.push(&pose));
+    for tick in 0..trace.ticks() {
+        trace.true_pose(tick).iter().for_each(|pose| path.push(tick as u64, pose));
+    }
     path.metres()
 }
 
@@ -167,7 +169,8 @@ impl Meter {
             times: Times::expecting(ticks),
         };
         let estimators = names.iter().map(sums).collect();
-        Self { ticks: 0, ticks_with_truth: 0, driven: PathLength::default(), estimators }
+        let driven = PathLength::carried_at(planned.kidnapped_at.clone());
+        Self { ticks: 0, ticks_with_truth: 0, driven, estimators }
     }
 
     /// Adds a tick. `given` comes in the order of the names; what is missing at
@@ -178,7 +181,7 @@ impl Meter {
         let truth = moment.truth.filter(SE2::is_finite);
         if let Some(pose) = truth {
             self.ticks_with_truth += 1;
-            self.driven.push(&pose);
+            self.driven.push(moment.tick, &pose);
         }
         let given = given.chain(std::iter::repeat_with(Given::default));
         for (sums, given) in self.estimators.iter_mut().zip(given) {

@@ -210,13 +210,14 @@ fn tracks(log: &Path, mut sampling: Sampling, place: &dyn Fn(&str) -> Place) -> 
     let header = reader.header().clone();
     let mut effects = Effects::of(&header);
     let mut samples: Vec<Vec<Sample>> = header.answering().map(|_| Vec::new()).collect();
-    let (mut path, mut next) = (PathLength::default(), sampling.next_tick());
+    let carried_at = header.kidnappings().map(|k| k.tick).collect();
+    let (mut path, mut next) = (PathLength::carried_at(carried_at), sampling.next_tick());
     while let Ok(Read::Tick(entry)) = reader.read() {
         let record = entry.record;
         let has_scan = record.ranges_m.is_some();
         effects.close(record.tick, has_scan, record.replies.iter().copied());
         let truth = record.pose_in_world().filter(|p| p.is_finite());
-        truth.iter().for_each(|pose| path.push(pose));
+        truth.iter().for_each(|pose| path.push(record.tick, pose));
         if record.tick != next {
             continue;
         }

@@ -138,12 +138,13 @@ struct Reckoned {
 
 impl Reckoned {
     fn new(sim: &Sim, mut sampling: Sampling) -> Self {
+        let carried_at = sim.config().kidnappings.iter().map(|k| k.tick).collect();
         Self {
             drive: sim.config().robot.nominal().drive,
             pose_in_world: sim.config().start,
             last: EncoderTicks::default(),
             digest: RunDigest::default(),
-            path: PathLength::default(),
+            path: PathLength::carried_at(carried_at),
             blocked: 0,
             samples: Vec::with_capacity(sampling.count()),
             next_sample: sampling.next_tick(),
@@ -165,7 +166,7 @@ impl Reckoned {
         self.digest.absorb_replies(std::iter::once(Reply::from(self.pose_in_world)));
         // As the scorer has it: poses made of numbers count.
         if truth.is_finite() {
-            self.path.push(&truth);
+            self.path.push(tick, &truth);
             if self.pose_in_world.is_finite() {
                 errors.push(&self.pose_in_world, &truth);
             }

@@ -22,16 +22,30 @@ pub fn heading_error_rad(estimate: &SE2, truth: &SE2) -> f64 {
     wrap_angle(estimate.theta() - truth.theta())
 }
 
-/// Length of a path: the sum of the straight steps from each pose to the next.
+/// Length of a path: the sum of the straight steps from each pose to the next,
+/// those left out in which the robot was carried.
 #[derive(Clone, Debug, Default)]
 pub struct PathLength {
     last: Option<SE2>,
     sum_m: f64,
+    carried_at: Vec<u64>,
+    next_carried: usize,
 }
 
 impl PathLength {
-    /// The path goes on to this pose.
-    pub fn push(&mut self, pose: &SE2) {
+    /// No pose yet, of a robot that is carried elsewhere at the start of these
+    /// ticks, in order.
+    #[must_use]
+    pub fn carried_at(ticks: Vec<u64>) -> Self {
+        Self { carried_at: ticks, ..Self::default() }
+    }
+
+    /// The path goes on to this pose, at the end of `tick`.
+    pub fn push(&mut self, tick: u64, pose: &SE2) {
+        while self.carried_at.get(self.next_carried).is_some_and(|at| *at <= tick) {
+            self.next_carried += 1;
+            self.last = None;
+        }
         if let Some(last) = &self.last {
             self.sum_m += position_error_m(last, pose);
         }
@@ -168,10 +182,20 @@ mod tests {
     #[test]
     fn a_path_begins_with_its_first_pose() {
         let mut path = PathLength::default();
-        path.push(&SE2::new(7.0, 7.0, 0.0));
+        path.push(0, &SE2::new(7.0, 7.0, 0.0));
         assert_eq!(path.metres(), 0.0);
-        path.push(&SE2::new(10.0, 11.0, 0.0));
-        path.push(&SE2::new(10.0, 11.0, 1.0));
+        path.push(1, &SE2::new(10.0, 11.0, 0.0));
+        path.push(2, &SE2::new(10.0, 11.0, 1.0));
         assert_eq!(path.metres(), 5.0);
+    }
+
+    #[test]
+    fn who_is_carried_does_not_drive() {
+        // Ticks 3 and 4 are of one gap between known poses.
+        let mut path = PathLength::carried_at(vec![3, 4, 7]);
+        for (tick, x_m) in [(0, 0.0), (2, 1.0), (5, 50.0), (6, 52.0), (7, 0.0), (8, 3.0)] {
+            path.push(tick, &SE2::new(x_m, 0.0, 0.0));
+        }
+        assert_eq!(path.metres(), 6.0);
     }
 }
