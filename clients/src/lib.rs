@@ -28,6 +28,7 @@ mod error;
 mod estimator;
 mod log_session;
 pub mod logger;
+pub mod report;
 pub mod scorer;
 pub mod scoring;
 mod session;

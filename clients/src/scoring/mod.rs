@@ -5,18 +5,24 @@
 //!
 //! * [`trace`]: a run as it is drawn, filled tick by tick;
 //! * [`keeper`]: the same of a run of any length, in memory of a fixed size;
+//! * [`stops`]: fewer ticks, with covariances and scans;
 //! * [`metrics`]: one [`Score`](rusty_contract::score::Score) per estimator;
-//! * [`picture`]: the run on one page, as SVG; its parts are `map`, `errors` and
-//!   `panel`, its tools those of [`rusty_plot`], which also makes pixels of it.
+//! * [`bands`]: what a covariance promises;
+//! * [`picture`]: the run on one page, as SVG; its parts are `map`, `chart` and
+//!   `panel` on a common `timeline`, its tools those of [`rusty_plot`], which also
+//!   makes pixels of it.
 //!
 //! Nothing here reads a clock or a file: the same trace gives the same bytes.
 
-mod errors;
+pub mod bands;
+pub(crate) mod chart;
 pub mod keeper;
-mod map;
+pub(crate) mod map;
 pub mod metrics;
 mod panel;
 pub mod picture;
+pub mod stops;
+pub(crate) mod timeline;
 pub mod trace;
 
 pub use keeper::TraceKeeper;

@@ -5,6 +5,7 @@ use rusty_contract::log::LogHeader;
 use rusty_geometry::{SE2, WorldSpec};
 
 use super::metrics::distance_driven_m;
+use super::stops::Stop;
 
 /// A run, as far as it has been seen. All poses are in the world frame.
 ///
@@ -34,6 +35,9 @@ pub struct RunTrace {
     pub last_scan: Option<(usize, Vec<f64>)>,
     /// Where the ticks here are some of a longer run: what the whole of it was.
     pub thinned_from: Option<Whole>,
+    /// Some of the ticks, with covariances and scans ([`super::stops`]); none
+    /// unless a [`TraceKeeper`](super::TraceKeeper) put them here.
+    pub stops: Vec<Stop>,
 }
 
 /// A run in figures.
@@ -64,8 +68,22 @@ impl RunTrace {
             estimates: vec![Vec::new(); names.len()],
             last_scan: None,
             thinned_from: None,
+            stops: Vec::new(),
             names,
         }
+    }
+
+    /// Whether an estimator (index of its name) reported a covariance.
+    #[must_use]
+    pub fn reports_covariance(&self, estimator: usize) -> bool {
+        let mut estimates = self.stops.iter().filter_map(|stop| stop.estimate(estimator));
+        estimates.any(|e| e.covariance.is_some())
+    }
+
+    /// Whether any of them did.
+    #[must_use]
+    pub fn has_covariances(&self) -> bool {
+        (0..self.names.len()).any(|i| self.reports_covariance(i))
     }
 
     /// Adds a tick. `scan` holds ranges in m; `estimates` come in the order of
@@ -153,6 +171,31 @@ pub(crate) mod tests {
             estimates: vec![Vec::new(); names.len()],
             last_scan: None,
             thinned_from: None,
+            stops: Vec::new(),
+        }
+    }
+
+    /// The header of a run of the first scenario.
+    pub(crate) fn header() -> LogHeader {
+        let scenario = rusty_contract::Scenario::default();
+        let config = rusty_contract::RunConfig {
+            scenario: scenario.name.clone(),
+            seed: scenario.seed,
+            ticks: scenario.ticks,
+            dt_s: scenario.dt_s,
+            scan_every: scenario.scan_every,
+            start: scenario.start,
+            robot: scenario.robot,
+            lidar: scenario.lidar,
+            script: scenario.script,
+            world: rusty_geometry::apartment().spec().clone(),
+        };
+        LogHeader {
+            writer: "test".to_owned(),
+            source: rusty_contract::log::Source::Simulated,
+            config,
+            roster: scenario.participants,
+            on_loss: scenario.on_loss,
         }
     }
 
@@ -183,27 +226,7 @@ pub(crate) mod tests {
 
     #[test]
     fn a_header_gives_the_names_of_those_who_answer() {
-        let scenario = rusty_contract::Scenario::default();
-        let config = rusty_contract::RunConfig {
-            scenario: scenario.name.clone(),
-            seed: scenario.seed,
-            ticks: scenario.ticks,
-            dt_s: scenario.dt_s,
-            scan_every: scenario.scan_every,
-            start: scenario.start,
-            robot: scenario.robot,
-            lidar: scenario.lidar,
-            script: scenario.script,
-            world: rusty_geometry::apartment().spec().clone(),
-        };
-        let header = LogHeader {
-            writer: "test".to_owned(),
-            source: rusty_contract::log::Source::Simulated,
-            config,
-            roster: scenario.participants,
-            on_loss: scenario.on_loss,
-        };
-        let trace = RunTrace::new(&header);
+        let trace = RunTrace::new(&header());
         assert_eq!(trace.names, ["dead-reckoning"]);
         assert_eq!(trace.estimates.len(), 1);
         assert_eq!((trace.scenario.as_str(), trace.seed), ("apartment", Some(42)));
