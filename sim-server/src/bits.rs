@@ -14,6 +14,10 @@ pub fn reply_values(reply: &Reply) -> Vec<(String, f64)> {
         for (i, value) in e.covariance.iter().flatten().enumerate() {
             values.push((format!("covariance[{}][{}]", i / 3, i % 3), *value));
         }
+        if let Some(innovation) = e.innovation {
+            values.push(("innovation nis".to_owned(), innovation.nis));
+            values.push(("innovation degrees".to_owned(), f64::from(innovation.degrees)));
+        }
     }
     if let Some(c) = reply.command() {
         values.push(("v_m_s".to_owned(), c.v_m_s));

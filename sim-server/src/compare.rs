@@ -116,7 +116,7 @@ pub fn reply(a: &Reply, b: &Reply) -> Option<ReplyMismatch> {
         Some((x, y)) if same_kind => {
             let owner = match x.0.as_str() {
                 "v_m_s" | "omega_rad_s" => "command ",
-                name if name.starts_with("covariance") => "",
+                name if name.starts_with("covariance") || name.starts_with("innovation") => "",
                 _ => "estimate ",
             };
             let field = format!("{owner}{}", x.0);

@@ -253,6 +253,7 @@ impl Loaded {
             lidar: s.lidar,
             script,
             world,
+            kidnappings: s.kidnappings.clone(),
         };
         config.check()?;
         Ok(config)

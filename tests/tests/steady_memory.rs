@@ -8,7 +8,7 @@ use std::fs;
 use common::*;
 use rusty_clients::logger::Logger;
 use rusty_clients::scorer::Scorer;
-use rusty_clients::witness::Step;
+use rusty_clients::witness::{Delay, Step};
 use rusty_clients::{ClientArgs, Witness};
 use rusty_contract::log::{LogHeader, LogReader};
 use rusty_contract::{Brief, Frame, Participant, Reply, Role, RunDigest, Start};
@@ -48,7 +48,10 @@ fn shown<W: Witness>(witness: &mut W, beams: usize, ticks: std::ops::Range<u64>)
             }
             let at = |off_m: f64| SE2::new(tick as f64 * 1e-3, off_m, 0.1);
             let replies = [Reply::from(at(tick as f64 * 1e-6))];
-            let step = Step { frame: &frame, truth: Some(at(0.0)), replies: &replies, digest };
+            let delay =
+                Some(Delay { reported_ns: 1000 + tick % 777, observed_ns: 3000 + tick % 999 });
+            let (truth, delays) = (Some(at(0.0)), &[delay]);
+            let step = Step { frame: &frame, truth, replies: &replies, delays, digest };
             witness.step(&step).unwrap();
         }
     });

@@ -17,7 +17,7 @@ use crate::{client, ours, raw, server, tour};
 /// The tick of sim-server beside the same tick over ZeroMQ, Zenoh and Unix sockets
 ///
 /// A server makes a frame (8760 bytes), sends it to its clients, waits for an
-/// answer (168 bytes) from each, and makes the next. Server and clients are
+/// answer (184 bytes) from each, and makes the next. Server and clients are
 /// processes of their own and do the same work whoever carries the bytes; only
 /// frames and answers travel otherwise. The run digest of all must be equal.
 #[derive(Parser)]

@@ -233,6 +233,7 @@ fn header(ticks: u64) -> LogHeader {
             lidar: scenario.lidar,
             script: scenario.script,
             world: rusty_geometry::apartment().spec().clone(),
+            kidnappings: Vec::new(),
         },
         roster: scenario.participants,
         on_loss: scenario.on_loss,

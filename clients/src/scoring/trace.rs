@@ -189,6 +189,7 @@ pub(crate) mod tests {
             lidar: scenario.lidar,
             script: scenario.script,
             world: rusty_geometry::apartment().spec().clone(),
+            kidnappings: Vec::new(),
         };
         LogHeader {
             writer: "test".to_owned(),

@@ -9,12 +9,15 @@
 //! |     32 |    8 | `compute_ns`  | u64      | time between frame and answer, as reported         |
 //! |     40 |    4 | `participant` | u32      | place in the roster                                |
 //! |     44 |    4 | `kind`        | u32      | 0 abstain, 1 taken, 2 estimate, 3 command, 4 both, 5 goodbye, 6 failed, 7 ready |
-//! |     48 |    4 | `flags`       | u32      | bit 0: a covariance is present                     |
+//! |     48 |    4 | `flags`       | u32      | bit 0: a covariance is present; bit 1: an innovation is |
 //! |     52 |    4 | `ticket`      | u32      | the ticket of the sender's `Start`                 |
 //! |     56 |   24 | `pose`        | `[f64; 3]` | estimate: x m, y m, theta rad in the world frame   |
 //! |     80 |   72 | `covariance`  | `[f64; 9]` | row-major, of the error τ (m, m, rad) with truth = estimate ⊞ τ |
 //! |    152 |    8 | `v_m_s`       | f64      | command for the next tick, body frame              |
 //! |    160 |    8 | `omega_rad_s` | f64      | command for the next tick, body frame              |
+//! |    168 |    8 | `nis`         | f64      | normalised innovation squared of this tick         |
+//! |    176 |    4 | `nis_degrees` | u32      | its degrees of freedom                             |
+//! |    180 |    4 | `reserved`    | u32      | zero                                               |
 //!
 //! An `Answer` is what travels; a [`Reply`] is what it means. Whatever arrives
 //! from another process becomes a `Reply` only through [`Answer::message`],
@@ -22,10 +25,14 @@
 
 use bytemuck::{Pod, Zeroable};
 use rusty_geometry::{SE2, Twist};
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use crate::layout::{Field, field_table};
+use crate::reply::{AnswerError, Estimate, Innovation, Reply};
+
+/// Bit of `flags`: a covariance is present.
+const COVARIANCE_GIVEN: u32 = 1;
+/// Bit of `flags`: an innovation is present.
+const INNOVATION_GIVEN: u32 = 2;
 
 /// What travels. See the module for the layout.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -52,11 +59,14 @@ pub struct Answer {
     covariance: [f64; 9],
     v_m_s: f64,
     omega_rad_s: f64,
+    nis: f64,
+    nis_degrees: u32,
+    reserved: u32,
 }
 
 field_table! {
     /// The layout of [`Answer`], field by field.
-    pub const ANSWER_FIELDS for Answer, size 168 {
+    pub const ANSWER_FIELDS for Answer, size 184 {
         run_id: "u64" at 0, 8;
         tick: "u64" at 8, 8;
         digest_seen: "u64" at 16, 8;
@@ -70,152 +80,10 @@ field_table! {
         covariance: "[f64; 9]" at 80, 72;
         v_m_s: "f64" at 152, 8;
         omega_rad_s: "f64" at 160, 8;
+        nis: "f64" at 168, 8;
+        nis_degrees: "u32" at 176, 4;
+        reserved: "u32" at 180, 4;
     }
-}
-
-/// A pose somebody believes in, and how much.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    /// Believed pose of the body in the world frame.
-    pub pose_in_world: SE2,
-    /// Row-major 3×3 covariance of the error τ (m, m, rad) in the tangent
-    /// space at the estimate: truth = estimate ⊞ τ. `None`: not reported.
-    pub covariance: Option<[f64; 9]>,
-}
-
-impl From<SE2> for Estimate {
-    fn from(pose_in_world: SE2) -> Self {
-        Self { pose_in_world, covariance: None }
-    }
-}
-
-/// What an answer means for the run. The order of the variants is part of the
-/// log format and of the run digest.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub enum Reply {
-    /// No answer: the participant had been lost, and the run went on without it.
-    #[default]
-    Missing,
-    /// The frame was read, and nothing is said about it.
-    Abstain,
-    /// The frame was taken (scorers, loggers, observers).
-    Taken,
-    /// An estimate.
-    Estimate(Estimate),
-    /// A command for the next tick.
-    Command(Twist),
-    /// An estimate and a command.
-    Both(Estimate, Twist),
-}
-
-impl Reply {
-    /// The estimate, if there is one.
-    #[must_use]
-    pub fn estimate(&self) -> Option<&Estimate> {
-        match self {
-            Self::Estimate(e) | Self::Both(e, _) => Some(e),
-            _ => None,
-        }
-    }
-
-    /// The command, if there is one.
-    #[must_use]
-    pub fn command(&self) -> Option<Twist> {
-        match self {
-            Self::Command(c) | Self::Both(_, c) => Some(*c),
-            _ => None,
-        }
-    }
-
-    /// Whether two replies are equal in every bit (`==` calls 0 and −0 equal,
-    /// and no NaN equal to itself).
-    #[must_use]
-    pub fn same_bits(&self, other: &Self) -> bool {
-        std::mem::discriminant(self) == std::mem::discriminant(other) && self.bits() == other.bits()
-    }
-
-    /// All numbers as bits, in a row of fixed length, after a word that says
-    /// which there are.
-    fn bits(&self) -> [u64; 15] {
-        let mut row = [0; 15];
-        if let Some(e) = self.estimate() {
-            let p = e.pose_in_world;
-            row[0] = 1 + u64::from(e.covariance.is_some());
-            for (place, value) in row[1..4].iter_mut().zip([p.x(), p.y(), p.theta()]) {
-                *place = value.to_bits();
-            }
-            for (place, value) in row[4..13].iter_mut().zip(e.covariance.iter().flatten()) {
-                *place = value.to_bits();
-            }
-        }
-        if let Some(c) = self.command() {
-            row[13] = c.v_m_s.to_bits();
-            row[14] = c.omega_rad_s.to_bits();
-        }
-        row
-    }
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// Names the first field that is not finite, or a covariance whose
-    /// diagonal is negative.
-    pub fn check(&self) -> Result<(), AnswerError> {
-        if let Some(e) = self.estimate() {
-            let p = e.pose_in_world;
-            finite("estimate x_m", p.x())?;
-            finite("estimate y_m", p.y())?;
-            finite("estimate theta_rad", p.theta())?;
-            for (i, value) in e.covariance.iter().flatten().enumerate() {
-                finite(COVARIANCE[i], *value)?;
-                if i % 4 == 0 && *value < 0.0 {
-                    return Err(AnswerError::NegativeVariance {
-                        field: COVARIANCE[i],
-                        value: *value,
-                    });
-                }
-            }
-        }
-        if let Some(c) = self.command() {
-            finite("command v_m_s", c.v_m_s)?;
-            finite("command omega_rad_s", c.omega_rad_s)?;
-        }
-        Ok(())
-    }
-}
-
-impl From<SE2> for Reply {
-    fn from(pose_in_world: SE2) -> Self {
-        Self::Estimate(pose_in_world.into())
-    }
-}
-
-impl From<Estimate> for Reply {
-    fn from(estimate: Estimate) -> Self {
-        Self::Estimate(estimate)
-    }
-}
-
-impl From<Twist> for Reply {
-    fn from(command: Twist) -> Self {
-        Self::Command(command)
-    }
-}
-
-const COVARIANCE: [&str; 9] = [
-    "covariance[0][0]",
-    "covariance[0][1]",
-    "covariance[0][2]",
-    "covariance[1][0]",
-    "covariance[1][1]",
-    "covariance[1][2]",
-    "covariance[2][0]",
-    "covariance[2][1]",
-    "covariance[2][2]",
-];
-
-fn finite(field: &'static str, value: f64) -> Result<(), AnswerError> {
-    if value.is_finite() { Ok(()) } else { Err(AnswerError::NotFinite { field, value }) }
 }
 
 /// What a participant may say at all: a reply, or that it comes or leaves.
@@ -229,34 +97,6 @@ pub enum Message {
     Failed,
     /// The participant's ports are open: frames will reach it from now on.
     Ready,
-}
-
-/// Why bytes that arrived are no answer.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-pub enum AnswerError {
-    /// A number is NaN or infinite.
-    #[error(
-        "{field} is {value}; answer with finite numbers, or abstain on a tick without an estimate"
-    )]
-    NotFinite {
-        /// Which number.
-        field: &'static str,
-        /// What it was.
-        value: f64,
-    },
-    /// A variance is negative.
-    #[error("{field} is {value}; a variance is at least 0: report none rather than a broken one")]
-    NegativeVariance {
-        /// Which number.
-        field: &'static str,
-        /// What it was.
-        value: f64,
-    },
-    /// The kind is none of those in the table.
-    #[error(
-        "answer kind {0} is unknown (known: 0 to 7); build the client against this version of the contract"
-    )]
-    UnknownKind(u32),
 }
 
 impl Answer {
@@ -288,8 +128,13 @@ impl Answer {
             let p = e.pose_in_world;
             self.pose = [p.x(), p.y(), p.theta()];
             if let Some(covariance) = e.covariance {
-                self.flags = 1;
+                self.flags |= COVARIANCE_GIVEN;
                 self.covariance = covariance;
+            }
+            if let Some(innovation) = e.innovation {
+                self.flags |= INNOVATION_GIVEN;
+                self.nis = innovation.nis;
+                self.nis_degrees = innovation.degrees;
             }
         }
         if let Some(c) = reply.command() {
@@ -307,7 +152,9 @@ impl Answer {
         let [x, y, theta] = self.pose;
         let estimate = Estimate {
             pose_in_world: SE2::new(x, y, theta),
-            covariance: (self.flags & 1 != 0).then_some(self.covariance),
+            covariance: (self.flags & COVARIANCE_GIVEN != 0).then_some(self.covariance),
+            innovation: (self.flags & INNOVATION_GIVEN != 0)
+                .then_some(Innovation { nis: self.nis, degrees: self.nis_degrees }),
         };
         let command = Twist { v_m_s: self.v_m_s, omega_rad_s: self.omega_rad_s };
         let reply = match self.kind {
@@ -334,6 +181,7 @@ mod tests {
         Estimate {
             pose_in_world: SE2::new(1.0, -2.0, 0.5),
             covariance: Some([1.0, 0.1, 0.0, 0.1, 2.0, 0.0, 0.0, 0.0, 3.0]),
+            innovation: None,
         }
     }
 
@@ -347,6 +195,7 @@ mod tests {
             Message::Reply(Reply::Estimate(SE2::new(1.0, 2.0, 3.0).into())),
             Message::Reply(Reply::Command(twist)),
             Message::Reply(Reply::Both(estimate(), twist)),
+            Message::Reply(Reply::Both(estimate().with_innovation(7.5, 3), twist)),
             Message::Goodbye,
             Message::Failed,
             Message::Ready,
@@ -373,20 +222,9 @@ mod tests {
     }
 
     #[test]
-    fn every_bit_of_a_reply_counts() {
-        let a: Reply = SE2::new(0.0, 1.0, 2.0).into();
-        let b: Reply = SE2::new(-0.0, 1.0, 2.0).into();
-        assert!(a == b && !a.same_bits(&b) && a.same_bits(&a));
-        assert!(!Reply::Abstain.same_bits(&Reply::Taken));
-        let c: Reply = Twist { v_m_s: 0.0, omega_rad_s: 0.0 }.into();
-        let d: Reply = Twist { v_m_s: 0.0, omega_rad_s: -0.0 }.into();
-        assert!(!c.same_bits(&d));
-    }
-
-    #[test]
     fn any_bytes_are_an_answer_or_an_error() {
         for fill in 0..=255u8 {
-            let answer: Answer = bytemuck::pod_read_unaligned(&[fill; 168]);
+            let answer: Answer = bytemuck::pod_read_unaligned(&[fill; 184]);
             let _ = answer.message();
         }
     }

@@ -55,6 +55,8 @@ pub fn blind_header(
     config.robot =
         RobotConfig { slip_std: 0.0, radius_bias_right: 0.0, track_bias: 0.0, ..config.robot };
     config.script = ScriptConfig::Commands { file: None, list: Vec::new() };
+    // Where the robot is put is a truth.
+    config.kidnappings = Vec::new();
     if !start_known {
         config.start = SE2::identity();
     }
@@ -70,7 +72,7 @@ pub fn blind_header(
 mod tests {
     use super::*;
     use crate::join::Start;
-    use crate::{OnLoss, RunConfig, Scenario};
+    use crate::{Kidnapping, OnLoss, RunConfig, Scenario};
 
     fn header() -> LogHeader {
         let s = Scenario::default();
@@ -88,6 +90,7 @@ mod tests {
                 lidar: s.lidar,
                 script: s.script,
                 world: rusty_geometry::places::apartment().spec().clone(),
+                kidnappings: vec![Kidnapping { tick: 5, to: SE2::new(2.5, 3.125, 0.1875) }],
             },
             roster: s.participants,
             on_loss: OnLoss::Abort,

@@ -7,8 +7,9 @@
 //!   part (8), 1 and the true pose x, y, θ (24) or a single 0 where none is known;
 //! * *run*: previous value (16), the world value of this tick (16), the number
 //!   of answering participants (4), and in roster order every reply: its kind
-//!   (1), then pose (24), 1 and covariance (72) or 0, command (16), as far as
-//!   the kind has them.
+//!   (1), then pose (24), one byte (1: with covariance, 2: with innovation, 3:
+//!   both), covariance (72), innovation (8, 4), command (16), as far as there
+//!   are any.
 //!
 //! The start values are the hashes of two fixed texts. Time, process ids,
 //! compute times and the acknowledgements of scorers and loggers are never
@@ -24,12 +25,13 @@ pub use observable::{ObservableDigest, observable_of};
 use rusty_geometry::SE2;
 use xxhash_rust::xxh3::xxh3_128;
 
-use crate::answer::{Estimate, Reply};
 use crate::frame::Frame;
+use crate::reply::{Estimate, Reply};
 use crate::tally::MAX_PARTICIPANTS;
 
-/// Longest encoding of one reply: kind, estimate with covariance, command.
-const REPLY_BYTES: usize = 1 + 24 + 1 + 72 + 16;
+/// Longest encoding of one reply: kind, estimate with covariance and innovation,
+/// command.
+const REPLY_BYTES: usize = 1 + 24 + 1 + 72 + 12 + 16;
 
 /// So many replies fit into the short buffer.
 const FEW: usize = 3;
@@ -72,12 +74,14 @@ impl<const N: usize> Bytes<N> {
     fn put_estimate(&mut self, estimate: &Estimate) {
         let p = estimate.pose_in_world;
         self.put_f64(&[p.x(), p.y(), p.theta()]);
-        match &estimate.covariance {
-            None => self.put(&[0]),
-            Some(covariance) => {
-                self.put(&[1]);
-                self.put_f64(covariance);
-            }
+        let Estimate { covariance, innovation, .. } = estimate;
+        self.put(&[u8::from(covariance.is_some()) + 2 * u8::from(innovation.is_some())]);
+        if let Some(covariance) = covariance {
+            self.put_f64(covariance);
+        }
+        if let Some(innovation) = innovation {
+            self.put_f64(&[innovation.nis]);
+            self.put(&innovation.degrees.to_le_bytes());
         }
     }
 
@@ -202,12 +206,18 @@ mod tests {
         assert_ne!(base.run(), digest_of(&[pose], &[]).run());
         let estimate = |p: SE2| [Reply::Estimate(p.into())];
         assert_ne!(digest_of(&[pose], &estimate(pose)), digest_of(&[pose], &estimate(nearly)));
+        let innovated = |nis, degrees| [Estimate::new(pose).with_innovation(nis, degrees).into()];
+        let few = digest_of(&[pose], &innovated(1.0, 2));
+        assert_ne!(few, digest_of(&[pose], &estimate(pose)));
+        assert_ne!(few, digest_of(&[pose], &innovated(1.0, 3)));
+        assert_ne!(few, digest_of(&[pose], &innovated(1.5, 2)));
     }
 
     #[test]
     fn a_short_buffer_gives_the_digest_of_a_long_one() {
-        let estimate =
-            Estimate { pose_in_world: SE2::new(1.0, 2.0, 3.0), covariance: Some([0.5; 9]) };
+        let estimate = Estimate::new(SE2::new(1.0, 2.0, 3.0))
+            .with_covariance([0.5; 9])
+            .with_innovation(2.0, 4);
         let command = Twist { v_m_s: 0.5, omega_rad_s: -0.25 };
         // As many as fit, each as long as it can be.
         let longest = [Reply::Both(estimate, command); FEW];
@@ -231,7 +241,7 @@ mod tests {
     #[test]
     fn sixteen_full_replies_fit() {
         let reply = Reply::Both(
-            Estimate { pose_in_world: SE2::identity(), covariance: Some([1.0; 9]) },
+            Estimate::new(SE2::identity()).with_covariance([1.0; 9]).with_innovation(1.0, 1),
             Twist::default(),
         );
         let _ = digest_of(&[SE2::identity()], &[reply; MAX_PARTICIPANTS]);

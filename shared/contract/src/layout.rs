@@ -65,9 +65,9 @@ pub(crate) use field_table;
 pub fn tables() -> [Table; 4] {
     [
         Table { name: "Frame", size: 8760, fields: crate::frame::FRAME_FIELDS },
-        Table { name: "Answer", size: 168, fields: crate::answer::ANSWER_FIELDS },
-        Table { name: "Tally", size: 3000, fields: crate::tally::TALLY_FIELDS },
-        Table { name: "TallyEntry", size: 184, fields: crate::tally::TALLY_ENTRY_FIELDS },
+        Table { name: "Answer", size: 184, fields: crate::answer::ANSWER_FIELDS },
+        Table { name: "Tally", size: 3256, fields: crate::tally::TALLY_FIELDS },
+        Table { name: "TallyEntry", size: 200, fields: crate::tally::TALLY_ENTRY_FIELDS },
     ]
 }
 

@@ -87,6 +87,7 @@ pub mod join;
 pub mod layout;
 pub mod log;
 pub mod names;
+pub mod reply;
 pub mod sandbox;
 pub mod scenario;
 pub mod score;
@@ -94,15 +95,17 @@ pub mod tally;
 pub mod timing;
 pub mod truth;
 
-pub use answer::{Answer, AnswerError, Estimate, Reply};
+pub use answer::Answer;
 pub use blind::{BlindKey, BlindKeyError};
-pub use config::{FieldError, LidarConfig, NominalRobot, RobotConfig, RunConfig, ScriptConfig};
+pub use config::ScriptConfig;
+pub use config::{FieldError, Kidnapping, LidarConfig, NominalRobot, RobotConfig, RunConfig};
 pub use digest::RunDigest;
 pub use exit::Exit;
 pub use frame::{Frame, MAX_BEAMS, Phase};
 pub use join::{Brief, CatchUp, JoinReply, JoinRequest, Refusal, Start};
 pub use log::LogHeader;
 pub use names::{NameError, RunName};
+pub use reply::{AnswerError, Estimate, Innovation, Reply};
 pub use sandbox::Sandbox;
 pub use scenario::{OnLoss, Participant, Role, Scenario};
 pub use score::ScoreReport;
@@ -113,7 +116,7 @@ pub use truth::{KeyError, SealedTruth, Truth, TruthKey};
 /// The version of the protocol between server and participants. It changes
 /// when the meaning of a message changes; a change of layout shows in
 /// [`layout::layout_hash`] by itself.
-pub const PROTOCOL_VERSION: u32 = 2;
+pub const PROTOCOL_VERSION: u32 = 3;
 
 const _: () = assert!(
     cfg!(target_endian = "little"),

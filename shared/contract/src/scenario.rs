@@ -6,7 +6,8 @@ use rusty_geometry::SE2;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::config::{FieldError, LidarConfig, RobotConfig, ScriptConfig, at_least, seconds};
+use crate::config::{FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConfig};
+use crate::config::{at_least, seconds};
 use crate::names::{NameError, check_participant_name};
 use crate::sandbox::Sandbox;
 use crate::tally::MAX_PARTICIPANTS;
@@ -45,6 +46,9 @@ pub struct Scenario {
     pub lidar: LidarConfig,
     /// Where the commands come from.
     pub script: ScriptConfig,
+    /// Where the robot is carried away, in the order of the ticks.
+    #[serde(rename = "kidnapping", skip_serializing_if = "Vec::is_empty")]
+    pub kidnappings: Vec<Kidnapping>,
     /// Who takes part, in roster order.
     #[serde(rename = "participant")]
     pub participants: Vec<Participant>,
@@ -217,6 +221,7 @@ impl Default for Scenario {
             robot: RobotConfig::default(),
             lidar: LidarConfig::default(),
             script: ScriptConfig::default(),
+            kidnappings: Vec::new(),
             participants: Self::usual_participants(),
         }
     }
@@ -269,6 +274,7 @@ impl Scenario {
         self.robot.check()?;
         self.lidar.check()?;
         self.script.check()?;
+        Kidnapping::check(&self.kidnappings)?;
         self.check_participants()
     }
 
@@ -377,6 +383,10 @@ mod tests {
                 "cannot be false",
             ),
             ("answer_timeout_s = 0", "answer_timeout_s = 0"),
+            (
+                "[[kidnapping]]\ntick = 5\nto = { x_m = inf, y_m = 0.0, theta_rad = 0.0 }",
+                "kidnapping[0].to.x_m = inf: is out of range",
+            ),
             ("[[participant]]\nname = \"a\"\nsandbox = \"maybe\"", "no sandbox"),
             (
                 "[[participant]]\nname = \"s\"\nrole = \"scorer\"\nsandbox = true",

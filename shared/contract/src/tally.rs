@@ -13,12 +13,13 @@
 //! |     32 |   16 | `world_digest` | `[u8; 16]`        | the same, over frames alone          |
 //! |     48 |    4 | `count`        | u32             | entries in use                       |
 //! |     52 |    4 | `reserved`     | u32             | zero                                 |
-//! |     56 | 2944 | `entries`      | `[TallyEntry; 16]`| one per answering participant        |
+//! |     56 | 3200 | `entries`      | `[TallyEntry; 16]`| one per answering participant        |
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::answer::{Answer, Message, Reply};
+use crate::answer::{Answer, Message};
 use crate::layout::{Field, field_table};
+use crate::reply::Reply;
 
 /// The most participants a run can have.
 pub const MAX_PARTICIPANTS: usize = 16;
@@ -42,14 +43,14 @@ pub struct Tally {
 
 field_table! {
     /// The layout of [`Tally`], field by field.
-    pub const TALLY_FIELDS for Tally, size 3000 {
+    pub const TALLY_FIELDS for Tally, size 3256 {
         run_id: "u64" at 0, 8;
         tick: "u64" at 8, 8;
         run_digest: "[u8; 16]" at 16, 16;
         world_digest: "[u8; 16]" at 32, 16;
         count: "u32" at 48, 4;
         reserved: "u32" at 52, 4;
-        entries: "[TallyEntry; 16]" at 56, 2944;
+        entries: "[TallyEntry; 16]" at 56, 3200;
     }
 }
 
@@ -67,10 +68,10 @@ pub struct TallyEntry {
 
 field_table! {
     /// The layout of [`TallyEntry`], field by field.
-    pub const TALLY_ENTRY_FIELDS for TallyEntry, size 184 {
-        answer: "Answer" at 0, 168;
-        latency_ns: "u64" at 168, 8;
-        missing: "u64" at 176, 8;
+    pub const TALLY_ENTRY_FIELDS for TallyEntry, size 200 {
+        answer: "Answer" at 0, 184;
+        latency_ns: "u64" at 184, 8;
+        missing: "u64" at 192, 8;
     }
 }
 

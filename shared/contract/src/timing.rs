@@ -23,9 +23,9 @@ use std::collections::VecDeque;
 use rusty_geometry::Twist;
 use serde::{Deserialize, Serialize};
 
-use crate::answer::Reply;
 use crate::config::{FieldError, within};
 use crate::log::LogHeader;
+use crate::reply::Reply;
 use crate::scenario::Role;
 
 /// Longest modelled time of an answer, s of simulated time.

@@ -37,6 +37,7 @@
 //!     lidar: LidarConfig::default(),
 //!     script: ScriptConfig::Driver {},
 //!     world: apartment().spec().clone(),
+//!     kidnappings: Vec::new(),
 //! };
 //! let mut sim = Sim::new(config)?;
 //! let mut frame = Frame::boxed();

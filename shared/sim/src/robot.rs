@@ -98,6 +98,11 @@ impl Robot {
         StepOutcome::Moved { ds_m: tau.x, dtheta_rad: tau.z }
     }
 
+    /// The robot is lifted and put down elsewhere. Its wheels do not turn.
+    pub fn put(&mut self, pose_in_world: SE2) {
+        self.pose_in_world = pose_in_world;
+    }
+
     /// The true pose, world frame.
     #[must_use]
     pub fn pose_in_world(&self) -> SE2 {

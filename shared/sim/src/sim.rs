@@ -31,6 +31,8 @@ pub struct Sim {
     slip_noise: SlipNoise,
     lidar_noise: LidarNoise,
     ticks_done: u64,
+    /// Index of the next kidnapping of the configuration.
+    next_kidnapping: usize,
 }
 
 impl Sim {
@@ -42,7 +44,7 @@ impl Sim {
     pub fn new(config: RunConfig) -> Result<Self, SimError> {
         config.check()?;
         let world = World::new(config.world.clone())?;
-        check_start(&config, &world)?;
+        check_places(&config, &world)?;
         Ok(Self {
             robot: Robot::new(&config.robot, config.start),
             lidar: Lidar::new(&config.lidar),
@@ -50,6 +52,7 @@ impl Sim {
             slip_noise: SlipNoise::new(config.seed),
             lidar_noise: LidarNoise::new(config.seed),
             ticks_done: 0,
+            next_kidnapping: 0,
             world,
             config,
         })
@@ -67,12 +70,15 @@ impl Sim {
     pub fn reconfigure(&mut self, config: RunConfig) -> Result<(), SimError> {
         config.check()?;
         self.config.check_change(&config)?;
+        check_places(&config, &self.world)?;
         self.robot.reconfigure(&config.robot);
         self.lidar = Lidar::new(&config.lidar);
         // A command depends on tick and pose, not on commands before it.
         self.script = Script::new(&config.script, config.dt_s, config.start);
         self.slip_noise = SlipNoise::new(config.seed);
         self.lidar_noise = LidarNoise::new(config.seed);
+        // Those of ticks that are done are past, or never were.
+        self.next_kidnapping = config.kidnappings.partition_point(|k| k.tick < self.ticks_done);
         self.config = config;
         Ok(())
     }
@@ -87,10 +93,12 @@ impl Sim {
         self.lidar_noise.restart(seed);
         // The script stays: a command depends on tick and pose alone.
         self.ticks_done = 0;
+        self.next_kidnapping = 0;
     }
 
     /// One tick: takes the script's command (or `driver`'s, where the script is
-    /// "driver"; `None` stands), moves the robot, and writes tick, time, encoder
+    /// "driver"; `None` stands), carries the robot away where the configuration
+    /// has a kidnapping, moves it, and writes tick, time, encoder
     /// counts, the command as applied (limited to what the wheels can do) and,
     /// in every `scan_every`-th tick from tick 0 on, the scan into `frame`.
     ///
@@ -108,6 +116,12 @@ impl Sim {
             self.ticks_done
         );
         let tick = self.ticks_done;
+        if let Some(kidnapping) = self.config.kidnappings.get(self.next_kidnapping)
+            && kidnapping.tick == tick
+        {
+            self.robot.put(kidnapping.to);
+            self.next_kidnapping += 1;
+        }
         let wanted = self.script.command(tick, &self.truth(), driver);
         let applied = self.robot.limit(wanted);
         let slip_z = self.slip_noise.at(tick);
@@ -159,16 +173,30 @@ impl Sim {
 
 /// A body that touches a wall is blocked whatever it does, so it must not start
 /// like that.
-fn check_start(config: &RunConfig, world: &World) -> Result<(), SimError> {
-    let (start, body_radius_m) = (config.start, config.robot.body_radius_m);
-    if !world.blocks(&start, &start, body_radius_m) {
+fn check_places(config: &RunConfig, world: &World) -> Result<(), SimError> {
+    check_place("start", &config.start, config, world)?;
+    for (i, kidnapping) in config.kidnappings.iter().enumerate() {
+        check_place(&format!("kidnapping[{i}].to"), &kidnapping.to, config, world)?;
+    }
+    Ok(())
+}
+
+fn check_place(
+    field: &str,
+    place: &SE2,
+    config: &RunConfig,
+    world: &World,
+) -> Result<(), SimError> {
+    let body_radius_m = config.robot.body_radius_m;
+    if !world.blocks(place, place, body_radius_m) {
         return Ok(());
     }
-    let distance_m = world.distance_to_nearest(Point2::from(start.translation()));
+    let distance_m = world.distance_to_nearest(Point2::from(place.translation()));
     Err(SimError::StartInWall {
+        field: field.to_owned(),
         world: world.name().to_owned(),
-        x_m: start.x(),
-        y_m: start.y(),
+        x_m: place.x(),
+        y_m: place.y(),
         body_radius_m,
         distance_m,
         missing_m: body_radius_m - distance_m,

@@ -13,14 +13,16 @@ pub enum SimError {
     /// The world cannot be used.
     #[error(transparent)]
     World(#[from] WorldError),
-    /// The robot would start in a wall, and never leave it: every step of a body
+    /// The robot would start, or be put, in a wall, and never leave it: every step of a body
     /// that touches a wall is blocked.
     #[error(
-        "start = ({x_m}, {y_m}) m in world {world:?}: the body, a disc of radius {body_radius_m} m, \
-         touches a wall that is {distance_m:.6} m away; move the start at least {missing_m:.6} m \
+        "{field} = ({x_m}, {y_m}) m in world {world:?}: the body, a disc of radius {body_radius_m} m, \
+         touches a wall that is {distance_m:.6} m away; move it at least {missing_m:.6} m \
          away from that wall, or make robot.body_radius_m smaller than that distance"
     )]
     StartInWall {
+        /// `start`, or the kidnapping that puts it there.
+        field: String,
         /// Name of the world.
         world: String,
         /// World x of the start, m.

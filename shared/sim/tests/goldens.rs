@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use rusty_contract::{Frame, LidarConfig, RobotConfig, RunConfig, ScriptConfig};
+use rusty_contract::{Frame, Kidnapping, LidarConfig, RobotConfig, RunConfig, ScriptConfig};
 use rusty_geometry::{Material, PLACES, SE2};
 use rusty_sim::golden::{GOLDENS, Golden, digest_of, driver_command};
 use rusty_sim::{Sim, StepOutcome};
@@ -117,6 +117,7 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         lidar,
         script: _, // "every script" above
         world: _,  // a corner of it
+        kidnappings: _,
     } = config;
     let RobotConfig {
         wheel_radius_m: _,
@@ -143,6 +144,11 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         ("dt_s", |c| next(&mut c.dt_s)),
         ("scan_every", |c| c.scan_every += 1),
         ("start", |c| next_pose(&mut c.start)),
+        ("kidnappings", |c| {
+            let mut to = c.start;
+            next_pose(&mut to);
+            c.kidnappings.push(Kidnapping { tick: 0, to });
+        }),
         ("wheel_radius_m", |c| next(&mut c.robot.wheel_radius_m)),
         ("track_m", |c| next(&mut c.robot.track_m)),
         // Felt where the body touches: some tick is blocked, or is not.

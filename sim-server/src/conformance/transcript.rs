@@ -61,6 +61,9 @@ fn reply_text(reply: &Reply) -> String {
         if e.covariance.is_some() {
             text.push_str(" with covariance");
         }
+        if let Some(innovation) = e.innovation {
+            text.push_str(&format!(" with innovation {}", innovation.nis));
+        }
     }
     if let Some(c) = reply.command() {
         let and = if text.is_empty() { "" } else { " and " };

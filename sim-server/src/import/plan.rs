@@ -51,6 +51,7 @@ pub(super) fn plan(
         lidar: lidar(survey),
         script: ScriptConfig::Commands { file: None, list: Vec::new() },
         world: world(stem, drive.around_m),
+        kidnappings: Vec::new(),
     };
     config
         .check()

@@ -5,7 +5,7 @@ use rusty_contract::Reply;
 
 /// Replies of the answering seats, tick by tick. They are kept in memory for as
 /// long as the run lasts, in the log's encoding: a tick takes 8 bytes and an
-/// estimate in it 26, 98 with its covariance. It is the one thing of a run that
+/// estimate in it 26, 72 more with its covariance, 9 or more with its innovation. It is the one thing of a run that
 /// grows with its ticks: with one estimator, 34 MB for a million of them.
 #[derive(Debug, Default)]
 pub(super) struct History {
@@ -55,7 +55,7 @@ mod tests {
     #[test]
     fn a_tick_takes_as_many_bytes_as_it_says() {
         let pose = SE2::new(1.0, 2.0, 3.0);
-        let sure = rusty_contract::Estimate { pose_in_world: pose, covariance: Some([0.1; 9]) };
+        let sure = rusty_contract::Estimate::new(pose).with_covariance([0.1; 9]);
         for (reply, bytes) in [(pose.into(), 26), (Reply::from(sure), 98)] {
             let mut history = History::default();
             (0..1000).for_each(|_| history.push([reply].into_iter()));

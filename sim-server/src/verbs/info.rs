@@ -259,6 +259,7 @@ fn reply_json(name: &str, reply: &Reply) -> Value {
         "kind": bits::kind(reply),
         "pose": reply.estimate().map(|e| e.pose_in_world),
         "covariance": reply.estimate().and_then(|e| e.covariance),
+        "innovation": reply.estimate().and_then(|e| e.innovation),
         "command": reply.command(),
     })
 }

@@ -135,7 +135,7 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
         if cli.mode == "covariance" || cli.mode == "skew" {
             let skew = if cli.mode == "skew" { 0.005 } else { 0.0 };
             let covariance = Some([0.01, skew, 0.0, 0.0, 0.02, 0.0, 0.0, 0.0, 0.03]);
-            reply = Estimate { pose_in_world: pose, covariance }.into();
+            reply = Estimate { covariance, ..pose.into() }.into();
         }
         if frame.tick() < cli.at {
             link.answer(&frame, &Message::Reply(reply))?;

@@ -7,8 +7,8 @@ use bytemuck::Zeroable;
 use rusty_contract::answer::Message;
 use rusty_contract::log::{LogHeader, LogWriter, Source, TickRef, Trailer};
 use rusty_contract::tally::TallyEntry;
-use rusty_contract::{Answer, Brief, Estimate, Frame, JoinReply, JoinRequest, Refusal, Reply};
-use rusty_contract::{RunDigest, Scenario, Start, Tally, TruthKey};
+use rusty_contract::{Answer, Brief, Estimate, Frame, Innovation, JoinReply, JoinRequest, Refusal};
+use rusty_contract::{Reply, RunDigest, Scenario, Start, Tally, TruthKey};
 use rusty_geometry::{SE2, Twist, places};
 use rusty_sim::Sim;
 use sim_server::scenario_file::{self, BUILT_IN};
@@ -46,7 +46,8 @@ pub fn header() -> LogHeader {
 
 fn estimate(covariance: bool) -> Reply {
     let covariance = covariance.then_some([0.01, 0.0, 0.0, 0.0, 0.02, 0.0, 0.0, 0.0, 0.03]);
-    Estimate { pose_in_world: SE2::new(1.0, -2.0, 0.5), covariance }.into()
+    let innovation = covariance.map(|_| Innovation { nis: 2.5, degrees: 4 });
+    Estimate { pose_in_world: SE2::new(1.0, -2.0, 0.5), covariance, innovation }.into()
 }
 
 /// A log of that run, and its frames.
@@ -177,5 +178,5 @@ fn tally(reply: Reply) -> Vec<u8> {
     let mut digest = RunDigest::default();
     digest.absorb_replies([reply].into_iter());
     tally.run_digest = digest.run();
-    bytemuck::bytes_of(&tally)[..56 + 184].to_vec()
+    bytemuck::bytes_of(&tally)[..56 + 200].to_vec()
 }

@@ -222,6 +222,7 @@ mod tests {
                     lidar: s.lidar,
                     script: s.script,
                     world: rusty_geometry::places::apartment().spec().clone(),
+                    kidnappings: Vec::new(),
                 },
                 roster: s.participants,
                 on_loss: s.on_loss,

@@ -4,6 +4,7 @@
 //! of them reads the machine), and every check names field, value and remedy.
 
 mod check;
+mod kidnapping;
 mod lidar;
 mod robot;
 mod run;
@@ -11,6 +12,7 @@ mod script;
 
 pub use check::{FieldError, seconds as check_seconds, within as check_within};
 pub(crate) use check::{at_least, seconds, within};
+pub use kidnapping::Kidnapping;
 pub use lidar::LidarConfig;
 pub use robot::{NominalRobot, RobotConfig};
 pub use run::RunConfig;

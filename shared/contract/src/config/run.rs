@@ -6,7 +6,7 @@ use rusty_geometry::world_spec::MAX_NAME_CHARS;
 use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
 
-use super::{FieldError, LidarConfig, RobotConfig, ScriptConfig, at_least, within};
+use super::{FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConfig, at_least, within};
 
 /// The configuration of a run. A seed, this and the driver's commands
 /// determine every frame.
@@ -33,6 +33,9 @@ pub struct RunConfig {
     pub script: ScriptConfig,
     /// The walls.
     pub world: WorldSpec,
+    /// Where the robot is carried away, in the order of the ticks.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kidnappings: Vec<Kidnapping>,
 }
 
 impl RunConfig {
@@ -43,8 +46,8 @@ impl RunConfig {
     }
 
     /// Whether a run with this configuration can go on with `after` in the
-    /// middle. Seed, number of ticks, script, the noise of the LiDAR and the
-    /// true parameters of the robot may change. What participants rely on from
+    /// middle. Seed, number of ticks, script, the noise of the LiDAR, the true
+    /// parameters of the robot and kidnappings may change. What participants rely on from
     /// the start on, and what is past, may not.
     ///
     /// # Errors
@@ -107,6 +110,7 @@ impl RunConfig {
         self.robot.check()?;
         self.lidar.check()?;
         self.script.check()?;
+        Kidnapping::check(&self.kidnappings)?;
         self.world.check().map_err(|e| {
             FieldError::new("world", &self.world.name, e.to_string(), "mend the world file")
         })
@@ -130,6 +134,7 @@ mod tests {
             lidar: LidarConfig::default(),
             script: ScriptConfig::default(),
             world: rusty_geometry::apartment().spec().clone(),
+            kidnappings: Vec::new(),
         }
     }
 
@@ -141,7 +146,7 @@ mod tests {
 
     #[test]
     fn noise_and_script_may_change_in_the_middle_and_what_was_told_may_not() {
-        let free: [fn(&mut RunConfig); 8] = [
+        let free: [fn(&mut RunConfig); 9] = [
             |c| c.seed = 2,
             |c| c.ticks = 20,
             |c| c.robot.slip_std = 0.1,
@@ -149,6 +154,7 @@ mod tests {
             |c| c.robot.track_bias = 0.1,
             |c| c.lidar.range_std_m = 0.1,
             |c| c.lidar.dropout = 0.1,
+            |c| c.kidnappings.push(Kidnapping { tick: 3, to: SE2::identity() }),
             |c| c.script = ScriptConfig::Patrol(PatrolConfig::default()),
         ];
         assert!(free.iter().all(|change| changed(change).is_ok()));

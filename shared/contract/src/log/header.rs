@@ -3,7 +3,7 @@
 use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
 
-use crate::config::RunConfig;
+use crate::config::{Kidnapping, RunConfig};
 use crate::scenario::{OnLoss, Participant, Scenario, ScenarioError};
 
 /// The header of a log.
@@ -94,6 +94,17 @@ impl LogHeader {
             Source::Forked { before, .. } => before,
             _ => &self.config,
         }
+    }
+
+    /// Where the robot is carried away in this run: of a fork what held at each
+    /// tick.
+    pub fn kidnappings(&self) -> impl Iterator<Item = &Kidnapping> {
+        let (at_tick, before) = match &self.source {
+            Source::Forked { at_tick, before } => (*at_tick, &before.kidnappings[..]),
+            _ => (0, &[][..]),
+        };
+        let before = before.iter().filter(move |k| k.tick < at_tick);
+        before.chain(self.config.kidnappings.iter().filter(move |k| k.tick >= at_tick))
     }
 
     /// Whether the truth was taken out of this log.

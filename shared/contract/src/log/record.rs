@@ -3,9 +3,9 @@
 use rusty_geometry::{EncoderTicks, SE2, Twist};
 use serde::{Deserialize, Serialize};
 
-use crate::answer::Reply;
 use crate::digest::RunDigest;
 use crate::frame::{Frame, MAX_BEAMS};
+use crate::reply::Reply;
 use crate::truth::TruthKey;
 
 /// What stands in a record, owned.

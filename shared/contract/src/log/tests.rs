@@ -27,6 +27,7 @@ fn header() -> LogHeader {
             lidar: scenario.lidar,
             script: scenario.script,
             world: rusty_geometry::places::apartment().spec().clone(),
+            kidnappings: Vec::new(),
         },
         roster: scenario.participants,
         on_loss: scenario.on_loss,
@@ -40,7 +41,7 @@ fn record(tick: u64) -> TickRecord {
     let command = Twist { v_m_s: 0.5, omega_rad_s: -1e-300 };
     let replies = match tick % 4 {
         0 => vec![pose.into()],
-        1 => vec![Reply::Both(Estimate { pose_in_world: pose, covariance }, command)],
+        1 => vec![Reply::Both(Estimate { covariance, ..pose.into() }, command)],
         2 => vec![Reply::Missing],
         _ => vec![Reply::Abstain],
     };

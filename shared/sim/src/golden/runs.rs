@@ -39,6 +39,7 @@ fn rusty(name: &str, world: &World, start: SE2, script: ScriptConfig) -> RunConf
         },
         script,
         world: world.spec().clone(),
+        kidnappings: Vec::new(),
     }
 }
 
@@ -154,6 +155,7 @@ pub(super) fn lopsided() -> RunConfig {
         },
         script: ScriptConfig::Driver {},
         world: crooked_room(),
+        kidnappings: Vec::new(),
     }
 }
 
