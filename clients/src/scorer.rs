@@ -16,7 +16,7 @@ use rusty_plot::{PlotError, png};
 use crate::logger::output_folder;
 use crate::report::html;
 use crate::scoring::trace::Whole;
-use crate::scoring::{Meter, RunTrace, TraceKeeper, svg};
+use crate::scoring::{Given, Meter, Moment, Planned, RunTrace, TraceKeeper, Yardstick, svg};
 use crate::witness::{Ending, Step, Witness};
 use crate::{ClientArgs, ClientError};
 
@@ -36,35 +36,23 @@ pub struct Scorer {
 
 impl Witness for Scorer {
     fn start(_: &Start, brief: &Brief, args: &ClientArgs) -> Result<Self, ClientError> {
-        let blind = brief.header.is_blind();
-        if let (true, Some(log)) = (blind, &args.log) {
-            let log = log.display();
-            let text = format!("{log} is blind, nothing in it can be scored: give its --key-file");
-            return Err(ClientError::Unusable(text));
-        }
-        let names: Vec<String> = brief.header.answering().map(|p| p.name.clone()).collect();
-        Ok(Self {
-            blind,
-            folder: output_folder(brief, args)?,
-            header: brief.header.clone(),
-            keeper: TraceKeeper::new(&brief.header),
-            meter: Meter::new(&names, brief.header.config.ticks),
-            seed: brief.header.seed(),
-            digest: RunDigest::default(),
-            effects: Effects::of(&brief.header),
-        })
+        Self::with(Yardstick::default(), brief, args)
     }
 
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         // A late estimate is judged as late as it is.
         let (tick, has_scan) = (step.frame.tick(), step.frame.ranges_m().is_some());
         self.effects.close(tick, has_scan, step.replies.iter().copied());
-        let effects = &self.effects;
-        let estimates = || effects.replies().map(|r| r.estimate().copied());
-        let poses = estimates().map(|e| e.map(|e| e.pose_in_world));
-        self.meter.push(step.truth, poses);
-        let frame = step.frame;
-        self.keeper.push(frame.time_s(), step.truth, frame.ranges_m(), estimates());
+        let (effects, frame) = (&self.effects, step.frame);
+        let given = effects.replies().enumerate().map(|(i, in_effect)| Given {
+            estimate: in_effect.estimate().copied(),
+            innovation: step.replies.get(i).and_then(|r| r.estimate()?.innovation),
+            delay: step.delays.get(i).copied().flatten(),
+        });
+        let moment = Moment { tick, time_s: frame.time_s(), truth: step.truth };
+        self.meter.push(&moment, given);
+        let estimates = effects.replies().map(|r| r.estimate().copied());
+        self.keeper.push(frame.time_s(), step.truth, frame.ranges_m(), estimates);
         self.digest = step.digest;
         Ok(())
     }
@@ -77,8 +65,8 @@ impl Witness for Scorer {
         };
         // Without a truth there is no figure, and a distance of 0 m is none.
         let unscored = (whole.ticks_with_truth == 0).then(|| self.why_unscored());
-        let scores = if unscored.is_none() { self.meter.scores() } else { Vec::new() };
         let mut trace = self.keeper.finish(whole);
+        let scores = if unscored.is_none() { self.meter.scores(&trace) } else { Vec::new() };
         trace.digest = self.digest.run_hex();
         let mut report = ScoreReport {
             scenario: trace.scenario.clone(),
@@ -110,6 +98,36 @@ impl Witness for Scorer {
 }
 
 impl Scorer {
+    /// A scorer that judges by this.
+    ///
+    /// # Errors
+    /// A blind log, or a folder that cannot be made.
+    pub fn with(
+        yardstick: Yardstick,
+        brief: &Brief,
+        args: &ClientArgs,
+    ) -> Result<Self, ClientError> {
+        let blind = brief.header.is_blind();
+        if let (true, Some(log)) = (blind, &args.log) {
+            let log = log.display();
+            let text = format!("{log} is blind, nothing in it can be scored: give its --key-file");
+            return Err(ClientError::Unusable(text));
+        }
+        let names: Vec<String> = brief.header.answering().map(|p| p.name.clone()).collect();
+        let kidnapped_at = brief.header.kidnappings().map(|k| k.tick).collect();
+        let planned = Planned { ticks: brief.header.config.ticks, kidnapped_at };
+        Ok(Self {
+            blind,
+            folder: output_folder(brief, args)?,
+            header: brief.header.clone(),
+            keeper: TraceKeeper::new(&brief.header),
+            meter: Meter::new(&names, &planned, yardstick),
+            seed: brief.header.seed(),
+            digest: RunDigest::default(),
+            effects: Effects::of(&brief.header),
+        })
+    }
+
     fn why_unscored(&self) -> String {
         if self.blind {
             "the frames are those of a blind log, and their truth is in its key: log this run, \

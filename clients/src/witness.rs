@@ -74,10 +74,19 @@ pub enum Ending {
 
 /// Runs a witness to the end of a run or log.
 pub fn run_witness<W: Witness>(args: &ClientArgs) -> Exit {
+    run_witness_from(args, W::start)
+}
+
+/// The same for a witness that begins in another way than by
+/// [`Witness::start`]: one that was told more on its command line.
+pub fn run_witness_from<W: Witness>(
+    args: &ClientArgs,
+    begin: impl FnOnce(&Start, &Brief, &ClientArgs) -> Result<W, ClientError>,
+) -> Exit {
     // It will hold the key and the truth: no core dumps, and no other process
     // of this user reads its memory. Where that cannot be had, it goes on.
     let _ = set_dumpable_behavior(DumpableBehavior::NotDumpable);
-    match drive::<W>(args) {
+    match drive(args, begin) {
         Ok(exit) => exit,
         Err(e) => {
             crate::error::say(format_args!("{}: {e}", args.name()));
@@ -86,19 +95,26 @@ pub fn run_witness<W: Witness>(args: &ClientArgs) -> Exit {
     }
 }
 
-fn drive<W: Witness>(args: &ClientArgs) -> Result<Exit, ClientError> {
+fn drive<W: Witness>(
+    args: &ClientArgs,
+    begin: impl FnOnce(&Start, &Brief, &ClientArgs) -> Result<W, ClientError>,
+) -> Result<Exit, ClientError> {
     let mut session = Session::join(args)?;
-    let result = watch::<W>(&mut session, args);
+    let result = watch(&mut session, args, begin);
     if result.is_err() {
         session.fail();
     }
     result
 }
 
-fn watch<W: Witness>(session: &mut Session, args: &ClientArgs) -> Result<Exit, ClientError> {
+fn watch<W: Witness>(
+    session: &mut Session,
+    args: &ClientArgs,
+    begin: impl FnOnce(&Start, &Brief, &ClientArgs) -> Result<W, ClientError>,
+) -> Result<Exit, ClientError> {
     let (key, brief) = session.brief(args)?;
     let answering = brief.header.answering().count();
-    let mut witness = W::start(session.start(), &brief, args)?;
+    let mut witness = begin(session.start(), &brief, args)?;
     let mut state = State {
         key,
         digest: RunDigest::default(),

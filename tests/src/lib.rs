@@ -245,3 +245,12 @@ pub fn until_within(limit: Duration, what: &str, mut done: impl FnMut() -> bool)
 pub fn text<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key].as_str().unwrap_or_else(|| panic!("{key} is no text in {value}"))
 }
+
+/// Scores, but for how long answers took, which is another time in every run.
+#[track_caller]
+pub fn timeless(scores: &Value) -> Value {
+    let mut scores = scores.clone();
+    let list = scores.as_array_mut().unwrap_or_else(|| panic!("no list of scores"));
+    list.iter_mut().for_each(|score| score["compute"] = Value::Null);
+    scores
+}

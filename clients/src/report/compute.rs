@@ -5,7 +5,7 @@ use rusty_contract::score::{Durations, Score};
 use rusty_plot::style::{INK, Look, SOFT_INK, WHITE};
 use rusty_plot::{Anchor, Canvas, Drawing, Layer, LogAxes, PlotError, Rect};
 
-use super::{escaped, figure};
+use super::figure;
 
 const WIDTH: f64 = 480.0;
 const LEFT: f64 = 84.0;
@@ -70,7 +70,7 @@ pub(super) fn draw(names: &[String], scores: &[Score]) -> Result<String, PlotErr
     let caption = "Mark: median. Line: up to 99 % of all answers. Stroke: the longest. Reported is \
                    from taking a frame to answering it, observed from publishing it to the \
                    answer's arrival.";
-    Ok(format!("<div class=\"charts\">\n{}</div>\n", figure(&svg, &escaped(caption))))
+    Ok(figure(&svg, caption))
 }
 
 fn draw_durations(

@@ -47,8 +47,10 @@ pub fn html(
     page.push_str("<main>\n");
     section(&mut page, "map", "Map", &map_part(trace, &figures)?);
     section(&mut page, "errors", "Errors over time", &errors_part(trace, &figures));
+    page.push_str("<div class=\"pair\">\n");
     section(&mut page, "consistency", "Consistency", &consistency_part(trace, &figures));
     section(&mut page, "times", "Compute time", &times);
+    page.push_str("</div>\n");
     section(&mut page, "scores", "Scores", &table::table(&trace.names, scores)?);
     page.push_str("</main>\n");
     let _ = write!(
@@ -223,25 +225,26 @@ fn errors_part(trace: &RunTrace, figures: &Figures) -> String {
         true => " Bands: 95 %, by the covariances reported.",
         false => "",
     };
+    let kidnapped = match trace.kidnapped_at.is_empty() {
+        true => "",
+        false => " Dashes: the robot was put elsewhere.",
+    };
     let [position, heading] = &figures.errors;
     format!(
         "<div class=\"charts\">\n{}{}</div>\n",
-        figure(position, &format!("Distance between estimate and truth.{band}")),
+        figure(position, &format!("Distance between estimate and truth.{band}{kidnapped}")),
         figure(heading, &format!("Counter-clockwise is positive.{band}"))
     )
 }
 
 fn consistency_part(trace: &RunTrace, figures: &Figures) -> String {
     match &figures.nees {
-        Some(nees) => format!(
-            "<div class=\"charts\">\n{}</div>\n",
-            figure(
-                nees,
-                "The squared error of the pose in units of its own covariance (NEES). Of an \
-                 estimator that knows how wrong it is, 95 % lie in the band (χ² with three \
-                 degrees of freedom, 0.216 to 9.348) and the mean is 3: above it is \
-                 overconfident, below conservative."
-            )
+        Some(nees) => figure(
+            nees,
+            "The squared error of the pose in units of its own covariance (NEES). Of an \
+             estimator that knows how wrong it is, 95 % lie in the band (χ² with three degrees \
+             of freedom, 0.216 to 9.348) and the mean is 3: above it is overconfident, below \
+             conservative.",
         ),
         None if trace.has_covariances() => {
             "<p>No tick has both a covariance and a truth: unscored.</p>\n".to_owned()

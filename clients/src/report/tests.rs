@@ -37,7 +37,7 @@ fn run(names: &[&str], ticks: u32) -> (LogHeader, RunTrace) {
         let estimate = |i: usize| {
             let off = Vector3::new(1e-4, -2e-4, 1e-4).scale(f64::from(k) * (i + 1) as f64);
             let pose = Estimate::from(truth.boxplus(&off));
-            Some(Estimate { covariance: (i % 2 == 0).then(|| covariance(k)), ..pose })
+            Some(Estimate { covariance: i.is_multiple_of(2).then(|| covariance(k)), ..pose })
         };
         let scan = (k % 5 == 4).then_some(&scan[..]);
         keeper.push(0.02 * f64::from(k + 1), Some(truth), scan, (0..names.len()).map(estimate));

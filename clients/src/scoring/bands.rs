@@ -12,9 +12,10 @@
 //! plane, to first order: the bend that the heading's uncertainty gives them is
 //! left out.
 
-use nalgebra::{Matrix3, Vector3};
 use rusty_contract::Estimate;
 use rusty_geometry::{SE2, trig};
+
+use super::consistency;
 
 /// Two-sided 95 % of χ² with three degrees of freedom: 2.5 % lie below, 2.5 %
 /// above.
@@ -31,10 +32,7 @@ const LARGEST_M: f64 = 1e6;
 /// no covariance, or none of full rank.
 #[must_use]
 pub fn nees(truth: &SE2, estimate: &Estimate) -> Option<f64> {
-    let p = Matrix3::from_row_slice(&estimate.covariance?);
-    let error: Vector3<f64> = truth.boxminus(&estimate.pose_in_world);
-    let weighed = (0.5 * (p + p.transpose())).cholesky()?.solve(&error);
-    Some(error.dot(&weighed)).filter(|nees| nees.is_finite())
+    consistency::nees(truth, &estimate.pose_in_world, &estimate.covariance?)
 }
 
 /// The radius that the position error stays below with a probability of 95 %,
@@ -90,6 +88,19 @@ fn plane(covariance: &[f64; 9]) -> Option<[f64; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
+    use rusty_contract::score::chi_square;
+
+    #[test]
+    fn the_quantiles_are_those_of_the_distribution() {
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b, "{a}, {b}");
+        let [low, high] = chi_square::band(0.95, 3.0);
+        close(NEES_BAND[0], low);
+        close(NEES_BAND[1], high);
+        close(PLANE, chi_square::quantile(0.95, 2.0));
+        close(TWO_SIDED * TWO_SIDED, chi_square::quantile(0.95, 1.0));
+        close(ONE_SIDED * ONE_SIDED, chi_square::quantile(0.90, 1.0));
+    }
 
     fn estimate(theta_rad: f64, covariance: [f64; 9]) -> Estimate {
         let pose = SE2::new(1.0, 2.0, theta_rad);

@@ -20,7 +20,7 @@ const LEAST_DEG: f64 = 0.05;
 const BAND_SHARE: f64 = 3.0;
 /// What a NEES axis spans at least and at most.
 const NEES_LEAST: [f64; 2] = [0.1, 20.0];
-const NEES_MOST: [f64; 2] = [1e-3, 1e6];
+const NEES_MOST: [f64; 2] = [1e-2, 1e6];
 /// How much of the colour of a band is its own.
 const BAND_OPACITY: f64 = 0.13;
 
@@ -74,8 +74,8 @@ impl Kind {
                 [(low - room).max(-180.0), (high + room).min(180.0)]
             }
             Self::Nees => {
-                let low = (0.7 * least).min(NEES_LEAST[0]).max(NEES_MOST[0]);
-                [low, (1.4 * greatest).max(NEES_LEAST[1]).min(NEES_MOST[1])]
+                let low = (0.7 * least).clamp(NEES_MOST[0], NEES_LEAST[0]);
+                [low, (1.4 * greatest).clamp(NEES_LEAST[1], NEES_MOST[1])]
             }
         }
     }
@@ -176,6 +176,9 @@ impl<'a> Chart<'a> {
                 axes.draw_frame(canvas, x)?;
             }
         }
+        for at in self.kidnappings_px() {
+            canvas.dashes(&[[at, f.top], [at, f.bottom]], &SOFT_INK, 1.2, 4.0)?;
+        }
         if self.is_empty() {
             let middle = [0.5 * (f.left + f.right), 0.5 * (f.top + f.bottom) - 12.0];
             let text = "no tick has both an estimate and a truth";
@@ -187,6 +190,14 @@ impl<'a> Chart<'a> {
             canvas.text(at, Anchor::Middle, 13.0, &INK, self.time.title())?;
         }
         Ok(())
+    }
+
+    /// Where on the page the robot was put elsewhere, as far as that was seen.
+    fn kidnappings_px(&self) -> impl Iterator<Item = f64> {
+        self.trace.kidnapped_at.iter().filter_map(|&tick| {
+            let next = self.trace.stops.iter().find(|stop| stop.tick >= tick)?;
+            Some(self.px([self.time.place_s(next.time_s)?, 1.0])[0])
+        })
     }
 
     /// Draws how far an estimator's errors may reach by its covariances.

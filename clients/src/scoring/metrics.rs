@@ -1,13 +1,13 @@
 //! How far the estimates are from the truth.
 //!
 //! A [`Meter`] sees the ticks of a run one by one and keeps sums: it takes the
-//! same memory for any number of them, but for the 95th percentile
-//! ([`quantile`](rusty_contract::score::quantile) says how that is kept).
+//! same memory for any number of them, but for percentiles and medians
+//! ([`quantile`](rusty_contract::score::quantile) says how those are kept). What
+//! is measured lies in files of its own: `trajectory` (ATE and RPE), `alignment`,
+//! `consistency` (NEES and NIS, with `batches`), `convergence`, `compute`.
 //!
-//! Source: M. Grupp, *evo* (Python package, 1.38.1). The absolute trajectory
-//! error is its `evo_ape --pose_relation trans_part` without alignment, the
-//! relative pose error its `evo_rpe --delta 1 --delta_unit f` (consecutive
-//! pairs), translation part and `angle_deg`.
+//! Source: M. Grupp, *evo* (Python package, 1.38.1), and those that the other
+//! files name; METRICS.md explains each figure.
 //!
 //! Departures: poses are planar; and where evo pairs time stamps, a tick here is
 //! scored when it has both a true and an estimated pose made of numbers.
@@ -15,17 +15,27 @@
 //! and a pair of the relative error is two scored ticks with none between.
 
 use rusty_contract::score::{self, Errors, PathLength, Score};
-use rusty_geometry::{SE2, trig};
+use rusty_contract::{Estimate, Innovation};
+use rusty_geometry::SE2;
 
+use super::alignment::aligned_errors;
+use super::compute::Times;
+use super::consistency::{Samples, nees};
+use super::convergence::Search;
 use super::trace::RunTrace;
+use super::trajectory::{Absolute, Relative};
+use super::yardstick::Yardstick;
+use crate::witness::Delay;
 
 /// A scored tick: truth and estimate, world frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scored {
     /// Index of the tick.
     pub tick: usize,
-    truth: SE2,
-    estimate: SE2,
+    /// The true pose.
+    pub truth: SE2,
+    /// The believed one.
+    pub estimate: SE2,
 }
 
 impl Scored {
@@ -61,14 +71,52 @@ pub fn distance_driven_m(trace: &RunTrace) -> f64 {
 /// One score per estimator, in roster order. A figure is `None` where nothing
 /// was scored that it could be made of: all of them without a scored tick, the
 /// relative ones with a single one, the drift in percent of a robot that stood.
+/// A trace knows poses alone, so what is made of covariances, innovations,
+/// kidnappings and durations is `None`, too.
 #[must_use]
 pub fn score(trace: &RunTrace) -> Vec<Score> {
-    let mut meter = Meter::new(&trace.names, trace.ticks() as u64);
+    let planned = Planned { ticks: trace.ticks() as u64, kidnapped_at: Vec::new() };
+    let mut meter = Meter::new(&trace.names, &planned, Yardstick::default());
     for tick in 0..trace.ticks() {
-        let estimates = (0..trace.names.len()).map(|i| trace.estimate(i, tick));
-        meter.push(trace.true_pose(tick), estimates);
+        let given =
+            |i| Given { estimate: trace.estimate(i, tick).map(Into::into), ..Given::default() };
+        let moment =
+            Moment { tick: tick as u64, time_s: trace.time_s[tick], truth: trace.true_pose(tick) };
+        meter.push(&moment, (0..trace.names.len()).map(given));
     }
-    meter.scores()
+    meter.scores(trace)
+}
+
+/// What is known of a run before its first tick.
+#[derive(Clone, Debug, Default)]
+pub struct Planned {
+    /// How many ticks are to come.
+    pub ticks: u64,
+    /// Ticks at whose start the robot is put elsewhere.
+    pub kidnapped_at: Vec<u64>,
+}
+
+/// A tick, as far as it is the same for all estimators.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment {
+    /// Its number in the run.
+    pub tick: u64,
+    /// When it ends, s.
+    pub time_s: f64,
+    /// The true pose, world frame, where known.
+    pub truth: Option<SE2>,
+}
+
+/// What an estimator gave at a tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Given {
+    /// The estimate in effect.
+    pub estimate: Option<Estimate>,
+    /// The innovation in the answer to this tick: what a filter saw is counted
+    /// when it says so, once, however late its estimate takes effect.
+    pub innovation: Option<Innovation>,
+    /// How long the answer to this tick took.
+    pub delay: Option<Delay>,
 }
 
 /// What is measured of a run, tick by tick.
@@ -86,48 +134,55 @@ struct Sums {
     name: String,
     /// Ticks with an estimate.
     given: u64,
-    last: Option<Scored>,
     errors: Errors,
+    absolute: Absolute,
+    relative: Relative,
     pairs: u64,
     relative_m2: f64,
     relative_deg2: f64,
+    nees: Samples,
+    nis: Samples,
+    search: Search,
+    times: Times,
 }
 
 impl Meter {
-    /// A run of which no tick has been seen, and `ticks` are to come. Seeing as
-    /// many allocates nothing.
+    /// A run of which no tick has been seen. Seeing as many as are planned
+    /// allocates nothing.
     #[must_use]
-    pub fn new(names: &[String], ticks: u64) -> Self {
+    pub fn new(names: &[String], planned: &Planned, yardstick: Yardstick) -> Self {
+        let ticks = planned.ticks;
         let sums = |name: &String| Sums {
             name: name.clone(),
             given: 0,
-            last: None,
             errors: Errors::expecting(ticks),
+            absolute: Absolute::expecting(ticks),
+            relative: Relative::expecting(ticks),
             pairs: 0,
             relative_m2: 0.0,
             relative_deg2: 0.0,
+            nees: Samples::of_errors(yardstick.level),
+            nis: Samples::of_innovations(yardstick.level),
+            search: Search::new(yardstick.within, &planned.kidnapped_at),
+            times: Times::new(),
         };
         let estimators = names.iter().map(sums).collect();
         Self { ticks: 0, ticks_with_truth: 0, driven: PathLength::default(), estimators }
     }
 
-    /// Adds a tick. `estimates` come in the order of the names; those that are
-    /// missing at the end count as not given, and more of them than names are
-    /// left aside. So are poses that are no numbers.
-    pub fn push(&mut self, truth: Option<SE2>, estimates: impl Iterator<Item = Option<SE2>>) {
-        let tick = self.ticks as usize;
+    /// Adds a tick. `given` comes in the order of the names; what is missing at
+    /// the end counts as not given, and more of it than names is left aside. So
+    /// are poses that are no numbers.
+    pub fn push(&mut self, moment: &Moment, given: impl Iterator<Item = Given>) {
         self.ticks += 1;
-        let truth = truth.filter(SE2::is_finite);
+        let truth = moment.truth.filter(SE2::is_finite);
         if let Some(pose) = truth {
             self.ticks_with_truth += 1;
             self.driven.push(&pose);
         }
-        for (sums, estimate) in self.estimators.iter_mut().zip(estimates) {
-            let Some(estimate) = estimate.filter(SE2::is_finite) else { continue };
-            sums.given += 1;
-            if let Some(truth) = truth {
-                sums.push(Scored { tick, truth, estimate });
-            }
+        let given = given.chain(std::iter::repeat_with(Given::default));
+        for (sums, given) in self.estimators.iter_mut().zip(given) {
+            sums.push(&Moment { truth, ..*moment }, &given);
         }
     }
 
@@ -150,18 +205,49 @@ impl Meter {
     }
 
     /// One score per estimator, in the order of the names; see [`score()`].
+    /// `kept` are the ticks that are left for what needs all of them at once,
+    /// which is laying an estimate over the truth.
     #[must_use]
-    pub fn scores(&mut self) -> Vec<Score> {
+    pub fn scores(&mut self, kept: &RunTrace) -> Vec<Score> {
         let (ticks, driven_m) = (self.ticks, self.driven.metres());
-        self.estimators.iter_mut().map(|sums| sums.score(ticks, driven_m)).collect()
+        let score = |(i, sums): (usize, &mut Sums)| {
+            let mut score = sums.score(ticks, driven_m);
+            score.ate.se2 = aligned_errors(kept, i);
+            score
+        };
+        self.estimators.iter_mut().enumerate().map(score).collect()
     }
 }
 
 impl Sums {
-    fn push(&mut self, scored: Scored) {
+    fn push(&mut self, moment: &Moment, given: &Given) {
+        self.search.begin(moment.tick, moment.time_s);
+        if let Some(Innovation { nis, degrees }) = given.innovation {
+            self.nis.push(Some(nis), degrees);
+        }
+        if let Some(delay) = given.delay {
+            self.times.push(delay);
+        }
+        let estimate = given.estimate.filter(|e| e.pose_in_world.is_finite());
+        self.given += u64::from(estimate.is_some());
+        let (truth, estimate) = match (moment.truth, estimate) {
+            (Some(truth), Some(estimate)) => (truth, estimate),
+            (Some(_), None) => return self.search.silent(),
+            (None, _) => return,
+        };
+        let pose = estimate.pose_in_world;
+        self.score_tick(&Scored { tick: moment.tick as usize, truth, estimate: pose });
+        if let Some(covariance) = &estimate.covariance {
+            self.nees.push(nees(&truth, &pose, covariance), 3);
+        }
+    }
+
+    fn score_tick(&mut self, scored: &Scored) {
         self.errors.push(&scored.estimate, &scored.truth);
-        if let Some(last) = self.last.replace(scored) {
-            let (error_m, error_deg) = relative_error(&last, &scored);
+        self.search.push(scored);
+        self.absolute.push(scored);
+        if let Some((error_m, error_rad)) = self.relative.push(scored) {
+            let error_deg = error_rad.to_degrees();
             self.pairs += 1;
             self.relative_m2 += error_m * error_m;
             self.relative_deg2 += error_deg * error_deg;
@@ -188,18 +274,14 @@ impl Sums {
             rpe_rmse_deg: root_mean(self.relative_deg2, self.pairs),
             distance_m: driven_m,
             drift_percent: final_m.filter(|_| driven_m > 0.0).map(|m| 100.0 * m / driven_m),
-            ..Score::default()
+            ate: self.absolute.errors(&mut self.errors),
+            rpe: self.relative.errors(),
+            nees: self.nees.consistency(),
+            nis: self.nis.consistency(),
+            convergence: self.search.convergence(),
+            compute: self.times.figures(),
         }
     }
-}
-
-/// What the motion from one scored tick to the next was believed wrong by,
-/// (m, degrees): E = (r_i⁻¹ r_j)⁻¹ (e_i⁻¹ e_j) for truths r and estimates e.
-fn relative_error(i: &Scored, j: &Scored) -> (f64, f64) {
-    let true_motion = i.truth.inverse() * j.truth;
-    let believed_motion = i.estimate.inverse() * j.estimate;
-    let error = true_motion.inverse() * believed_motion;
-    (trig::hypot(error.x(), error.y()), error.theta().abs().to_degrees())
 }
 
 fn root_mean(sum: f64, count: u64) -> Option<f64> {
@@ -209,3 +291,7 @@ fn root_mean(sum: f64, count: u64) -> Option<f64> {
 #[cfg(test)]
 #[path = "metrics_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "evo_tests.rs"]
+mod evo_tests;

@@ -31,6 +31,8 @@ pub struct RunTrace {
     pub truth: Vec<Option<SE2>>,
     /// Believed pose of the body: outer index as `names`, inner index the tick.
     pub estimates: Vec<Vec<Option<SE2>>>,
+    /// The ticks at whose start the robot was put elsewhere.
+    pub kidnapped_at: Vec<u64>,
     /// The last scan: index of its tick, and its ranges in m, beam by beam.
     pub last_scan: Option<(usize, Vec<f64>)>,
     /// Where the ticks here are some of a longer run: what the whole of it was.
@@ -66,6 +68,7 @@ impl RunTrace {
             time_s: Vec::new(),
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
+            kidnapped_at: header.config.kidnappings.iter().map(|k| k.tick).collect(),
             last_scan: None,
             thinned_from: None,
             stops: Vec::new(),
@@ -169,6 +172,7 @@ pub(crate) mod tests {
             time_s: Vec::new(),
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
+            kidnapped_at: Vec::new(),
             last_scan: None,
             thinned_from: None,
             stops: Vec::new(),

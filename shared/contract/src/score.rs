@@ -1,10 +1,12 @@
 //! What a scorer writes down (`score.json`) and a launcher prints.
 
+pub mod chi_square;
 mod compute;
 mod consistency;
 mod convergence;
 mod errors;
 pub mod quantile;
+mod table;
 mod trajectory;
 
 pub use compute::{ComputeTimes, Durations};
@@ -12,6 +14,7 @@ pub use consistency::{Consistency, Verdict};
 pub use convergence::{Convergence, Recovery, Within};
 pub use errors::{Errors, Figures, PathLength, heading_error_rad, position_error_m};
 pub use quantile::Quantiles;
+pub use table::ScoreTable;
 pub use trajectory::{AbsoluteErrors, PoseErrors, RelativeErrors, Statistics};
 
 use serde::{Deserialize, Serialize};
@@ -90,7 +93,7 @@ pub struct Score {
     #[serde(default)]
     pub rpe: RelativeErrors,
     /// Errors beside the reported covariances; `None` (unscored) where none was
-    /// reported.
+    /// reported, or none that could be used.
     #[serde(default)]
     pub nees: Option<Consistency>,
     /// Innovations beside their covariances; `None` where none was reported.
@@ -102,37 +105,4 @@ pub struct Score {
     /// How long its answers took; `None` for what was read from a log.
     #[serde(default)]
     pub compute: Option<ComputeTimes>,
-}
-
-/// Scores as a table for people, a line per estimator.
-pub struct ScoreTable<'a>(pub &'a [Score]);
-
-impl std::fmt::Display for ScoreTable<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let width = self.0.iter().map(|s| s.name.chars().count()).max().unwrap_or(0).max(9);
-        writeln!(
-            f,
-            "{:width$}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
-            "estimator", "final", "heading", "mean", "p95", "ATE rmse", "driven", "drift"
-        )?;
-        for s in self.0 {
-            let cell = |value: Option<f64>, digits: usize, unit: &str| match value {
-                Some(value) => format!("{value:.digits$} {unit}"),
-                None => "unscored".to_owned(),
-            };
-            writeln!(
-                f,
-                "{:width$}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
-                s.name,
-                cell(s.final_position_error_m, 3, "m"),
-                cell(s.final_heading_error_deg, 2, "°"),
-                cell(s.mean_drift_m, 3, "m"),
-                cell(s.p95_drift_m, 3, "m"),
-                cell(s.ate_rmse_m, 3, "m"),
-                cell(Some(s.distance_m), 2, "m"),
-                cell(s.drift_percent, 2, "%"),
-            )?;
-        }
-        Ok(())
-    }
 }

@@ -23,7 +23,9 @@ pub struct Consistency {
     /// Share of the samples in the two-sided band of their own degrees, at
     /// `level`.
     pub share_within: f64,
-    /// As many independent samples would be as uncertain as these are together.
+    /// As many independent samples would be as uncertain as these are together:
+    /// estimated for errors, which drag on from tick to tick; all of them for
+    /// innovations, which a right filter makes independent.
     pub effective_samples: f64,
     /// The mean lies in here with probability `level` if all is right.
     pub interval: [f64; 2],

@@ -117,6 +117,12 @@ impl Errors {
         *self = Self { position_m, ..Self::default() };
     }
 
+    /// Median of the position error, m, as good as [`Quantiles`] is; `None`
+    /// without a tick. Changes the order in which they are kept.
+    pub fn median_m(&mut self) -> Option<f64> {
+        self.position_m.at(0.5)
+    }
+
     /// What they come to. Changes the order in which they are kept, and
     /// nothing else: more may follow.
     pub fn figures(&mut self) -> Figures {

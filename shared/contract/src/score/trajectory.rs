@@ -11,7 +11,8 @@ pub struct Statistics {
     pub rmse: f64,
     /// Mean.
     pub mean: f64,
-    /// Median (of an even number the mean of the two in the middle).
+    /// Median (of an even number the mean of the two in the middle). Of more
+    /// than 1,048,576 errors it is right to 1/4096 of itself.
     pub median: f64,
     /// Standard deviation, divided by the count.
     pub std: f64,
@@ -40,7 +41,8 @@ pub struct AbsoluteErrors {
     /// With the first estimate on the first truth.
     pub origin: Option<PoseErrors>,
     /// Moved as a whole (SE(2)) so that the squares of the translations are
-    /// least.
+    /// least. Of a run of more than 131,072 ticks, over those that are kept to
+    /// be drawn: `count` says how many.
     pub se2: Option<PoseErrors>,
 }
 
@@ -49,6 +51,7 @@ pub struct AbsoluteErrors {
 pub struct RelativeErrors {
     /// From one scored tick to the next.
     pub per_tick: Option<PoseErrors>,
-    /// From one pose to the first that is a metre further along the path.
+    /// From one pose to the first that is a metre further along the believed
+    /// path, and on from there.
     pub per_metre: Option<PoseErrors>,
 }

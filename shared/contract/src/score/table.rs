@@ -1,0 +1,236 @@
+//! Scores as tables for people.
+
+use std::fmt::{Display, Formatter, Result};
+
+use super::{ComputeTimes, Consistency, Convergence, Score};
+
+/// Scores as tables for people, a line per estimator: how far off; and below it,
+/// where anything of it is known, whether it knew, when it found the robot, and
+/// how long it took.
+pub struct ScoreTable<'a>(pub &'a [Score]);
+
+impl Display for ScoreTable<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        let width = self.0.iter().map(|s| s.name.chars().count()).max().unwrap_or(0).max(9);
+        writeln!(
+            f,
+            "{:width$}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
+            "estimator", "final", "heading", "mean", "p95", "ATE rmse", "driven", "drift"
+        )?;
+        for s in self.0 {
+            let cell = |value: Option<f64>, digits: usize, unit: &str| match value {
+                Some(value) => format!("{value:.digits$} {unit}"),
+                None => "unscored".to_owned(),
+            };
+            writeln!(
+                f,
+                "{:width$}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
+                s.name,
+                cell(s.final_position_error_m, 3, "m"),
+                cell(s.final_heading_error_deg, 2, "°"),
+                cell(s.mean_drift_m, 3, "m"),
+                cell(s.p95_drift_m, 3, "m"),
+                cell(s.ate_rmse_m, 3, "m"),
+                cell(Some(s.distance_m), 2, "m"),
+                cell(s.drift_percent, 2, "%"),
+            )?;
+        }
+        let columns = columns(self.0);
+        if columns.is_empty() {
+            return Ok(());
+        }
+        write!(f, "\n{:width$}", "estimator")?;
+        columns.iter().try_for_each(|c| write!(f, "  {:>1$}", c.head, c.width))?;
+        for s in self.0 {
+            write!(f, "\n{:width$}", s.name)?;
+            columns.iter().try_for_each(|c| write!(f, "  {:>1$}", (c.cell)(s), c.width))?;
+        }
+        writeln!(f)
+    }
+}
+
+struct Column {
+    head: String,
+    width: usize,
+    cell: fn(&Score) -> String,
+}
+
+/// The columns of the second table: those in which somebody has something, and
+/// what is asked first of an estimator.
+fn columns(scores: &[Score]) -> Vec<Column> {
+    let any = |known: fn(&Score) -> bool| scores.iter().any(known);
+    let times = any(|s| s.compute.is_some());
+    let found = any(|s| s.convergence.is_some());
+    if !(times || found || any(|s| s.nees.is_some() || s.nis.is_some())) {
+        return Vec::new();
+    }
+    let column = |head: String, width: usize, cell| Column { head, width, cell };
+    let level = |of: fn(&Score) -> Option<&Consistency>| {
+        let level = scores.iter().find_map(of).map(|c| 100.0 * c.level);
+        level.map_or(String::new(), |percent| format!(" of 1, {} %", trimmed(percent)))
+    };
+    let nees = format!("NEES{}", level(|s| s.nees.as_ref()));
+    let nis = format!("NIS{}", level(|s| s.nis.as_ref()));
+    let mut columns = vec![
+        column(nees, 18, |s| consistency(s.nees.as_ref())),
+        column(nis, 18, |s| consistency(s.nis.as_ref())),
+    ];
+    if found {
+        columns.push(column("converged".to_owned(), 9, |s| {
+            s.convergence.as_ref().map_or("unscored".to_owned(), |c| seconds(c.after_s))
+        }));
+    }
+    if any(|s| s.convergence.as_ref().is_some_and(|c| !c.recoveries.is_empty())) {
+        columns.push(column("recovered".to_owned(), 10, |s| recovered(s.convergence.as_ref())));
+    }
+    if times {
+        columns.push(column("compute p50".to_owned(), 11, |s| compute(s, |c| c.reported.p50_s)));
+        columns.push(column("p99".to_owned(), 7, |s| compute(s, |c| c.reported.p99_s)));
+    }
+    columns
+}
+
+/// "consistent 1.02": the verdict, and the mean beside what is expected of it.
+fn consistency(found: Option<&Consistency>) -> String {
+    let Some(c) = found else { return "unscored".to_owned() };
+    let ratio = c.sum / c.degrees;
+    let digits = if ratio < 10.0 { 2 } else { 0 };
+    if ratio < 9999.5 {
+        format!("{} {ratio:.digits$}", c.verdict)
+    } else {
+        format!("{} >9999", c.verdict)
+    }
+}
+
+fn seconds(after_s: Option<f64>) -> String {
+    after_s.map_or("never".to_owned(), |s| format!("{s:.2} s"))
+}
+
+/// The longest way back; how many of them there were, where some never ended.
+fn recovered(found: Option<&Convergence>) -> String {
+    let all = found.map_or(&[][..], |c| &c.recoveries);
+    let done = all.iter().filter(|r| r.after_s.is_some()).count();
+    match (all.len(), done) {
+        (0, _) => "unscored".to_owned(),
+        (all, 0) if all == 1 => "never".to_owned(),
+        (n, done) if done < n => format!("{done} of {n}"),
+        _ => seconds(all.iter().filter_map(|r| r.after_s).reduce(f64::max)),
+    }
+}
+
+fn compute(score: &Score, of: fn(&ComputeTimes) -> f64) -> String {
+    score.compute.as_ref().map_or("unknown".to_owned(), |c| duration(of(c)))
+}
+
+/// A duration in the unit in which it has one to three digits before the point.
+fn duration(time_s: f64) -> String {
+    let (value, unit) = match time_s {
+        s if s < 999.5e-9 => (s * 1e9, "ns"),
+        s if s < 999.5e-6 => (s * 1e6, "µs"),
+        s if s < 0.9995 => (s * 1e3, "ms"),
+        s => (s, "s"),
+    };
+    let digits = if value < 9.95 { 1 } else { 0 };
+    format!("{value:.digits$} {unit}")
+}
+
+/// 95 or 99.9: no more digits than there are.
+fn trimmed(percent: f64) -> String {
+    let text = format!("{percent:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Durations, Recovery, Verdict, Within};
+    use super::*;
+
+    fn score(name: &str) -> Score {
+        Score {
+            name: name.to_owned(),
+            distance_m: 14.31,
+            final_position_error_m: Some(0.179),
+            ..Score::default()
+        }
+    }
+
+    fn checked(ratio: f64, verdict: Verdict) -> Option<Consistency> {
+        Some(Consistency {
+            samples: 10,
+            unusable: 0,
+            degrees: 30.0,
+            sum: 30.0 * ratio,
+            mean: 3.0 * ratio,
+            last: 3.0,
+            last_degrees: 3.0,
+            share_within: 0.9,
+            effective_samples: 5.0,
+            interval: [2.0, 4.0],
+            level: 0.95,
+            verdict,
+        })
+    }
+
+    fn found(after_s: Option<f64>, recoveries: &[Option<f64>]) -> Option<Convergence> {
+        let recovery = |after_s: &Option<f64>| Recovery { kidnapped_at_tick: 9, after_s: *after_s };
+        Some(Convergence {
+            within: Within::default(),
+            after_s,
+            position_rmse_m: None,
+            heading_rmse_rad: None,
+            recoveries: recoveries.iter().map(recovery).collect(),
+        })
+    }
+
+    #[test]
+    fn what_nobody_has_takes_no_column() {
+        let plain = ScoreTable(&[score("a")]).to_string();
+        assert_eq!(plain.lines().count(), 2, "{plain}");
+        let scores = [Score { convergence: found(Some(0.02), &[]), ..score("a") }];
+        let both = ScoreTable(&scores).to_string();
+        let lines: Vec<&str> = both.lines().collect();
+        assert_eq!(lines[..2], plain.lines().collect::<Vec<_>>());
+        assert_eq!(lines[2], "");
+        let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        assert_eq!(words(lines[3]), ["estimator", "NEES", "NIS", "converged"]);
+        assert_eq!(words(lines[4]), ["a", "unscored", "unscored", "0.02", "s"]);
+    }
+
+    #[test]
+    fn all_of_it_fits_into_a_hundred_columns() {
+        let took = Durations { p50_s: 12.3e-6, p99_s: 0.000_999_7, max_s: 2.0 };
+        let all = |nees: (f64, Verdict), recoveries: &[Option<f64>]| Score {
+            nees: checked(nees.0, nees.1),
+            nis: checked(12_345.0, Verdict::Overconfident),
+            convergence: found(None, recoveries),
+            compute: Some(ComputeTimes { reported: took, observed: took }),
+            ..score("dead-reckoning")
+        };
+        let scores = [
+            all((1.02, Verdict::Consistent), &[Some(1.0), Some(12.5)]),
+            all((123.4, Verdict::Overconfident), &[Some(1.0), None]),
+            all((0.25, Verdict::Conservative), &[None]),
+            score("b"),
+        ];
+        let text = ScoreTable(&scores).to_string();
+        assert!(text.lines().all(|l| l.chars().count() <= 100), "{text}");
+        for words in [
+            "NEES of 1, 95 %",
+            "consistent 1.02  overconfident >9999      never     12.50 s        12 µs   1.0 ms",
+            "overconfident 123",
+            "1 of 2",
+            "conservative 0.25",
+            "unknown",
+        ] {
+            assert!(text.contains(words), "{words:?} is not in\n{text}");
+        }
+    }
+
+    #[test]
+    fn durations_have_few_digits() {
+        let times = [0.0, 3e-9, 1.234e-6, 9.96e-6, 999.6e-6, 0.05, 2.0];
+        let expected = ["0.0 ns", "3.0 ns", "1.2 µs", "10 µs", "1.0 ms", "50 ms", "2.0 s"];
+        assert_eq!(times.map(duration), expected);
+        assert_eq!([95.0, 99.9, 99.99].map(trimmed), ["95", "99.9", "99.99"]);
+    }
+}
