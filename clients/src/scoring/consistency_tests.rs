@@ -157,6 +157,8 @@ fn innovations_count_each() {
     assert_eq!((found.effective_samples, found.degrees, found.level), (2000.0, 6000.0, 0.99));
     assert!((found.mean - 3.0).abs() < 0.15 && (found.share_within - 0.99).abs() < 0.01);
     assert_eq!(found.verdict, Verdict::Consistent);
-    // χ² of 6000 degrees, over 2000: 3 ± 2.576 · √(2 · 3 / 2000).
-    assert!((found.interval[0] - 2.861).abs() < 2e-3 && (found.interval[1] - 3.142).abs() < 2e-3);
+    // scipy: chi2.ppf([.005, .995], 6000) / 2000.
+    for (found, expected) in found.interval.into_iter().zip([2.860_794_73, 3.142_961_74]) {
+        assert!((found - expected).abs() < 1e-8, "{found}");
+    }
 }

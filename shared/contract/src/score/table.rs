@@ -112,8 +112,8 @@ fn recovered(found: Option<&Convergence>) -> String {
     let done = all.iter().filter(|r| r.after_s.is_some()).count();
     match (all.len(), done) {
         (0, _) => "unscored".to_owned(),
-        (all, 0) if all == 1 => "never".to_owned(),
-        (n, done) if done < n => format!("{done} of {n}"),
+        (1, 0) => "never".to_owned(),
+        (all, done) if done < all => format!("{done} of {all}"),
         _ => seconds(all.iter().filter_map(|r| r.after_s).reduce(f64::max)),
     }
 }
