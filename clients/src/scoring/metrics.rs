@@ -164,7 +164,7 @@ impl Meter {
             nees: Samples::of_errors(yardstick.level),
             nis: Samples::of_innovations(yardstick.level),
             search: Search::new(yardstick.within, &planned.kidnapped_at),
-            times: Times::new(),
+            times: Times::expecting(ticks),
         };
         let estimators = names.iter().map(sums).collect();
         Self { ticks: 0, ticks_with_truth: 0, driven: PathLength::default(), estimators }

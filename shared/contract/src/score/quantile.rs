@@ -58,13 +58,6 @@ impl Quantiles {
         Self::keeping(MOST_KEPT, count)
     }
 
-    /// None seen yet, and none will be kept: counts in bins from the first one
-    /// on, which takes as much room for a hundred as for a million.
-    #[must_use]
-    pub fn counting() -> Self {
-        Self { bins: vec![0; BINS], ..Self::keeping(0, 0) }
-    }
-
     fn keeping(most_kept: usize, expected: u64) -> Self {
         let room = usize::try_from(expected).map_or(most_kept, |n| n.min(most_kept));
         let kept = Vec::with_capacity(room);
@@ -199,9 +192,6 @@ mod tests {
             all.push(drift_m(k));
             few.push(drift_m(k));
         }
-        let mut none = Quantiles::counting();
-        (0..300_000).for_each(|k| none.push(drift_m(k)));
-        assert_eq!([0.1, 0.5, 1.0].map(|f| none.at(f)), [0.1, 0.5, 1.0].map(|f| few.at(f)));
         assert!(all.bins.is_empty() && few.kept.capacity() == 0 && few.bins.len() == BINS);
         assert_eq!((all.count(), few.count()), (300_000, 300_000));
         for fraction in [0.0, 0.001, 0.05, 0.25, 0.5, 0.9, 0.95, 0.999, 1.0] {
