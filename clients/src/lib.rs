@@ -29,6 +29,7 @@ mod estimator;
 mod held_frame;
 mod log_session;
 pub mod logger;
+pub mod report;
 pub mod scorer;
 pub mod scoring;
 mod session;

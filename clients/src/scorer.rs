@@ -1,4 +1,5 @@
-//! The scorer: compares every estimate with the truth, and draws the run.
+//! The scorer: compares every estimate with the truth, draws the run and writes
+//! its report.
 //!
 //! It takes no more memory for a longer run: the figures are sums
 //! ([`Meter`]), and of a very long run not every tick is drawn ([`TraceKeeper`]).
@@ -7,20 +8,23 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use rusty_contract::log::LogHeader;
 use rusty_contract::score::ScoreTable;
 use rusty_contract::{Brief, Effects, Exit, RunDigest, ScoreReport, Start};
-use rusty_plot::png;
+use rusty_plot::{PlotError, png};
 
 use crate::logger::output_folder;
+use crate::report::html;
 use crate::scoring::trace::Whole;
 use crate::scoring::{Given, Meter, Moment, Planned, RunTrace, TraceKeeper, Yardstick, svg};
 use crate::witness::{Ending, Step, Witness};
 use crate::{ClientArgs, ClientError};
 
 /// Compares every estimate with the truth; at the end writes `score.json`,
-/// `run.svg` and `run.png`, and prints the table.
+/// `report.html`, `report.svg` and `report.png`, and prints the table.
 pub struct Scorer {
     folder: PathBuf,
+    header: LogHeader,
     keeper: TraceKeeper,
     meter: Meter,
     seed: Option<u64>,
@@ -47,8 +51,8 @@ impl Witness for Scorer {
         });
         let moment = Moment { tick, time_s: frame.time_s(), truth: step.truth };
         self.meter.push(&moment, given);
-        let poses = effects.replies().map(|r| r.estimate().map(|e| e.pose_in_world));
-        self.keeper.push(frame.time_s(), step.truth, frame.ranges_m(), poses);
+        let estimates = effects.replies().map(|r| r.estimate().copied());
+        self.keeper.push(frame.time_s(), step.truth, frame.ranges_m(), estimates);
         self.digest = step.digest;
         Ok(())
     }
@@ -73,9 +77,10 @@ impl Witness for Scorer {
             scores,
             unscored,
             pictures: Vec::new(),
+            report: None,
         };
-        let drawn = draw(&self.folder, &trace, &mut report);
-        // The numbers are written even where the picture could not be.
+        let drawn = draw(&self.folder, &self.header, &trace, &mut report);
+        // The numbers are written even where the pictures could not be.
         let path = self.folder.join("score.json");
         let json = serde_json::to_vec_pretty(&report)
             .map_err(|e| ClientError::Unusable(format!("the scores cannot be written: {e}")))?;
@@ -114,6 +119,7 @@ impl Scorer {
         Ok(Self {
             blind,
             folder: output_folder(brief, args)?,
+            header: brief.header.clone(),
             keeper: TraceKeeper::new(&brief.header),
             meter: Meter::new(&names, &planned, yardstick),
             seed: brief.header.seed(),
@@ -133,15 +139,30 @@ impl Scorer {
     }
 }
 
-fn draw(folder: &Path, trace: &RunTrace, report: &mut ScoreReport) -> Result<(), ClientError> {
-    let picture = |e: &dyn std::fmt::Display| ClientError::Picture(e.to_string());
-    let drawing = svg(trace, &report.scores).map_err(|e| picture(&e))?;
-    let path = folder.join("run.svg");
-    fs::write(&path, &drawing).map_err(ClientError::io(&path))?;
-    report.pictures.push(path.display().to_string());
-    let pixels = png(&drawing).map_err(|e| picture(&e))?;
-    let path = folder.join("run.png");
-    fs::write(&path, pixels).map_err(ClientError::io(&path))?;
-    report.pictures.push(path.display().to_string());
-    Ok(())
+/// Writes report and pictures, each of them even where another could not be;
+/// names those that were.
+fn draw(
+    folder: &Path,
+    header: &LogHeader,
+    trace: &RunTrace,
+    report: &mut ScoreReport,
+) -> Result<(), ClientError> {
+    let write = |file: &str, bytes: &[u8]| {
+        let path = folder.join(file);
+        fs::write(&path, bytes).map_err(ClientError::io(&path))?;
+        Ok(path.display().to_string())
+    };
+    let page = html(header, trace, report).map_err(not_drawn);
+    let page = page.and_then(|page| write("report.html", page.as_bytes()));
+    let drawing = svg(trace, &report.scores).map_err(not_drawn)?;
+    let lines = write("report.svg", drawing.as_bytes());
+    let pixels = png(&drawing).map_err(not_drawn);
+    let pixels = pixels.and_then(|pixels| write("report.png", &pixels));
+    report.report = page.as_ref().ok().cloned();
+    report.pictures = [&lines, &pixels].into_iter().flatten().cloned().collect();
+    page.and(lines).and(pixels).map(drop)
+}
+
+fn not_drawn(error: PlotError) -> ClientError {
+    ClientError::Picture(error.to_string())
 }

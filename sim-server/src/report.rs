@@ -51,6 +51,8 @@ pub struct RunReport {
     pub scores_file: Option<String>,
     /// The pictures.
     pub pictures: Vec<String>,
+    /// The report, a page of hypertext; null without a scorer.
+    pub report: Option<String>,
     /// What everyone did, in roster order.
     pub participants: Vec<SeatSummary>,
     /// What of the kernel keeps each participant from what it must not know,
@@ -111,8 +113,8 @@ impl RunReport {
             remarks.push("there are no scores of this run".to_owned());
         }
         let scores_file = scores_file.filter(|_| scored.is_some());
-        let (scores, unscored, pictures) =
-            scored.map(|s| (s.scores, s.unscored, s.pictures)).unwrap_or_default();
+        let (scores, unscored, pictures, report) =
+            scored.map(|s| (s.scores, s.unscored, s.pictures, s.report)).unwrap_or_default();
         let ended = match outcome.phase {
             Phase::Tick | Phase::Done => "done",
             Phase::Interrupted => "interrupted",
@@ -137,6 +139,7 @@ impl RunReport {
             log: has(rusty_contract::Role::Logger).then(|| there("run.log")).flatten(),
             scores_file,
             pictures,
+            report,
             participants: outcome.seats.clone(),
             gates: BTreeMap::new(),
             losses: outcome.losses.clone(),
@@ -236,6 +239,9 @@ impl std::fmt::Display for RunReport {
         }
         for picture in &self.pictures {
             writeln!(f, "picture  {picture}")?;
+        }
+        if let Some(report) = &self.report {
+            writeln!(f, "report   {report}")?;
         }
         Ok(())
     }

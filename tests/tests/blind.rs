@@ -89,11 +89,12 @@ fn score(log: &Path, key: Option<&Path>, out: &Path) -> Ended {
     Process::start("score", &args).wait()
 }
 
-/// `score.json`, but for the paths of the pictures.
+/// `score.json`, but for the paths of pictures and report.
 fn scores(out: &Path) -> Value {
     let mut scores: Value =
         serde_json::from_slice(&fs::read(out.join("score.json")).unwrap()).unwrap();
     scores["pictures"].take();
+    scores["report"].take();
     scores
 }
 
@@ -186,7 +187,7 @@ fn a_blind_log_tells_no_truth_no_seed_and_no_true_parameter() {
     score(&exam.log, None, &exam.at("a")).expect(0);
     score(&blind, Some(&key), &exam.at("b")).expect(0);
     assert_eq!(scores(&exam.at("a")), scores(&exam.at("b")));
-    let svg = |out: &str| fs::read(exam.at(out).join("run.svg")).unwrap();
+    let svg = |out: &str| fs::read(exam.at(out).join("report.svg")).unwrap();
     assert!(svg("a") == svg("b"), "another picture");
 }
 

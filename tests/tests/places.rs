@@ -96,14 +96,20 @@ fn with_a_folder_in_place_of(file: &str, more: &[&str], code: i32) -> (Value, te
 
 #[test]
 fn a_picture_that_cannot_be_written_is_said_and_the_rest_is_kept() {
-    for (file, kept) in [("run.png", &["run.svg"][..]), ("run.svg", &[])] {
+    for (file, kept) in [
+        ("report.png", &["report.svg"][..]),
+        ("report.svg", &["report.png"]),
+        ("report.html", &["report.svg", "report.png"]),
+    ] {
         let (report, out) = with_a_folder_in_place_of(file, &[], 3);
         assert_eq!((&report["ended"], &report["ticks"]), (&"done".into(), &50.into()));
-        // Scores and log are as good as ever; pictures that are not are not named.
+        // Scores and log are as good as ever; what could not be written is not named.
         assert_eq!(report["scores"].as_array().unwrap().len(), 1);
-        let kept: Vec<String> =
-            kept.iter().map(|f| out.path().join(f).display().to_string()).collect();
+        let path = |file: &str| out.path().join(file).display().to_string();
+        let kept: Vec<String> = kept.iter().map(|file| path(file)).collect();
         assert_eq!(report["pictures"], Value::from(kept));
+        let page = (file != "report.html").then(|| path("report.html"));
+        assert_eq!(report["report"], Value::from(page));
         let log = text(&report, "log");
         let verdict = sim_server(&["verify", "--json", log]).expect(0).json();
         assert_eq!(verdict["digest"], report["digest"]);

@@ -338,7 +338,7 @@ fn a_file_that_is_no_log_is_refused_by_everyone_who_reads_logs() {
     let bytes = a_log(place.path());
     let good = place.path().join("run.log").to_str().unwrap().to_owned();
     let header = 20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
-    let png = fs::read(place.path().join("run.png")).unwrap();
+    let png = fs::read(place.path().join("report.png")).unwrap();
     let (mut version, mut broken) = (bytes.clone(), bytes.clone());
     version[8] = 77;
     broken[header / 2] ^= 1;

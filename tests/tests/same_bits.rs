@@ -280,7 +280,9 @@ fn every_client_works_on_a_log() {
     let scores: Value = serde_json::from_slice(&fs::read(out.join("score.json")).unwrap()).unwrap();
     assert_eq!(scores["scores"], timeless(&run.report["scores"]));
     assert_eq!(text(&scores, "digest"), run.digest());
-    assert!(out.join("run.svg").exists() && out.join("run.png").exists());
+    for file in ["report.html", "report.svg", "report.png"] {
+        assert!(out.join(file).exists(), "{file}");
+    }
 
     Process::start("logger", &["--log", log_arg, "--out", out_arg]).wait().expect(0);
     assert!(fs::read(out.join("run.log")).unwrap() == run.bytes(), "the logs differ");

@@ -1,4 +1,4 @@
-//! `score`: compares estimates with the truth, and draws the run.
+//! `score`: compares estimates with the truth, and reports on the run.
 
 use clap::{Args, Parser};
 use rusty_clients::scorer::Scorer;
@@ -8,8 +8,9 @@ use rusty_contract::Exit;
 use rusty_contract::score::Within;
 
 /// Scores every estimator of a run or of a log against the truth: a table on
-/// stdout, score.json, run.svg and run.png in the run's folder or in --out.
-/// METRICS.md explains each figure
+/// stdout, score.json, report.html (a page that needs nothing else), report.svg
+/// and report.png in the run's folder or in --out. METRICS.md explains each
+/// figure
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

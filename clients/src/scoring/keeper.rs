@@ -9,9 +9,11 @@
 //! with a truth at every hundredth tick keeps its truths. First tick, last tick
 //! and that of the last scan are always there.
 
+use rusty_contract::Estimate;
 use rusty_contract::log::LogHeader;
 use rusty_geometry::SE2;
 
+use super::stops::Stops;
 use super::trace::{RunTrace, Whole};
 
 /// The most ticks of a run that are kept to be drawn.
@@ -33,6 +35,8 @@ pub struct TraceKeeper {
     scanned: Sample,
     /// Ranges of the last scan, m.
     ranges_m: Vec<f64>,
+    /// Fewer ticks, with all that is known of them.
+    stops: Stops,
 }
 
 /// One tick of a run.
@@ -78,6 +82,7 @@ impl TraceKeeper {
             scanned: sample.clone(),
             last: sample,
             ranges_m: Vec::with_capacity(trace.lidar.beams as usize),
+            stops: Stops::new(trace.names.len(), trace.lidar.beams as usize, planned),
             trace,
         }
     }
@@ -89,14 +94,16 @@ impl TraceKeeper {
         time_s: f64,
         truth: Option<SE2>,
         scan: Option<&[f64]>,
-        mut estimates: impl Iterator<Item = Option<SE2>>,
+        estimates: impl Iterator<Item = Option<Estimate>>,
     ) {
+        self.stops.push(time_s, truth, scan, estimates);
+        let mut estimates = self.stops.last().estimates.iter();
         let last = &mut self.last;
         last.tick = self.ticks;
         last.time_s = time_s;
         last.truth = truth.filter(SE2::is_finite);
         for place in &mut last.estimates {
-            *place = estimates.next().flatten().filter(SE2::is_finite);
+            *place = estimates.next().and_then(Option::as_ref).map(|e| e.pose_in_world);
         }
         if let Some(ranges_m) = scan {
             self.scanned.copy_from(last);
@@ -129,6 +136,7 @@ impl TraceKeeper {
             let at = self.insert(&scanned);
             self.trace.last_scan = Some((at, self.ranges_m));
         }
+        self.trace.stops = self.stops.finish();
         self.trace.thinned_from = (self.stride > 1).then_some(whole);
         self.trace
     }
@@ -213,7 +221,9 @@ mod tests {
 
     fn kept(most: usize, ticks: u64) -> TraceKeeper {
         let mut keeper = TraceKeeper::keeping(most, empty(&["a"]), ticks);
-        run(ticks, |t, truth, scan, estimate| keeper.push(t, truth, scan, [estimate].into_iter()));
+        run(ticks, |t, truth, scan, estimate| {
+            keeper.push(t, truth, scan, [estimate.map(Estimate::from)].into_iter());
+        });
         keeper
     }
 
@@ -222,7 +232,9 @@ mod tests {
         for ticks in [0, 1, 4, 5, 63, 64] {
             let mut plain = empty(&["a"]);
             run(ticks, |t, truth, scan, a| plain.push(t, truth, scan, [a].into_iter()));
-            assert_eq!(kept(64, ticks).finish(FIGURES), plain);
+            let mut trace = kept(64, ticks).finish(FIGURES);
+            assert_eq!(std::mem::take(&mut trace.stops).len() as u64, ticks);
+            assert_eq!(trace, plain);
         }
     }
 

@@ -1,4 +1,5 @@
-//! The map: walls, the true path, the believed paths, the last scan.
+//! The map: walls, the true path, the believed paths with the ellipses of their
+//! covariances, the last scan.
 
 use nalgebra::Point2;
 use rusty_geometry::{SE2, trig};
@@ -6,7 +7,9 @@ use rusty_plot::floor::{Extent, draw_line, draw_robot, draw_walls};
 use rusty_plot::style::{INK, Look, RGBColor, SCAN, TRUTH, TRUTH_WIDTH};
 use rusty_plot::{Anchor, Axes, Canvas, PlotError, Px, Rect, Step, polyline};
 
-use super::errors::Timeline;
+use super::bands;
+use super::stops::Stop;
+use super::timeline::Timeline;
 use super::trace::RunTrace;
 
 /// Coordinates beyond this are drawn as if they were here, m: such a place is
@@ -14,7 +17,7 @@ use super::trace::RunTrace;
 const FARTHEST_M: f64 = 1e9;
 
 /// What is to be seen on the map, and the least box that holds it.
-pub(super) struct View {
+pub(crate) struct View {
     /// Points of the last scan, world frame, m; empty if its pose is not known.
     pub scan: Vec<[f64; 2]>,
     x_m: [f64; 2],
@@ -59,42 +62,13 @@ impl View {
         (self.y_m[1] - self.y_m[0]) / (self.x_m[1] - self.x_m[0])
     }
 
-    /// Draws the map into `frame`. Returns whether a believed path leaves it.
-    pub fn draw(
-        &self,
-        canvas: &mut Canvas<'_>,
-        frame: Rect,
-        trace: &RunTrace,
-        time: &Timeline,
-    ) -> Result<bool, PlotError> {
-        let axes = Axes::equal(frame, self.x_m, self.y_m);
-        // One step for both axes: the cells of the grid are square.
-        let step = Step::of(axes.x[1] - axes.x[0], 10.0);
-        axes.draw_grid(canvas, step, step)?;
-        draw_walls(canvas, &axes, &trace.world.walls)?;
-        self.draw_scan(canvas, &axes)?;
-        let truth = places_m(trace, |tick| trace.true_pose(tick));
-        draw_path(canvas, &axes, &truth, (&TRUTH, TRUTH_WIDTH))?;
-        let count = trace.names.len();
-        let mut left = false;
-        for i in 0..count {
-            let look = Look::of(i, count);
-            let path = places_m(trace, |tick| trace.estimate(i, tick));
-            draw_path(canvas, &axes, &path, (&look.ink, look.width))?;
-            left |= path.iter().any(|&(_, at)| !axes.holds(axes.px(at)));
-        }
-        draw_start(canvas, &axes, trace)?;
-        draw_end(canvas, &axes, trace)?;
-        axes.draw_frame(canvas, Some(step), step)?;
-        draw_marks(canvas, &axes, trace, time)?;
-        let middle = 0.5 * (frame.left + frame.right);
-        canvas.text([middle, frame.bottom + 37.0], Anchor::Middle, 13.0, &INK, "x (m)")?;
-        let middle = 0.5 * (frame.top + frame.bottom);
-        canvas.text([frame.left - 46.0, middle], Anchor::Upwards, 13.0, &INK, "y (m)")?;
-        Ok(left)
+    /// The way from the world to a page. `frame` is filled.
+    pub fn axes(&self, frame: Rect) -> Axes {
+        Axes::equal(frame, self.x_m, self.y_m)
     }
 
-    fn draw_scan(&self, canvas: &mut Canvas<'_>, axes: &Axes) -> Result<(), PlotError> {
+    /// Draws the scan as far as it lies in the map.
+    pub fn draw_scan(&self, canvas: &mut Canvas<'_>, axes: &Axes) -> Result<(), PlotError> {
         for at in self.scan.iter().map(|&at| axes.px(at)).filter(|&at| axes.holds(at)) {
             draw_echo(canvas, at)?;
         }
@@ -102,8 +76,120 @@ impl View {
     }
 }
 
+/// Draws the walls and the true path, on a grid with its numbers.
+pub(crate) fn draw_ground(
+    canvas: &mut Canvas<'_>,
+    axes: &Axes,
+    trace: &RunTrace,
+) -> Result<(), PlotError> {
+    // One step for both axes: the cells of the grid are square.
+    let step = Step::of(axes.x[1] - axes.x[0], 10.0);
+    axes.draw_grid(canvas, step, step)?;
+    draw_walls(canvas, axes, &trace.world.walls)?;
+    let truth = places_m(trace, |tick| trace.true_pose(tick));
+    draw_path(canvas, axes, &truth, (&TRUTH, TRUTH_WIDTH))?;
+    axes.draw_frame(canvas, Some(step), step)?;
+    let frame = &axes.frame;
+    let middle = 0.5 * (frame.left + frame.right);
+    canvas.text([middle, frame.bottom + 37.0], Anchor::Middle, 13.0, &INK, "x (m)")?;
+    let middle = 0.5 * (frame.top + frame.bottom);
+    canvas.text([frame.left - 46.0, middle], Anchor::Upwards, 13.0, &INK, "y (m)")
+}
+
+/// Draws the path that an estimator believed in. Returns whether it leaves the
+/// map.
+pub(crate) fn draw_believed(
+    canvas: &mut Canvas<'_>,
+    axes: &Axes,
+    trace: &RunTrace,
+    estimator: usize,
+) -> Result<bool, PlotError> {
+    let look = Look::of(estimator, trace.names.len());
+    let path = places_m(trace, |tick| trace.estimate(estimator, tick));
+    draw_path(canvas, axes, &path, (&look.ink, look.width))?;
+    Ok(path.iter().any(|&(_, at)| !axes.holds(axes.px(at))))
+}
+
+/// Draws an estimator's marks, each in the 95 % ellipse of its position where
+/// there is a covariance.
+pub(crate) fn draw_marks(
+    canvas: &mut Canvas<'_>,
+    axes: &Axes,
+    (trace, time): (&RunTrace, &Timeline),
+    estimator: usize,
+) -> Result<(), PlotError> {
+    let look = Look::of(estimator, trace.names.len());
+    let given = |&tick: &usize| trace.estimate(estimator, tick).is_some();
+    let last = (0..trace.ticks()).rev().find(given);
+    let marks: Vec<(usize, f64)> =
+        time.marks(trace, estimator).into_iter().map(|tick| (tick, 4.2)).collect();
+    let marks = || marks.iter().copied().chain(last.map(|tick| (tick, 5.4)));
+    for (tick, _) in marks() {
+        if let Some(stop) = trace.time_s.get(tick).and_then(|&time_s| stop_at(trace, time_s)) {
+            draw_ellipse(canvas, axes, stop, estimator, &look)?;
+        }
+    }
+    for (tick, size) in marks() {
+        let at = trace.estimate(estimator, tick).map(|pose| axes.px(place_m(&pose)));
+        if let Some(at) = at.filter(|&at| axes.holds(at)) {
+            look.mark(canvas, at, size)?;
+        }
+    }
+    Ok(())
+}
+
+/// The first stop that is not before this time, or the last.
+fn stop_at(trace: &RunTrace, time_s: f64) -> Option<&Stop> {
+    let next = trace.stops.partition_point(|stop| stop.time_s < time_s);
+    trace.stops.get(next).or(trace.stops.last())
+}
+
+fn draw_ellipse(
+    canvas: &mut Canvas<'_>,
+    axes: &Axes,
+    stop: &Stop,
+    estimator: usize,
+    look: &Look,
+) -> Result<(), PlotError> {
+    let Some(estimate) = stop.estimate(estimator) else { return Ok(()) };
+    let Some([xx, yx, yy]) = bands::ellipse_m(estimate) else { return Ok(()) };
+    let [x_m, y_m] = place_m(&estimate.pose_in_world);
+    let around: Vec<Px> =
+        unit_circle().map(|[c, s]| axes.px([x_m + xx * c, y_m + yx * c + yy * s])).collect();
+    for part in polyline::clip(&around, &axes.frame) {
+        canvas.line(&part, &look.ink, 1.3)?;
+    }
+    Ok(())
+}
+
+/// Corners of a circle of radius 1, the first again at the end.
+pub(crate) fn unit_circle() -> impl Iterator<Item = [f64; 2]> {
+    const CORNERS: u32 = 48;
+    (0..=CORNERS).map(|k| {
+        let (s, c) = trig::sin_cos(std::f64::consts::TAU * f64::from(k % CORNERS) / 48.0);
+        [c, s]
+    })
+}
+
+/// Draws where the robot truly started and stopped.
+pub(crate) fn draw_ends(
+    canvas: &mut Canvas<'_>,
+    axes: &Axes,
+    trace: &RunTrace,
+) -> Result<(), PlotError> {
+    let mut ticks = 0..trace.ticks();
+    let first = ticks.find_map(|tick| trace.true_pose(tick));
+    let last = (0..trace.ticks()).rev().find_map(|tick| trace.true_pose(tick));
+    for (pose, started) in [(first, true), (last, false)] {
+        if let Some(pose) = pose {
+            draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), started)?;
+        }
+    }
+    Ok(())
+}
+
 /// Draws a point of a scan: to be seen on white and on a dark wall.
-pub(super) fn draw_echo(canvas: &mut Canvas<'_>, at: Px) -> Result<(), PlotError> {
+pub(crate) fn draw_echo(canvas: &mut Canvas<'_>, at: Px) -> Result<(), PlotError> {
     canvas.disc(at, 2.6, &INK)?;
     canvas.disc(at, 1.7, &SCAN)
 }
@@ -118,44 +204,6 @@ fn draw_path(
         match line[..] {
             [at] if axes.holds(axes.px(at)) => canvas.disc(axes.px(at), 0.5 * style.1, style.0)?,
             _ => draw_line(canvas, axes, &line, style)?,
-        }
-    }
-    Ok(())
-}
-
-fn draw_start(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PlotError> {
-    match (0..trace.ticks()).find_map(|tick| trace.true_pose(tick)) {
-        Some(pose) => draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), true),
-        None => Ok(()),
-    }
-}
-
-fn draw_end(canvas: &mut Canvas<'_>, axes: &Axes, trace: &RunTrace) -> Result<(), PlotError> {
-    match (0..trace.ticks()).rev().find_map(|tick| trace.true_pose(tick)) {
-        Some(pose) => draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), false),
-        None => Ok(()),
-    }
-}
-
-fn draw_marks(
-    canvas: &mut Canvas<'_>,
-    axes: &Axes,
-    trace: &RunTrace,
-    time: &Timeline,
-) -> Result<(), PlotError> {
-    let count = trace.names.len();
-    for i in 0..count {
-        let look = Look::of(i, count);
-        let last = (0..trace.ticks()).rev().find(|&tick| trace.estimate(i, tick).is_some());
-        let marks = time.marks(trace, i).into_iter().map(|tick| (tick, 4.2));
-        for (tick, size) in marks.chain(last.map(|tick| (tick, 5.4))) {
-            let Some(pose) = trace.estimate(i, tick) else {
-                continue;
-            };
-            let at = axes.px(place_m(&pose));
-            if axes.holds(at) {
-                look.mark(canvas, at, size)?;
-            }
         }
     }
     Ok(())
@@ -192,7 +240,8 @@ fn places_m(trace: &RunTrace, pose_at: impl Fn(usize) -> Option<SE2>) -> Vec<(us
     (0..trace.ticks()).filter_map(known).collect()
 }
 
-fn place_m(pose: &SE2) -> [f64; 2] {
+/// Where a pose is drawn, m.
+pub(crate) fn place_m(pose: &SE2) -> [f64; 2] {
     [pose.x().clamp(-FARTHEST_M, FARTHEST_M), pose.y().clamp(-FARTHEST_M, FARTHEST_M)]
 }
 

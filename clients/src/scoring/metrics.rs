@@ -63,7 +63,7 @@ pub(super) fn scored(trace: &RunTrace, estimator: usize) -> impl Iterator<Item =
 /// pose to the next.
 #[must_use]
 pub fn distance_driven_m(trace: &RunTrace) -> f64 {
-    let mut path = PathLength::default();
+    let mut path = PathLength::carried_at(trace.kidnapped_at.clone());
     for tick in 0..trace.ticks() {
         trace.true_pose(tick).iter().for_each(|pose| path.push(tick as u64, pose));
     }

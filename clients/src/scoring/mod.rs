@@ -5,27 +5,33 @@
 //!
 //! * [`trace`]: a run as it is drawn, filled tick by tick;
 //! * [`keeper`]: the same of a run of any length, in memory of a fixed size;
+//! * [`stops`]: fewer ticks, with covariances and scans;
 //! * [`metrics`]: one [`Score`](rusty_contract::score::Score) per estimator; what
 //!   is in it lies in `statistics` (rows of errors), `trajectory`, `alignment`,
 //!   `consistency`, `batches`, `convergence` and `compute`;
 //! * [`yardstick`]: what the estimates are judged by;
-//! * [`picture`]: the run on one page, as SVG; its parts are `map`, `errors` and
-//!   `panel`, its tools those of [`rusty_plot`], which also makes pixels of it.
+//! * [`bands`]: what a covariance promises;
+//! * [`picture`]: the run on one page, as SVG; its parts are `map`, `chart` and
+//!   `panel` on a common `timeline`, its tools those of [`rusty_plot`], which also
+//!   makes pixels of it.
 //!
 //! Nothing here reads a clock or a file: the same trace gives the same bytes.
 
 mod alignment;
+pub mod bands;
 mod batches;
+pub(crate) mod chart;
 mod compute;
 mod consistency;
 mod convergence;
-mod errors;
 pub mod keeper;
-mod map;
+pub(crate) mod map;
 pub mod metrics;
 mod panel;
 pub mod picture;
 mod statistics;
+pub mod stops;
+pub(crate) mod timeline;
 pub mod trace;
 mod trajectory;
 pub mod yardstick;

@@ -8,13 +8,13 @@ use rusty_plot::style::{
 };
 use rusty_plot::{Anchor, Canvas, PlotError, Px, Rect};
 
-use super::errors::Timeline;
 use super::map::{View, draw_echo};
+use super::timeline::Timeline;
 use super::trace::RunTrace;
 
 const LEGEND_ROW: f64 = 24.0;
 const TABLE_HEAD: f64 = 62.0;
-const NOTES: f64 = 72.0;
+const NOTES: f64 = 88.0;
 const TABLE_ROW: f64 = 22.0;
 /// Rows of a table that would not fit beside the largest map.
 const NARROW_ROW: f64 = 17.0;
@@ -174,6 +174,9 @@ impl<'a> Panel<'a> {
             let every = time.mark_every_s;
             notes.push(format!("A mark every {every} s, the same on map and errors;"));
             notes.push("the large one is the last estimate.".to_owned());
+        }
+        if self.trace.has_covariances() {
+            notes.push("Ellipses and bands: 95 %, by the covariances reported.".to_owned());
         }
         if left_map {
             notes.push("An estimate leaves the map.".to_owned());

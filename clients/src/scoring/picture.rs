@@ -1,6 +1,7 @@
-//! A run on one page: map, legend, scores, and the errors over time.
+//! A run on one page: map, legend, scores, and the errors over time; beside
+//! them what the covariances promised, where any were reported.
 //!
-//! A white card with dark ink, 1200 units wide and up to about 1050 high; wide
+//! A white card with dark ink, 1200 units wide and up to about 1250 high; wide
 //! worlds make a lower map. Lengths are in metres and equal along both axes of
 //! the map, times in seconds, headings in degrees. Text asks for "sans-serif".
 //!
@@ -8,15 +9,17 @@
 //! that are needed to see no difference, and of an error its peaks. Of a run of
 //! more than 131,072 ticks not all are here to be drawn ([`super::keeper`]): the
 //! line below the title says how many, and a peak between two of them is not
-//! seen.
+//! seen. Ellipses, bands and NEES are drawn of at most 1536 ticks
+//! ([`super::stops`]).
 
 use rusty_contract::score::Score;
-use rusty_plot::style::{INK, SOFT_INK};
-use rusty_plot::{Anchor, Canvas, PlotError, Rect, paint};
+use rusty_plot::style::{INK, Look, SOFT_INK};
+use rusty_plot::{Anchor, Canvas, PlotError, Rect, paint, polyline};
 
-use super::errors::{self, Timeline};
-use super::map::View;
+use super::chart::{Chart, Kind};
+use super::map::{self, View};
 use super::panel::Panel;
+use super::timeline::Timeline;
 use super::trace::{RunTrace, Whole};
 
 const WIDTH: f64 = 1200.0;
@@ -62,15 +65,96 @@ pub fn svg(trace: &RunTrace, scores: &[Score]) -> Result<String, PlotError> {
         right: WIDTH - MARGIN_RIGHT,
         bottom: top + PLOT_HEIGHT,
     };
-    let position = plot(map.bottom + 76.0);
-    let heading = plot(position.bottom + 34.0);
+    let charts = charts(trace, &time, map.bottom + 76.0, plot);
+    let bottom = charts.last().map_or(map.bottom, |(frame, _)| frame.bottom);
     let title = headline(trace);
-    paint((WIDTH, heading.bottom + 50.0), &title, |canvas| {
+    paint((WIDTH, bottom + 50.0), &title, |canvas| {
         draw_title(canvas, &title, &details(trace, &time))?;
-        let left_map = view.draw(canvas, map, trace, &time)?;
+        let left_map = draw_map(canvas, &view, map, (trace, &time))?;
         panel.draw(canvas, &beside, &time, left_map)?;
-        errors::draw(canvas, position, heading, trace, &time)
+        draw_charts(canvas, &charts, trace)
     })
+}
+
+/// The charts below the map, from `top` on, with their frames.
+fn charts<'a>(
+    trace: &'a RunTrace,
+    time: &'a Timeline,
+    mut top: f64,
+    plot: impl Fn(f64) -> Rect,
+) -> Vec<(Rect, Chart<'a>)> {
+    let kinds: &[Kind] = match trace.has_covariances() && trace.ticks_with_truth() > 0 {
+        true => &[Kind::Position, Kind::Heading, Kind::Nees],
+        false => &[Kind::Position, Kind::Heading],
+    };
+    let mut charts = Vec::new();
+    for &kind in kinds {
+        let frame = plot(top);
+        charts.push((frame, Chart::new(kind, frame, (trace, time), polyline::MOST_POINTS, 12.0)));
+        top = frame.bottom + 34.0;
+    }
+    charts
+}
+
+fn draw_map(
+    canvas: &mut Canvas<'_>,
+    view: &View,
+    frame: Rect,
+    (trace, time): (&RunTrace, &Timeline),
+) -> Result<bool, PlotError> {
+    let axes = view.axes(frame);
+    map::draw_ground(canvas, &axes, trace)?;
+    view.draw_scan(canvas, &axes)?;
+    let mut left = false;
+    for i in 0..trace.names.len() {
+        left |= map::draw_believed(canvas, &axes, trace, i)?;
+    }
+    map::draw_ends(canvas, &axes, trace)?;
+    for i in 0..trace.names.len() {
+        map::draw_marks(canvas, &axes, (trace, time), i)?;
+    }
+    Ok(left)
+}
+
+/// Draws the charts, the time below the last of them.
+fn draw_charts(
+    canvas: &mut Canvas<'_>,
+    charts: &[(Rect, Chart<'_>)],
+    trace: &RunTrace,
+) -> Result<(), PlotError> {
+    for (k, (frame, chart)) in charts.iter().enumerate() {
+        chart.draw_ground(canvas, k + 1 == charts.len())?;
+        for i in 0..trace.names.len() {
+            chart.draw_band(canvas, i)?;
+        }
+        for i in 0..trace.names.len() {
+            chart.draw_curve(canvas, i)?;
+        }
+        if k == 0 {
+            draw_legend(canvas, frame, trace)?;
+        }
+    }
+    Ok(())
+}
+
+/// Names and marks in the line above a plot, from its right edge, as long as
+/// they leave room for the title; the table beside the map has them all.
+fn draw_legend(canvas: &mut Canvas<'_>, frame: &Rect, trace: &RunTrace) -> Result<(), PlotError> {
+    let count = trace.names.len();
+    let width = |name: &String| 46.0 + 7.0 * name.chars().count() as f64;
+    let total: f64 = trace.names.iter().map(width).sum();
+    if total > frame.width() - 200.0 {
+        return Ok(());
+    }
+    let (mut x, y) = (frame.right - total, frame.top - 8.0);
+    for (i, name) in trace.names.iter().enumerate() {
+        let look = Look::of(i, count);
+        canvas.line(&[[x + 8.0, y - 4.0], [x + 36.0, y - 4.0]], &look.ink, look.width)?;
+        look.mark(canvas, [x + 22.0, y - 4.0], 3.6)?;
+        canvas.text([x + 42.0, y], Anchor::Start, 12.0, &INK, name)?;
+        x += width(name);
+    }
+    Ok(())
 }
 
 fn draw_title(canvas: &mut Canvas<'_>, title: &str, details: &str) -> Result<(), PlotError> {

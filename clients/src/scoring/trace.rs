@@ -5,6 +5,7 @@ use rusty_contract::log::LogHeader;
 use rusty_geometry::{SE2, WorldSpec};
 
 use super::metrics::distance_driven_m;
+use super::stops::Stop;
 
 /// A run, as far as it has been seen. All poses are in the world frame.
 ///
@@ -30,10 +31,15 @@ pub struct RunTrace {
     pub truth: Vec<Option<SE2>>,
     /// Believed pose of the body: outer index as `names`, inner index the tick.
     pub estimates: Vec<Vec<Option<SE2>>>,
+    /// The ticks at whose start the robot was put elsewhere.
+    pub kidnapped_at: Vec<u64>,
     /// The last scan: index of its tick, and its ranges in m, beam by beam.
     pub last_scan: Option<(usize, Vec<f64>)>,
     /// Where the ticks here are some of a longer run: what the whole of it was.
     pub thinned_from: Option<Whole>,
+    /// Some of the ticks, with covariances and scans ([`super::stops`]); none
+    /// unless a [`TraceKeeper`](super::TraceKeeper) put them here.
+    pub stops: Vec<Stop>,
 }
 
 /// A run in figures.
@@ -62,10 +68,25 @@ impl RunTrace {
             time_s: Vec::new(),
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
+            kidnapped_at: header.kidnappings().map(|k| k.tick).collect(),
             last_scan: None,
             thinned_from: None,
+            stops: Vec::new(),
             names,
         }
+    }
+
+    /// Whether an estimator (index of its name) reported a covariance.
+    #[must_use]
+    pub fn reports_covariance(&self, estimator: usize) -> bool {
+        let mut estimates = self.stops.iter().filter_map(|stop| stop.estimate(estimator));
+        estimates.any(|e| e.covariance.is_some())
+    }
+
+    /// Whether any of them did.
+    #[must_use]
+    pub fn has_covariances(&self) -> bool {
+        (0..self.names.len()).any(|i| self.reports_covariance(i))
     }
 
     /// Adds a tick. `scan` holds ranges in m; `estimates` come in the order of
@@ -151,8 +172,35 @@ pub(crate) mod tests {
             time_s: Vec::new(),
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
+            kidnapped_at: Vec::new(),
             last_scan: None,
             thinned_from: None,
+            stops: Vec::new(),
+        }
+    }
+
+    /// The header of a run of the first scenario.
+    pub(crate) fn header() -> LogHeader {
+        let scenario = rusty_contract::Scenario::default();
+        let config = rusty_contract::RunConfig {
+            scenario: scenario.name.clone(),
+            seed: scenario.seed,
+            ticks: scenario.ticks,
+            dt_s: scenario.dt_s,
+            scan_every: scenario.scan_every,
+            start: scenario.start,
+            robot: scenario.robot,
+            lidar: scenario.lidar,
+            script: scenario.script,
+            world: rusty_geometry::apartment().spec().clone(),
+            kidnappings: Vec::new(),
+        };
+        LogHeader {
+            writer: "test".to_owned(),
+            source: rusty_contract::log::Source::Simulated,
+            config,
+            roster: scenario.participants,
+            on_loss: scenario.on_loss,
         }
     }
 
@@ -183,28 +231,7 @@ pub(crate) mod tests {
 
     #[test]
     fn a_header_gives_the_names_of_those_who_answer() {
-        let scenario = rusty_contract::Scenario::default();
-        let config = rusty_contract::RunConfig {
-            scenario: scenario.name.clone(),
-            seed: scenario.seed,
-            ticks: scenario.ticks,
-            dt_s: scenario.dt_s,
-            scan_every: scenario.scan_every,
-            start: scenario.start,
-            robot: scenario.robot,
-            lidar: scenario.lidar,
-            script: scenario.script,
-            world: rusty_geometry::apartment().spec().clone(),
-            kidnappings: Vec::new(),
-        };
-        let header = LogHeader {
-            writer: "test".to_owned(),
-            source: rusty_contract::log::Source::Simulated,
-            config,
-            roster: scenario.participants,
-            on_loss: scenario.on_loss,
-        };
-        let trace = RunTrace::new(&header);
+        let trace = RunTrace::new(&header());
         assert_eq!(trace.names, ["dead-reckoning"]);
         assert_eq!(trace.estimates.len(), 1);
         assert_eq!((trace.scenario.as_str(), trace.seed), ("apartment", Some(42)));

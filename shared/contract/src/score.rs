@@ -41,6 +41,9 @@ pub struct ScoreReport {
     pub unscored: Option<String>,
     /// Pictures written, as paths.
     pub pictures: Vec<String>,
+    /// The report written, as a path.
+    #[serde(default)]
+    pub report: Option<String>,
 }
 
 /// One estimator's scores against the truth.

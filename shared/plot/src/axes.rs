@@ -72,7 +72,8 @@ impl Axes {
         Ok(())
     }
 
-    /// Draws the frame, and the numbers along its left and, if wanted, lower edge.
+    /// Draws the frame, and, where wanted, the numbers along its lower and its
+    /// left edge.
     ///
     /// # Errors
     /// [`PlotError::Draw`] if the drawing backend refuses.
@@ -80,12 +81,12 @@ impl Axes {
         &self,
         canvas: &mut Canvas<'_>,
         x: Option<Step>,
-        y: Step,
+        y: impl Into<Option<Step>>,
     ) -> Result<(), PlotError> {
         let f = &self.frame;
         let corners = [[f.left, f.top], [f.left, f.bottom], [f.right, f.bottom], [f.right, f.top]];
         canvas.line(&[&corners[..], &corners[..2]].concat(), &SOFT_INK, 1.0)?;
-        for (value, text) in y.numbers(self.y) {
+        for (value, text) in y.into().into_iter().flat_map(|step| step.numbers(self.y)) {
             let at = self.px([self.x[0], value])[1];
             canvas.line(&[[f.left - 5.0, at], [f.left, at]], &SOFT_INK, 1.0)?;
             canvas.text([f.left - 9.0, at + 4.2], Anchor::End, NUMBER_SIZE, &INK, &text)?;

@@ -16,7 +16,7 @@ use crate::error::PlotError;
 pub type Px = [f64; 2];
 
 /// Steps of the backend per unit of the page.
-const FINENESS: f64 = 10.0;
+pub(crate) const FINENESS: f64 = 10.0;
 /// plotters writes font sizes divided by this number.
 const PLOTTERS_FONT_FACTOR: f64 = 1.24;
 
@@ -76,25 +76,36 @@ pub fn paint(
     title: &str,
     draw: impl FnOnce(&mut Canvas<'_>) -> Result<(), PlotError>,
 ) -> Result<String, PlotError> {
-    let mut text = String::new();
-    {
-        let (w, h) = fine([width, height]);
-        let size = (w.unsigned_abs(), h.unsigned_abs());
-        let mut canvas = Canvas { backend: SVGBackend::with_string(&mut text, size) };
+    let body = body((width, height), |canvas| {
         let page = Rect { left: 0.0, top: 0.0, right: width, bottom: height };
         canvas.rectangle(&page, &RGBColor(255, 255, 255))?;
+        draw(canvas)
+    })?;
+    let (w, h) = fine([width, height]);
+    Ok(format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {w} {h}\" role=\"img\" stroke-linejoin=\"round\">\n\
+         <title>{}</title>{body}</svg>\n",
+        escaped(title)
+    ))
+}
+
+/// The elements of what is drawn, without the `<svg>` around them.
+pub(crate) fn body(
+    size: (f64, f64),
+    draw: impl FnOnce(&mut Canvas<'_>) -> Result<(), PlotError>,
+) -> Result<String, PlotError> {
+    let mut text = String::new();
+    {
+        let (w, h) = fine([size.0, size.1]);
+        let size = (w.unsigned_abs(), h.unsigned_abs());
+        let mut canvas = Canvas { backend: SVGBackend::with_string(&mut text, size) };
         draw(&mut canvas)?;
         canvas.backend.present().map_err(refused)?;
     }
     // The backend's own opening tag knows one size only.
     let body = text.split_once('>').map_or("", |(_, body)| body);
-    let (w, h) = fine([width, height]);
-    Ok(format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {w} {h}\" role=\"img\" stroke-linejoin=\"round\">\n\
-         <title>{}</title>{body}",
-        escaped(title)
-    ))
+    Ok(body.trim_end().strip_suffix("</svg>").unwrap_or(body).to_owned())
 }
 
 impl Canvas<'_> {
@@ -156,6 +167,16 @@ impl Canvas<'_> {
     pub fn polygon(&mut self, corners: &[Px], ink: &RGBColor) -> Result<(), PlotError> {
         let corners = corners.iter().map(|&p| fine(p));
         self.backend.fill_polygon(corners, &ink.filled()).map_err(refused)
+    }
+
+    /// A filled polygon that what lies beneath shines through; `opacity` is 0
+    /// to 1.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn wash(&mut self, corners: &[Px], ink: &RGBColor, opacity: f64) -> Result<(), PlotError> {
+        let corners = corners.iter().map(|&p| fine(p));
+        self.backend.fill_polygon(corners, &ink.mix(opacity).filled()).map_err(refused)
     }
 
     /// A filled circle.
@@ -247,7 +268,7 @@ fn stroke(ink: &RGBColor, width: f64) -> ShapeStyle {
 
 /// A place in steps of the backend. Far outside the page is as good as any other
 /// place there, and stays within what renderers can hold.
-fn fine(place: Px) -> (i32, i32) {
+pub(crate) fn fine(place: Px) -> (i32, i32) {
     let step = |v: f64| (v * FINENESS).round().clamp(-1e6, 1e6) as i32;
     (step(place[0]), step(place[1]))
 }
@@ -261,7 +282,7 @@ fn printable(text: &str) -> String {
     text.chars().map(|c| if usual(c) { c } else { ' ' }).collect()
 }
 
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     printable(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 

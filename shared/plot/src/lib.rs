@@ -4,8 +4,10 @@
 //!
 //! * [`error`]: why there is no picture;
 //! * [`canvas`]: a page to draw on;
+//! * [`layers`]: a drawing in parts that a page of hypertext can move;
 //! * [`style`]: colours, widths and marks;
-//! * [`axes`], [`log_axes`]: a frame with round numbers, linear or logarithmic;
+//! * [`axes`], [`log_axes`]: a frame with round numbers, linear or logarithmic in
+//!   one direction or both;
 //! * [`polyline`]: long lines made short, and cut at a frame;
 //! * [`floor`]: walls, paths and robots, seen from above;
 //! * [`mod@png`]: a page in pixels, with a font of its own.
@@ -18,6 +20,7 @@ pub mod axes;
 pub mod canvas;
 pub mod error;
 pub mod floor;
+pub mod layers;
 pub mod log_axes;
 pub mod png;
 pub mod polyline;
@@ -26,6 +29,7 @@ pub mod style;
 pub use axes::{Axes, Step};
 pub use canvas::{Anchor, Canvas, Px, Rect, paint};
 pub use error::PlotError;
-pub use log_axes::LogAxes;
+pub use layers::{Drawing, Layer};
+pub use log_axes::{LogAxes, SemiLogAxes};
 pub use png::png;
 pub use style::Look;

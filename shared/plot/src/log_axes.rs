@@ -1,8 +1,10 @@
-//! A frame with logarithmic axes: a power law is a straight line in it.
+//! Frames with logarithmic axes, both of them or one: a power law is a straight
+//! line in the first, and in the other what differs by powers of ten is seen at
+//! once over time.
 
 use rusty_geometry::trig;
 
-use crate::axes::Axes;
+use crate::axes::{Axes, Step};
 use crate::canvas::{Anchor, Canvas, Px, Rect};
 use crate::error::PlotError;
 use crate::style::{GRID, INK, SOFT_INK};
@@ -46,13 +48,23 @@ impl LogAxes {
     /// [`PlotError::Draw`] if the drawing backend refuses.
     pub fn draw_grid(&self, canvas: &mut Canvas<'_>) -> Result<(), PlotError> {
         let f = &self.frame;
-        for (value, _) in numbers(self.x, MULTIPLES[2]) {
-            let at = self.px([value, self.y[0]])[0];
-            canvas.line(&[[at, f.top], [at, f.bottom]], &GRID, 1.0)?;
-        }
+        self.draw_columns(canvas)?;
         for (value, _) in numbers(self.y, MULTIPLES[2]) {
             let at = self.px([self.x[0], value])[1];
             canvas.line(&[[f.left, at], [f.right, at]], &GRID, 1.0)?;
+        }
+        Ok(())
+    }
+
+    /// Draws the lines of the grid that stand on x alone.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn draw_columns(&self, canvas: &mut Canvas<'_>) -> Result<(), PlotError> {
+        let f = &self.frame;
+        for (value, _) in numbers(self.x, MULTIPLES[2]) {
+            let at = self.px([value, self.y[0]])[0];
+            canvas.line(&[[at, f.top], [at, f.bottom]], &GRID, 1.0)?;
         }
         Ok(())
     }
@@ -62,14 +74,17 @@ impl LogAxes {
     /// # Errors
     /// [`PlotError::Draw`] if the drawing backend refuses.
     pub fn draw_frame(&self, canvas: &mut Canvas<'_>) -> Result<(), PlotError> {
+        draw_left_numbers(canvas, &self.frame, self.y, |y| self.px([self.x[0], y])[1])?;
+        self.draw_base(canvas)
+    }
+
+    /// Draws the frame with the numbers of x alone.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn draw_base(&self, canvas: &mut Canvas<'_>) -> Result<(), PlotError> {
         let f = &self.frame;
-        let corners = [[f.left, f.top], [f.left, f.bottom], [f.right, f.bottom], [f.right, f.top]];
-        canvas.line(&[&corners[..], &corners[..2]].concat(), &SOFT_INK, 1.0)?;
-        for (value, text) in labels(self.y) {
-            let at = self.px([self.x[0], value])[1];
-            canvas.line(&[[f.left - 5.0, at], [f.left, at]], &SOFT_INK, 1.0)?;
-            canvas.text([f.left - 9.0, at + 4.2], Anchor::End, NUMBER_SIZE, &INK, &text)?;
-        }
+        self.linear().draw_frame(canvas, None, None)?;
         for (value, text) in labels(self.x) {
             let at = self.px([value, self.y[0]])[0];
             canvas.line(&[[at, f.bottom], [at, f.bottom + 5.0]], &SOFT_INK, 1.0)?;
@@ -77,6 +92,74 @@ impl LogAxes {
         }
         Ok(())
     }
+}
+
+/// Data coordinates in a rectangle of the page: x as it is, y above zero and by
+/// its logarithm.
+#[derive(Clone, Copy, Debug)]
+pub struct SemiLogAxes {
+    /// Where on the page.
+    pub frame: Rect,
+    /// Least and greatest x, units of the data.
+    pub x: [f64; 2],
+    /// Least and greatest y, units of the data, above zero.
+    pub y: [f64; 2],
+}
+
+impl SemiLogAxes {
+    /// The place of a point of the data on the page. One that is not above zero
+    /// has none: its place is not finite.
+    #[must_use]
+    pub fn px(&self, at: [f64; 2]) -> Px {
+        self.linear().px([at[0], trig::ln(at[1])])
+    }
+
+    /// The same frame with the logarithms of y.
+    fn linear(&self) -> Axes {
+        Axes { frame: self.frame, x: self.x, y: self.y.map(trig::ln) }
+    }
+
+    /// Draws the grid: of y one line for every power of ten, or for each number
+    /// that is written. Data go on top of it.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn draw_grid(&self, canvas: &mut Canvas<'_>, x: Step) -> Result<(), PlotError> {
+        let f = &self.frame;
+        for (value, _) in x.numbers(self.x) {
+            let at = self.px([value, self.y[0]])[0];
+            canvas.line(&[[at, f.top], [at, f.bottom]], &GRID, 1.0)?;
+        }
+        for (value, _) in labels(self.y) {
+            let at = self.px([self.x[0], value])[1];
+            canvas.line(&[[f.left, at], [f.right, at]], &GRID, 1.0)?;
+        }
+        Ok(())
+    }
+
+    /// Draws the frame, and numbers along its left and, if wanted, lower edge.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`] if the drawing backend refuses.
+    pub fn draw_frame(&self, canvas: &mut Canvas<'_>, x: Option<Step>) -> Result<(), PlotError> {
+        self.linear().draw_frame(canvas, x, None)?;
+        draw_left_numbers(canvas, &self.frame, self.y, |y| self.px([self.x[0], y])[1])
+    }
+}
+
+/// Writes the numbers of a logarithmic y along the left edge.
+fn draw_left_numbers(
+    canvas: &mut Canvas<'_>,
+    frame: &Rect,
+    y: [f64; 2],
+    px_of: impl Fn(f64) -> f64,
+) -> Result<(), PlotError> {
+    for (value, text) in labels(y) {
+        let at = px_of(value);
+        canvas.line(&[[frame.left - 5.0, at], [frame.left, at]], &SOFT_INK, 1.0)?;
+        canvas.text([frame.left - 9.0, at + 4.2], Anchor::End, NUMBER_SIZE, &INK, &text)?;
+    }
+    Ok(())
 }
 
 /// The numbers to be read along an axis, with their texts.
@@ -127,6 +210,23 @@ mod tests {
         assert_eq!(texts([2.0, 4.5]), ["2", "3", "4"]);
         assert_eq!(texts([1e-7, 1e-5]), ["1e−7", "1e−6", "0.00001"]);
         assert!(texts([f64::NAN, 1.0]).is_empty());
+    }
+
+    #[test]
+    fn one_axis_may_be_logarithmic() {
+        let frame = Rect { left: 0.0, top: 0.0, right: 200.0, bottom: 100.0 };
+        let axes = SemiLogAxes { frame, x: [0.0, 10.0], y: [0.1, 10.0] };
+        let px = axes.px([5.0, 1.0]);
+        assert!((px[0] - 100.0).abs() < 1e-9 && (px[1] - 50.0).abs() < 1e-9);
+        assert!(!axes.px([0.0, 0.0])[1].is_finite());
+        let svg = crate::paint((200.0, 100.0), "", |canvas| {
+            axes.draw_grid(canvas, Step::of(10.0, 5.0))?;
+            axes.draw_frame(canvas, Some(Step::of(10.0, 5.0)))
+        });
+        let svg = svg.unwrap();
+        for number in ["\n0.1\n", "\n1\n", "\n10\n", "\n4\n"] {
+            assert!(svg.contains(number), "{number:?} is missing");
+        }
     }
 
     #[test]

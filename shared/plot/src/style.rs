@@ -17,6 +17,8 @@ pub const SOFT_INK: RGBColor = RGBColor(85, 85, 85);
 pub const GRID: RGBColor = RGBColor(232, 232, 232);
 /// The line of no error.
 pub const ZERO: RGBColor = RGBColor(150, 150, 150);
+/// Where values are that are as they should be.
+pub const BAND: RGBColor = RGBColor(226, 241, 232);
 /// Background and rims.
 pub const WHITE: RGBColor = RGBColor(255, 255, 255);
 /// The true path.
@@ -42,6 +44,32 @@ pub const DOOR: (RGBColor, f64) = (ORANGE, 5.0);
 
 /// The estimators' colours; the colours of doors and glass come last.
 const COLOURS: [RGBColor; 6] = [VERMILLION, BLUE, GREEN, PURPLE, ORANGE, SKY];
+
+/// Every ink of a drawing with the one that takes its place on dark ground: as
+/// bright there as it is dark on white, and as far from the others.
+pub const ON_DARK: [(RGBColor, RGBColor); 15] = [
+    (INK, RGBColor(230, 230, 230)),
+    (SOFT_INK, RGBColor(168, 172, 178)),
+    (GRID, RGBColor(48, 52, 58)),
+    (ZERO, RGBColor(110, 114, 120)),
+    (WHITE, RGBColor(22, 24, 28)),
+    (TRUTH, RGBColor(122, 126, 132)),
+    (WALL.0, RGBColor(205, 207, 210)),
+    (SCAN, RGBColor(214, 200, 40)),
+    (VERMILLION, RGBColor(242, 122, 46)),
+    (BLUE, RGBColor(64, 150, 222)),
+    (GREEN, RGBColor(24, 190, 142)),
+    (PURPLE, RGBColor(222, 148, 188)),
+    (ORANGE, RGBColor(240, 182, 54)),
+    (SKY, RGBColor(150, 216, 255)),
+    (BAND, RGBColor(38, 62, 52)),
+];
+
+/// An ink as text: `#` and six hexadecimal digits, as drawings have it.
+#[must_use]
+pub fn hex(ink: RGBColor) -> String {
+    format!("#{:02X}{:02X}{:02X}", ink.0, ink.1, ink.2)
+}
 
 /// How one estimator is drawn, everywhere.
 #[derive(Clone, Copy, Debug)]
@@ -133,6 +161,20 @@ mod tests {
         };
         let looks: std::collections::BTreeSet<String> = (0..16).map(look).collect();
         assert_eq!(looks.len(), 16);
+    }
+
+    #[test]
+    fn every_ink_has_one_for_dark_ground_and_no_two_share_it() {
+        let inks = [INK, SOFT_INK, GRID, ZERO, WHITE, TRUTH, SCAN, BAND, WALL.0, GLASS.0, DOOR.0];
+        for ink in inks.into_iter().chain(COLOURS) {
+            assert_eq!(ON_DARK.iter().filter(|(light, _)| *light == ink).count(), 1, "{ink:?}");
+        }
+        let dark: std::collections::BTreeSet<String> =
+            ON_DARK.iter().map(|(_, dark)| hex(*dark)).collect();
+        assert_eq!(dark.len(), ON_DARK.len());
+        // As the backend writes it, or no rule would find it.
+        let svg = crate::canvas::paint((9.0, 9.0), "", |c| c.disc([1.0, 1.0], 1.0, &SCAN)).unwrap();
+        assert!(svg.contains(&format!("fill=\"{}\"", hex(SCAN))), "{svg}");
     }
 
     #[test]

@@ -218,8 +218,11 @@ fn fresh_name(scenario: &str) -> Result<RunName, VerbError> {
 fn remove_older_results(header: &LogHeader, out_dir: &Path) -> Result<(), VerbError> {
     let has = |role| header.roster.iter().any(|p| p.role == role);
     let log: &[&str] = if has(Role::Logger) { &["run.log"] } else { &[] };
-    let scores: &[&str] =
-        if has(Role::Scorer) { &["score.json", "run.svg", "run.png"] } else { &[] };
+    let scores: &[&str] = if has(Role::Scorer) {
+        &["score.json", "report.html", "report.svg", "report.png"]
+    } else {
+        &[]
+    };
     for file in log.iter().chain(scores) {
         let path = out_dir.join(file);
         // A link is somebody's wish to have it written elsewhere.

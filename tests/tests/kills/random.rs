@@ -139,7 +139,7 @@ impl Case {
             From::Start => true,
             From::Log => size("run.log").is_some(),
             From::Ticks => size("run.log") > Some(calm().header),
-            From::Drawing => size("run.svg").is_some(),
+            From::Drawing => size("report.html").is_some(),
         };
         while !come() && !ended() {
             std::thread::sleep(Duration::from_micros(200));

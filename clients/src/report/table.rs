@@ -1,0 +1,300 @@
+//! The tables of the page: the scores, a column for each estimator, and the
+//! errors at the chosen tick.
+
+use std::fmt::Write as _;
+
+use rusty_contract::score::{ComputeTimes, Consistency, Durations, PoseErrors, Score, ScoreReport};
+use rusty_plot::style::{Look, figure};
+use rusty_plot::{Drawing, Layer, PlotError};
+
+use super::escaped;
+use crate::scoring::bands;
+use crate::scoring::trace::RunTrace;
+
+/// What stands where there is nothing to say.
+const UNSCORED: &str = "unscored";
+
+/// A cell: its text (of our own making, so it is not escaped), and the number in
+/// it that is the better the smaller it is.
+struct Cell {
+    text: String,
+    value: Option<f64>,
+}
+
+/// A row: its name, and how a score fills a cell of it.
+type Row = (&'static str, fn(&Score) -> Cell);
+
+/// The groups of rows, in the order in which one asks for them.
+const GROUPS: [(&str, &[Row]); 6] = [
+    (
+        "Where it ended",
+        &[
+            ("position error", |s| number(s.final_position_error_m, "m")),
+            ("heading error", |s| number(s.final_heading_error_deg, "°")),
+            ("drift, of the distance driven", |s| number(s.drift_percent, "%")),
+        ],
+    ),
+    (
+        "Over the run",
+        &[
+            ("mean position error", |s| number(s.mean_drift_m, "m")),
+            ("95th percentile", |s| number(s.p95_drift_m, "m")),
+            ("greatest", |s| number(s.max_drift_m, "m")),
+            ("heading error, rmse", |s| number(s.heading_rmse_rad.map(f64::to_degrees), "°")),
+            ("greatest", |s| number(s.heading_max_rad.map(f64::to_degrees), "°")),
+            ("ticks scored", |s| plain(s.scored_ticks.to_string())),
+            ("ticks without an estimate", |s| plain(s.unscored_ticks.to_string())),
+        ],
+    ),
+    (
+        "Trajectory error, rmse",
+        &[
+            ("ATE, as it is", |s| match &s.ate.none {
+                Some(errors) => poses(Some(errors)),
+                None => number(s.ate_rmse_m, "m"),
+            }),
+            ("ATE, first poses aligned", |s| poses(s.ate.origin.as_ref())),
+            ("ATE, aligned as a whole", |s| poses(s.ate.se2.as_ref())),
+            ("RPE, per tick", |s| match &s.rpe.per_tick {
+                Some(errors) => poses(Some(errors)),
+                None => pair(s.rpe_rmse_m, s.rpe_rmse_deg),
+            }),
+            ("RPE, per metre", |s| poses(s.rpe.per_metre.as_ref())),
+        ],
+    ),
+    (
+        "Consistency",
+        &[
+            ("NEES", |s| verdict(s.nees.as_ref())),
+            ("mean, and where it should be", |s| mean(s.nees.as_ref())),
+            ("ticks in the band", |s| within(s.nees.as_ref())),
+            ("NIS", |s| verdict(s.nis.as_ref())),
+            ("mean, and where it should be", |s| mean(s.nis.as_ref())),
+        ],
+    ),
+    (
+        "Finding the robot",
+        &[
+            ("found after", |s| match &s.convergence {
+                Some(found) => after(found.after_s),
+                None => unscored(),
+            }),
+            ("position rmse from there on", |s| {
+                number(s.convergence.as_ref().and_then(|c| c.position_rmse_m), "m")
+            }),
+            ("found again after a kidnapping", recoveries),
+        ],
+    ),
+    (
+        "Compute time per tick",
+        &[
+            ("reported, median and 99 %", |s| times(s, |c| c.reported)),
+            ("observed, median and 99 %", |s| times(s, |c| c.observed)),
+        ],
+    ),
+];
+
+fn plain(text: String) -> Cell {
+    Cell { text, value: None }
+}
+
+fn unscored() -> Cell {
+    plain(format!("<span class=\"none\">{UNSCORED}</span>"))
+}
+
+fn number(value: Option<f64>, unit: &str) -> Cell {
+    match value {
+        Some(v) => Cell { text: format!("{} {unit}", small(v)), value },
+        None => unscored(),
+    }
+}
+
+/// As a figure, but one that is small and not nothing is not shown as nothing.
+fn small(value: f64) -> String {
+    match value.abs() {
+        v if v > 0.0 && v < 0.001 => format!("{value:.1e}").replace('-', "−"),
+        v if v < 0.1 => format!("{value:.4}"),
+        _ => figure(Some(value)),
+    }
+}
+
+fn pair(metres: Option<f64>, degrees: Option<f64>) -> Cell {
+    match (metres, degrees) {
+        (Some(m), Some(deg)) => {
+            Cell { text: format!("{} m <small>{} °</small>", small(m), small(deg)), value: metres }
+        }
+        _ => number(metres, "m"),
+    }
+}
+
+fn poses(errors: Option<&PoseErrors>) -> Cell {
+    let metres = errors.map(|e| e.translation_m.rmse);
+    pair(metres, errors.map(|e| e.rotation_rad.rmse.to_degrees()))
+}
+
+fn verdict(consistency: Option<&Consistency>) -> Cell {
+    consistency.map_or_else(unscored, |c| {
+        let word = c.verdict.word();
+        plain(format!("<span class=\"{word}\">{word}</span>"))
+    })
+}
+
+fn mean(consistency: Option<&Consistency>) -> Cell {
+    consistency.map_or_else(unscored, |c| {
+        let [low, high] = c.interval;
+        let level = 100.0 * c.level;
+        plain(format!(
+            "{} <small>{} to {}, {level:.0} %</small>",
+            figure(Some(c.mean)),
+            figure(Some(low)),
+            figure(Some(high))
+        ))
+    })
+}
+
+fn within(consistency: Option<&Consistency>) -> Cell {
+    consistency.map_or_else(unscored, |c| plain(format!("{:.1} %", 100.0 * c.share_within)))
+}
+
+fn after(after_s: Option<f64>) -> Cell {
+    match after_s {
+        Some(s) => Cell { text: format!("{s:.2} s"), value: after_s },
+        None => plain("never".to_owned()),
+    }
+}
+
+fn recoveries(score: &Score) -> Cell {
+    match &score.convergence {
+        None => unscored(),
+        Some(found) if found.recoveries.is_empty() => {
+            plain("<span class=\"none\">not kidnapped</span>".to_owned())
+        }
+        Some(found) => {
+            let each = found.recoveries.iter().map(|r| {
+                format!("{} <small>tick {}</small>", after(r.after_s).text, r.kidnapped_at_tick)
+            });
+            plain(each.collect::<Vec<_>>().join("<br>"))
+        }
+    }
+}
+
+fn times(score: &Score, of: fn(&ComputeTimes) -> Durations) -> Cell {
+    match score.compute.as_ref().map(of) {
+        Some(d) => plain(format!("{} <small>{}</small>", duration(d.p50_s), duration(d.p99_s))),
+        None => plain("<span class=\"none\">not in a log</span>".to_owned()),
+    }
+}
+
+fn duration(s: f64) -> String {
+    match s {
+        s if s < 1e-3 => format!("{:.1} µs", 1e6 * s),
+        s if s < 1.0 => format!("{:.2} ms", 1e3 * s),
+        s => format!("{s:.2} s"),
+    }
+}
+
+/// The scores: a column for each estimator.
+pub(super) fn table(names: &[String], report: &ScoreReport) -> Result<String, PlotError> {
+    if names.is_empty() {
+        return Ok("<p>Nobody estimated the pose.</p>\n".to_owned());
+    }
+    let mut text = "<div class=\"wide\" role=\"region\" aria-labelledby=\"h-scores\" \
+                    tabindex=\"0\">\n<table class=\"scores\">\n<thead><tr><td></td>"
+        .to_owned();
+    for (i, name) in names.iter().enumerate() {
+        let mark = swatch("head", i, names.len())?;
+        let _ = write!(text, "<th scope=\"col\">{mark}<span>{}</span></th>", escaped(name));
+    }
+    text.push_str("</tr></thead>\n");
+    let scores: Vec<Option<&Score>> =
+        names.iter().map(|name| report.scores.iter().find(|s| s.name == *name)).collect();
+    let across = names.len() + 1;
+    for (group, rows) in GROUPS {
+        let _ = write!(
+            text,
+            "<tbody>\n<tr><th scope=\"rowgroup\" colspan=\"{across}\"><span>{group}</span></th></tr>\n"
+        );
+        for (name, fill) in rows {
+            let cells: Vec<Cell> =
+                scores.iter().map(|score| score.map_or_else(unscored, fill)).collect();
+            write_row(&mut text, name, &cells);
+        }
+        text.push_str("</tbody>\n");
+    }
+    text.push_str("</table>\n</div>\n");
+    if names.len() > 1 {
+        text.push_str("<p class=\"soft\">Bold: the least of a row.</p>\n");
+    }
+    Ok(text)
+}
+
+fn write_row(text: &mut String, name: &str, cells: &[Cell]) {
+    let values = || cells.iter().filter_map(|cell| cell.value);
+    // Where all are the same none of them is the least.
+    let (least, most) = (values().min_by(f64::total_cmp), values().max_by(f64::total_cmp));
+    let least = least.filter(|_| least != most);
+    let _ = write!(text, "<tr><th scope=\"row\">{name}</th>");
+    for cell in cells {
+        match cell.value.is_some() && cell.value == least {
+            true => {
+                let _ = write!(text, "<td><b>{}</b></td>", cell.text);
+            }
+            false => {
+                let _ = write!(text, "<td>{}</td>", cell.text);
+            }
+        }
+    }
+    text.push_str("</tr>\n");
+}
+
+/// The errors at a stop, and who is shown: a row for each estimator.
+pub(super) fn readout(trace: &RunTrace, shown: usize) -> Result<String, PlotError> {
+    let mut text = "<table class=\"readout\" id=\"readout\">\n<caption>At this tick</caption>\n\
+                    <thead><tr><th scope=\"col\">shown</th>\
+                    <th scope=\"col\">position error, m</th><th scope=\"col\">heading error, °</th>\
+                    <th scope=\"col\">NEES</th></tr></thead>\n<tbody>\n"
+        .to_owned();
+    if trace.names.is_empty() {
+        text.push_str("<tr><th scope=\"row\">nobody estimates the pose</th></tr>\n");
+    }
+    for (i, name) in trace.names.iter().enumerate() {
+        let stop = trace.stops.get(shown);
+        let both = stop.and_then(|stop| stop.estimate(i).zip(stop.truth));
+        let cells = both.map(|(estimate, truth)| {
+            let believed = &estimate.pose_in_world;
+            [
+                Some(rusty_contract::score::position_error_m(believed, &truth)),
+                Some(rusty_contract::score::heading_error_rad(believed, &truth).to_degrees()),
+                bands::nees(&truth, estimate),
+            ]
+        });
+        let [position, heading, nees] = cells.unwrap_or_default();
+        let cell = |value: Option<f64>, digits: usize| {
+            value.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"))
+        };
+        let _ = writeln!(
+            text,
+            "<tr><th scope=\"row\"><label><input type=\"checkbox\" class=\"toggle\" checked \
+             disabled>{}<span>{}</span></label></th><td>{}</td><td>{}</td><td>{}</td></tr>",
+            swatch("row", i, trace.names.len())?,
+            escaped(name),
+            cell(position, 3),
+            cell(heading, 2),
+            cell(nees, 2)
+        );
+    }
+    text.push_str("</tbody>\n</table>\n");
+    Ok(text)
+}
+
+/// How an estimator is drawn. `place` keeps the names of drawings apart.
+fn swatch(place: &str, estimator: usize, count: usize) -> Result<String, PlotError> {
+    let look = Look::of(estimator, count);
+    let mut drawing = Drawing::new((30.0, 16.0), &format!("{place}-{estimator}"));
+    drawing.layer(&Layer::default(), |canvas| {
+        canvas.line(&[[1.0, 8.0], [29.0, 8.0]], &look.ink, look.width)?;
+        look.mark(canvas, [15.0, 8.0], 4.6)
+    })?;
+    // Beside its name; who hears the page needs no line.
+    Ok(drawing.finish("", "", "class=\"swatch\" aria-hidden=\"true\""))
+}

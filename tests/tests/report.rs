@@ -1,0 +1,252 @@
+//! The report of a run: one page that a browser opens without complaint, that
+//! needs no network, no script and no mouse, and that fits a phone and paper.
+//!
+//! `RUSTY_SHOTS=folder` keeps what the pages looked like there.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector3;
+use rusty_clients::report::html;
+use rusty_clients::scoring::trace::Whole;
+use rusty_clients::scoring::{TraceKeeper, score as scored};
+use rusty_contract::log::{LogHeader, LogReader};
+use rusty_contract::score::{ComputeTimes, Durations};
+use rusty_contract::{Estimate, ScoreReport};
+use rusty_geometry::SE2;
+use rusty_tests::browser::Browser;
+use rusty_tests::*;
+
+/// A name that would do something if a page ran it.
+const EVIL: &str = "<script>document.title=1</script><img src=x onerror=document.title=1>\"'&";
+
+#[test]
+fn a_run_and_its_log_have_a_report_with_seed_and_digest() {
+    let out = folder();
+    let report = launch("report", out.path(), &["--ticks", "60"]);
+    let path = PathBuf::from(text(&report, "report"));
+    assert_eq!(path, fs::canonicalize(out.path()).unwrap().join("report.html"));
+    let page = fs::read_to_string(path).unwrap();
+    for part in ["<dt>seed</dt><dd>42</dd>", text(&report, "digest"), "60 ticks", "dead-reckoning"]
+    {
+        assert!(page.contains(part), "{part} is missing");
+    }
+    let (log, again) = (out.path().join("run.log"), folder());
+    let args = ["--log", log.to_str().unwrap(), "--out", again.path().to_str().unwrap()];
+    Process::start("score", &args).wait().expect(0);
+    // The same, but for how long answers took, which no log can say.
+    let of_log = fs::read_to_string(again.path().join("report.html")).unwrap();
+    let without_times = |page: &str| {
+        let (before, rest) = page.split_once("id=\"h-times\"").unwrap();
+        let (_, after) = rest.split_once("</section>").unwrap();
+        let (rest, _) = after.split_once("Compute time per tick").unwrap();
+        format!("{before}{rest}")
+    };
+    assert!(without_times(&of_log) == without_times(&page), "a log tells another story");
+}
+
+/// Where the robot of the drawn run is at a tick: a bend through the flat.
+fn truth(k: u32) -> SE2 {
+    let t = f64::from(k) * 0.01;
+    SE2::new(1.0, 4.4, 0.0).boxplus(&Vector3::new(1.1 * t, 0.0, 0.0)).compose(&SE2::new(
+        0.0,
+        0.25 * (1.7 * t).sin(),
+        0.4 * (1.7 * t).cos(),
+    ))
+}
+
+/// A run of two filters that know how wrong they are, more or less, and one
+/// that does not say, with a name that must not be run.
+fn drawn_run(header: &LogHeader, ticks: u32) -> String {
+    let mut header = header.clone();
+    let model = header.roster[0].clone();
+    header.roster = ["particle-filter", "sure-of-itself", EVIL]
+        .map(|name| {
+            let mut participant = model.clone();
+            participant.name = name.to_owned();
+            participant
+        })
+        .to_vec();
+    header.config.ticks = ticks.into();
+    let mut keeper = TraceKeeper::new(&header);
+    for k in 0..ticks {
+        let t = f64::from(k) * 0.01;
+        // A wobble, so that errors look like errors.
+        let wobble = |a: f64| (a * t).sin() * 0.5 + (2.7 * a * t).sin() * 0.3;
+        let estimate = |i: usize| {
+            let far = [0.06, 0.11, 0.16][i] * (0.15 + t / 5.0);
+            let off = Vector3::new(wobble(2.0 + i as f64), wobble(3.1), 0.4 * wobble(1.3)) * far;
+            let std_m = [0.05, 0.02, 0.0][i] * (0.3 + t / 5.0);
+            let (u, v, w) = (std_m * std_m, 0.4 * std_m * std_m, 0.16 * std_m * std_m);
+            let p = [u, 0.3 * v, 0.0, 0.3 * v, v, 0.0, 0.0, 0.0, w];
+            let pose = Estimate::from(truth(k).boxplus(&off));
+            Some(Estimate { covariance: (i < 2).then_some(p), ..pose })
+        };
+        let ranges_m: Vec<f64> =
+            (0..180).map(|beam| 1.0 + 0.4 * (f64::from(beam) * 0.1 + t).sin()).collect();
+        let scan = (k % 5 == 4).then_some(&ranges_m[..]);
+        keeper.push(0.02 * f64::from(k + 1), Some(truth(k)), scan, (0..3).map(estimate));
+    }
+    let whole = Whole { ticks: ticks.into(), ticks_with_truth: ticks.into(), driven_m: 6.0 };
+    let mut trace = keeper.finish(whole);
+    trace.digest = "0123456789abcdef0123456789abcdef".to_owned();
+    let mut scores = scored(&trace);
+    for (score, slow) in scores.iter_mut().zip([80.0, 3.0, 1.0]) {
+        let times = |s: f64| Durations { p50_s: s, p99_s: 4.0 * s, max_s: 30.0 * s };
+        let (reported, observed) = (times(slow * 2e-6), times(slow * 2e-6 + 5e-6));
+        score.compute = Some(ComputeTimes { reported, observed });
+    }
+    let scores = ScoreReport {
+        scenario: trace.scenario.clone(),
+        seed: trace.seed,
+        ticks: ticks.into(),
+        ticks_with_truth: ticks.into(),
+        digest: trace.digest.clone(),
+        scores,
+        unscored: None,
+        pictures: Vec::new(),
+        report: None,
+    };
+    html(&header, &trace, &scores).unwrap()
+}
+
+/// Keeps a picture, where somebody wants to look.
+fn keep(name: &str, bytes: &[u8]) {
+    if let Some(folder) = std::env::var_os("RUSTY_SHOTS") {
+        fs::write(Path::new(&folder).join(name), bytes).unwrap();
+    }
+}
+
+/// What there is to be seen of the chosen tick: words, robot, ellipse, scan.
+fn scene(browser: &mut Browser) -> String {
+    let scene = "[document.querySelector('#now').textContent,
+        ...[...document.querySelectorAll('#map .robot, #map .e0.ellipse, #position .cursor')]
+            .map((part) => part.getAttribute('transform')),
+        ...[...document.querySelectorAll('#map .scan circle')]
+            .map((dot) => dot.getAttribute('cx') + ' ' + dot.getAttribute('cy'))].join('; ')";
+    browser.value(scene).as_str().unwrap().to_owned()
+}
+
+/// All numbers in a text.
+fn numbers(text: &str) -> Vec<f64> {
+    let words = text.split(|c: char| !(c.is_ascii_digit() || ".-e".contains(c)));
+    words.filter_map(|word| word.parse().ok()).collect()
+}
+
+#[test]
+fn a_browser_shows_it_on_screen_phone_and_paper_and_the_slider_moves_the_scan() {
+    let Some(mut browser) = Browser::start() else { return };
+    let out = folder();
+    launch("browser", out.path(), &["--ticks", "20"]);
+    let reader = LogReader::open(&out.path().join("run.log")).unwrap();
+    let file = out.path().join("drawn.html");
+    fs::write(&file, drawn_run(reader.header(), 500)).unwrap();
+
+    browser.resize(1280, 900);
+    browser.media("light", "screen");
+    browser.open(&file, "");
+    let at_first = scene(&mut browser);
+    assert!(at_first.contains("tick 499 ") && at_first.matches(';').count() > 360, "{at_first}");
+    keep("light.png", &browser.picture());
+    the_slider_moves(&mut browser, &at_first);
+    who_is_not_wanted_is_hidden(&mut browser);
+
+    browser.open(&file, "#tick=250");
+    assert!(scene(&mut browser).contains("tick 250 "), "a link to a tick");
+    keep("tick-250.png", &browser.picture());
+    browser.media("dark", "screen");
+    keep("dark.png", &browser.picture());
+    let ground = |browser: &mut Browser| {
+        let colours = "[getComputedStyle(document.querySelector('section')).backgroundColor,
+            getComputedStyle(document.querySelector('#position text')).fill].join('; ')";
+        let brightness = numbers(&browser.value(colours).as_str().unwrap().replace("rgb", ""));
+        (brightness[0], brightness[3])
+    };
+    let (card, ink) = ground(&mut browser);
+    assert!(card < 50.0 && ink > 200.0, "dark: {card}, {ink}");
+    on_a_phone(&mut browser);
+    // On paper it is always light, and what nobody can move is not there.
+    browser.media("dark", "print");
+    let (card, ink) = ground(&mut browser);
+    assert!(ink < 60.0, "print: {card}, {ink}");
+    let control = "getComputedStyle(document.querySelector('#control')).display";
+    assert_eq!(browser.value(control), "none");
+    let paper = browser.paper();
+    assert!(paper.starts_with(b"%PDF") && paper.len() > 20_000);
+    keep("paper.pdf", &paper);
+    assert_eq!(browser.complaints(), [""; 0]);
+    without_script(&mut browser, &file, &at_first);
+}
+
+/// Keys, links and clicks show other ticks, and the last one looks as it was
+/// drawn.
+fn the_slider_moves(browser: &mut Browser, at_first: &str) {
+    browser.value("document.querySelector('#tick').focus()");
+    browser.press("ArrowLeft", 37);
+    let before = scene(browser);
+    assert!(before.contains("tick 498 "), "{before}");
+    // One tick earlier the scan is that of tick 494.
+    let dots = |scene: &str| scene.split("; ").skip(4).map(str::to_owned).collect::<Vec<_>>();
+    assert_ne!(dots(&before), dots(at_first), "the scan did not move");
+    browser.press("ArrowLeft", 37);
+    assert_eq!(dots(&scene(browser)), dots(&before), "the same scan, a tick earlier");
+    assert_eq!(browser.value("location.hash"), "#tick=497");
+    browser.press("End", 35);
+    // What the script makes of the last tick is what the plotting library drew.
+    let (drawn, moved) = (numbers(at_first), numbers(&scene(browser)));
+    assert_eq!(drawn.len(), moved.len());
+    for (drawn, moved) in drawn.iter().zip(&moved) {
+        assert!((drawn - moved).abs() < 1.5, "{drawn} was drawn, and moved to {moved}");
+    }
+    browser.press("Home", 36);
+    assert!(scene(browser).contains("tick 0 "));
+    let spoken = "document.querySelector('#tick').getAttribute('aria-valuetext')";
+    assert_eq!(browser.value(spoken), "tick 0 · 0.02 s");
+    // In the middle of the chart's frame is the middle of the run.
+    let click = "(() => { const chart = document.querySelector('#position');
+        const box = chart.getBoundingClientRect();
+        const x = box.left + box.width * (62 + 468) / 2 / 480;
+        chart.dispatchEvent(new PointerEvent('pointerdown', { clientX: x, clientY: box.top + 9 })); })()";
+    browser.value(click);
+    let clicked = scene(browser);
+    assert!(clicked.contains("tick 249 ") || clicked.contains("tick 250 "), "{clicked}");
+}
+
+/// The boxes before the names can be reached and set by keys.
+fn who_is_not_wanted_is_hidden(browser: &mut Browser) {
+    let shown = "[...document.querySelectorAll('.e0')].filter((part) => part.style.display !== 'none').length";
+    assert!(browser.value(shown).as_u64().unwrap() > 5);
+    browser.value("document.querySelector('#tick').focus()");
+    browser.press("Tab", 9);
+    assert_eq!(browser.value("document.activeElement.className"), "toggle");
+    browser.press(" ", 32);
+    assert_eq!(browser.value(shown), 0);
+    browser.press(" ", 32);
+    assert!(browser.value(shown).as_u64().unwrap() > 5);
+}
+
+/// The page is no wider than a phone, and what is written can be read.
+fn on_a_phone(browser: &mut Browser) {
+    browser.media("light", "screen");
+    for width in [360, 1280] {
+        browser.resize(width, 740);
+        let wide = browser.value("document.documentElement.scrollWidth").as_u64().unwrap();
+        assert!(wide <= u64::from(width), "{wide} of {width} pixels");
+        let least = "Math.min(...[...document.querySelectorAll('svg text')].map((text) => {
+            const svg = text.ownerSVGElement;
+            return parseFloat(getComputedStyle(text).fontSize) * svg.clientWidth / svg.viewBox.baseVal.width; }))";
+        let least = browser.value(least).as_f64().unwrap();
+        assert!(least > 8.5, "letters of {least} pixels at {width}");
+        keep(&format!("wide-{width}.png"), &browser.picture());
+    }
+}
+
+/// Without a script the page is complete and shows the end of the run.
+fn without_script(browser: &mut Browser, file: &Path, at_first: &str) {
+    browser.ask("Emulation.setScriptExecutionDisabled", serde_json::json!({ "value": true }));
+    browser.open(file, "#tick=3");
+    assert_eq!(scene(browser), at_first);
+    assert_eq!(browser.value("document.querySelector('#control').hidden"), true);
+    let title = browser.value("document.title");
+    assert_eq!(title, "apartment · seed 42", "a name was run");
+}
