@@ -38,10 +38,10 @@ const GROUPS: [(&str, &[Row]); 6] = [
         "Over the run",
         &[
             ("mean position error", |s| number(s.mean_drift_m, "m")),
-            ("95th percentile", |s| number(s.p95_drift_m, "m")),
-            ("greatest", |s| number(s.max_drift_m, "m")),
+            ("position error, 95th percentile", |s| number(s.p95_drift_m, "m")),
+            ("greatest position error", |s| number(s.max_drift_m, "m")),
             ("heading error, rmse", |s| number(s.heading_rmse_rad.map(f64::to_degrees), "°")),
-            ("greatest", |s| number(s.heading_max_rad.map(f64::to_degrees), "°")),
+            ("greatest heading error", |s| number(s.heading_max_rad.map(f64::to_degrees), "°")),
             ("ticks scored", |s| plain(s.scored_ticks.to_string())),
             ("ticks without an estimate", |s| plain(s.unscored_ticks.to_string())),
         ],
@@ -66,10 +66,10 @@ const GROUPS: [(&str, &[Row]); 6] = [
         "Consistency",
         &[
             ("NEES", |s| verdict(s.nees.as_ref())),
-            ("mean, and where it should be", |s| mean(s.nees.as_ref())),
-            ("ticks in the band", |s| within(s.nees.as_ref())),
+            ("NEES, mean, and where it should be", |s| mean(s.nees.as_ref())),
+            ("NEES, ticks in the band", |s| within(s.nees.as_ref())),
             ("NIS", |s| verdict(s.nis.as_ref())),
-            ("mean, and where it should be", |s| mean(s.nis.as_ref())),
+            ("NIS, mean, and where it should be", |s| mean(s.nis.as_ref())),
         ],
     ),
     (

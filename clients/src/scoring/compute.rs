@@ -2,6 +2,7 @@
 
 use rusty_contract::score::{ComputeTimes, Durations, Quantiles};
 
+use super::statistics::EXACT_MEDIANS;
 use crate::witness::Delay;
 
 /// The times of one estimator's answers.
@@ -33,7 +34,8 @@ impl Seconds {
 impl Times {
     /// No answer yet, with room for as many as are expected.
     pub fn expecting(answers: u64) -> Self {
-        let seconds = || Seconds { sorted: Quantiles::expecting(answers), longest: 0.0 };
+        let seconds =
+            || Seconds { sorted: Quantiles::keeping(EXACT_MEDIANS, answers), longest: 0.0 };
         Self { reported: seconds(), observed: seconds() }
     }
 

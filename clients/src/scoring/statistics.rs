@@ -8,6 +8,9 @@
 
 use rusty_contract::score::{PoseErrors, Quantiles, Statistics};
 
+/// Up to so many numbers their median is exact; see [`Quantiles`] for beyond.
+pub(super) const EXACT_MEDIANS: usize = 1 << 17;
+
 /// All of the figures but the median.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moments {
@@ -76,7 +79,7 @@ pub(super) struct Row {
 impl Row {
     /// No value yet, with room for as many as are expected.
     pub fn expecting(count: u64) -> Self {
-        Self { moments: Moments::default(), sorted: Quantiles::expecting(count) }
+        Self { moments: Moments::default(), sorted: Quantiles::keeping(EXACT_MEDIANS, count) }
     }
 
     /// Takes the next value, which is not negative.

@@ -1,7 +1,8 @@
 //! `Quantiles`: any percentile of numbers that come one by one, in memory that
 //! does not grow with them.
 //!
-//! Up to [`MOST_KEPT`] numbers are kept and sorted: percentiles are exact. More
+//! Up to [`MOST_KEPT`] numbers (or fewer, where that was asked for) are kept and
+//! sorted: percentiles are exact. More
 //! of them are counted in bins instead, 4096 to every power of two: then a
 //! percentile is off by less than 1/4096 of itself (0.025 %), or by 10⁻⁹ where
 //! it is smaller than that; numbers beyond 10¹² count as that.
@@ -58,7 +59,10 @@ impl Quantiles {
         Self::keeping(MOST_KEPT, count)
     }
 
-    fn keeping(most_kept: usize, expected: u64) -> Self {
+    /// The same, but keeping no more than `most_kept`, 8 bytes each, before it
+    /// goes over to bins.
+    #[must_use]
+    pub fn keeping(most_kept: usize, expected: u64) -> Self {
         let room = usize::try_from(expected).map_or(most_kept, |n| n.min(most_kept));
         let kept = Vec::with_capacity(room);
         let (least, greatest) = (f64::INFINITY, f64::NEG_INFINITY);
