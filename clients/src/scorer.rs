@@ -8,7 +8,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use rusty_contract::log::LogHeader;
+use rusty_contract::log::{LogHeader, Source};
 use rusty_contract::score::ScoreTable;
 use rusty_contract::{Brief, Effects, Exit, RunDigest, ScoreReport, Start};
 use rusty_plot::{PlotError, png};
@@ -115,7 +115,10 @@ impl Scorer {
         }
         let names: Vec<String> = brief.header.answering().map(|p| p.name.clone()).collect();
         let kidnapped_at = brief.header.kidnappings().map(|k| k.tick).collect();
-        let planned = Planned { ticks: brief.header.config.ticks, kidnapped_at };
+        // A simulation begins at 0; the stamps of a robot may be the time of day.
+        let recorded = matches!(brief.header.source, Source::Recorded { .. });
+        let began_s = (!recorded).then_some(0.0);
+        let planned = Planned { ticks: brief.header.config.ticks, kidnapped_at, began_s };
         Ok(Self {
             blind,
             folder: output_folder(brief, args)?,

@@ -13,7 +13,8 @@
 //! * Only a kidnapping ends convergence. An estimator that goes astray after it
 //!   has converged has the errors of that in its rmse.
 //!
-//! Times count from the beginning of the run, or of the tick at whose start the
+//! Times count from the beginning of the run (of a recording: the stamp of its
+//! first tick), or of the tick at whose start the
 //! robot was put elsewhere, to the end of the first tick of the hold. No
 //! textbook has *the* definition; the thresholds are part of the document.
 
@@ -21,13 +22,17 @@ use rusty_contract::score::{Convergence, Recovery, Within};
 
 use super::metrics::Scored;
 
-/// Times are compared to this part of themselves: 51 · 0.02 − 0.02 is 1.
-const ROUNDING: f64 = 1e-9;
+/// Times are compared to this part of themselves: 51 · 0.02 − 0.02 is 1, and
+/// stamps that carry the time of day are rounded to 10⁻⁷ s.
+const ROUNDING: f64 = 1e-6;
 
 /// The search of one estimator for the robot.
 #[derive(Clone, Debug)]
 pub(super) struct Search {
     within: Within,
+    /// When the run began, s; not known before the first tick where that is what
+    /// it began with.
+    began_s: Option<f64>,
     /// Ticks at whose start the robot is carried away, in order.
     kidnapped_at: Vec<u64>,
     /// One for each of them that has come.
@@ -66,16 +71,18 @@ impl Squares {
 }
 
 impl Search {
-    /// Before the first tick.
-    pub fn new(within: Within, kidnapped_at: &[u64]) -> Self {
+    /// Before the first tick of a run that began at `began_s`; `None`: with its
+    /// first tick.
+    pub fn new(within: Within, kidnapped_at: &[u64], began_s: Option<f64>) -> Self {
         let mut kidnapped_at = kidnapped_at.to_vec();
         kidnapped_at.sort_unstable();
         Self {
             within,
             recoveries: Vec::with_capacity(kidnapped_at.len()),
             kidnapped_at,
+            began_s,
             kidnapped_s: 0.0,
-            last_s: 0.0,
+            last_s: began_s.unwrap_or_default(),
             after_s: None,
             converged: false,
             row: None,
@@ -86,6 +93,9 @@ impl Search {
 
     /// A tick begins; it ends at `time_s`. To be called for each.
     pub fn begin(&mut self, tick: u64, time_s: f64) {
+        if self.began_s.is_none() {
+            (self.began_s, self.last_s) = (Some(time_s), time_s);
+        }
         while let Some(&at) = self.kidnapped_at.get(self.recoveries.len()).filter(|at| **at <= tick)
         {
             self.recoveries.push(Recovery { kidnapped_at_tick: at, after_s: None });
@@ -132,7 +142,7 @@ impl Search {
     fn found(&mut self) {
         let Some(row) = self.row.take() else { return };
         self.converged = true;
-        self.after_s.get_or_insert(row.from_s);
+        self.after_s.get_or_insert(row.from_s - self.began_s.unwrap_or_default());
         if let Some(recovery) = self.recoveries.last_mut() {
             recovery.after_s = Some(row.from_s - self.kidnapped_s);
         }

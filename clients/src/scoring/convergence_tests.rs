@@ -19,7 +19,7 @@ const NEAR: At = Off(0.1);
 const FAR: At = Off(3.0);
 
 fn run(within: Within, kidnapped_at: &[u64], ticks: impl IntoIterator<Item = At>) -> Convergence {
-    let mut search = Search::new(within, kidnapped_at);
+    let mut search = Search::new(within, kidnapped_at, Some(0.0));
     for (tick, at) in (0u64..).zip(ticks) {
         search.begin(tick, (tick + 1) as f64 * DT_S);
         match at {
@@ -72,7 +72,7 @@ fn the_threshold_itself_is_within_and_a_hold_of_no_time_is_one_tick() {
     let within = Within { position_m: 0.25, hold_s: 0.0, ..Within::default() };
     assert_eq!(run(within, &[], [FAR, Off(0.25)]).after_s, ends(1));
     assert_eq!(run(within, &[], [FAR, Off(0.2500001)]).after_s, None);
-    let mut search = Search::new(within, &[]);
+    let mut search = Search::new(within, &[], Some(0.0));
     search.begin(0, DT_S);
     // Turned by a little more than 10°, beyond ±π or not.
     let half = core::f64::consts::PI;
@@ -142,8 +142,21 @@ fn a_kidnapping_cuts_a_row_and_the_next_one_ends_the_search_for_the_last() {
 }
 
 #[test]
+fn stamps_that_are_the_time_of_day_count_from_the_first() {
+    let mut search = Search::new(Within::default(), &[], None);
+    for tick in 0..60 {
+        search.begin(tick, 976_052_857.38 + tick as f64 * 0.1);
+        let x_m = if tick < 20 { 3.0 } else { 0.1 };
+        let (truth, estimate) = (SE2::identity(), SE2::new(x_m, 0.0, 0.0));
+        search.push(&Scored { tick: tick as usize, truth, estimate });
+    }
+    let after_s = search.convergence().unwrap().after_s.unwrap();
+    assert!((after_s - 2.0).abs() < 1e-6, "{after_s}");
+}
+
+#[test]
 fn without_a_scored_tick_there_is_nothing_to_say() {
-    let mut search = Search::new(Within::default(), &[0]);
+    let mut search = Search::new(Within::default(), &[0], None);
     search.begin(0, DT_S);
     search.silent();
     assert_eq!(search.convergence(), None);

@@ -73,11 +73,15 @@ pub fn distance_driven_m(trace: &RunTrace) -> f64 {
 /// One score per estimator, in roster order. A figure is `None` where nothing
 /// was scored that it could be made of: all of them without a scored tick, the
 /// relative ones with a single one, the drift in percent of a robot that stood.
-/// A trace knows poses alone, so what is made of covariances, innovations,
-/// kidnappings and durations is `None`, too.
+/// A trace knows no innovations and durations, nor the covariances of all ticks,
+/// so what is made of those is `None`, too.
 #[must_use]
 pub fn score(trace: &RunTrace) -> Vec<Score> {
-    let planned = Planned { ticks: trace.ticks() as u64, kidnapped_at: Vec::new() };
+    let planned = Planned {
+        ticks: trace.ticks() as u64,
+        kidnapped_at: trace.kidnapped_at.clone(),
+        began_s: Some(0.0),
+    };
     let mut meter = Meter::new(&trace.names, &planned, Yardstick::default());
     for tick in 0..trace.ticks() {
         let given =
@@ -96,6 +100,8 @@ pub struct Planned {
     pub ticks: u64,
     /// Ticks at whose start the robot is put elsewhere.
     pub kidnapped_at: Vec<u64>,
+    /// When the run began, s; `None`: with its first tick.
+    pub began_s: Option<f64>,
 }
 
 /// A tick, as far as it is the same for all estimators.
@@ -165,7 +171,7 @@ impl Meter {
             relative_deg2: 0.0,
             nees: Samples::of_errors(yardstick.level),
             nis: Samples::of_innovations(yardstick.level),
-            search: Search::new(yardstick.within, &planned.kidnapped_at),
+            search: Search::new(yardstick.within, &planned.kidnapped_at, planned.began_s),
             times: Times::expecting(ticks),
         };
         let estimators = names.iter().map(sums).collect();

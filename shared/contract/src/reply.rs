@@ -198,10 +198,13 @@ fn finite(field: &'static str, value: f64) -> Result<(), AnswerError> {
     if value.is_finite() { Ok(()) } else { Err(AnswerError::NotFinite { field, value }) }
 }
 
+/// No scan has as many numbers.
+const MOST_DEGREES: u32 = 1_000_000;
+
 impl Innovation {
     fn check(&self) -> Result<(), AnswerError> {
         finite("innovation nis", self.nis)?;
-        if self.nis < 0.0 || self.degrees == 0 {
+        if self.nis < 0.0 || self.degrees == 0 || self.degrees > MOST_DEGREES {
             return Err(AnswerError::NoInnovation { nis: self.nis, degrees: self.degrees });
         }
         Ok(())
@@ -299,7 +302,7 @@ pub enum AnswerError {
     /// An innovation that cannot be one.
     #[error(
         "innovation nis {nis} of {degrees} degrees: report a sum of squares (at least 0) and how \
-         many numbers were measured (at least 1), or none in a tick without a measurement"
+         many numbers were measured (1 to 1000000), or none in a tick without a measurement"
     )]
     NoInnovation {
         /// The normalised innovation squared.
@@ -359,6 +362,7 @@ mod tests {
             (f64::NAN, 1, "innovation nis is NaN"),
             (-1.0, 1, "innovation nis -1 of 1 degrees"),
             (1.0, 0, "innovation nis 1 of 0 degrees"),
+            (1.0, u32::MAX, "innovation nis 1 of 4294967295 degrees"),
         ] {
             let reply: Reply = Estimate::new(pose()).with_innovation(nis, degrees).into();
             let error = reply.check().unwrap_err().to_string();

@@ -8,7 +8,7 @@
 //! truth stays here, for the caller to seal, instead of going into the frame.
 
 use nalgebra::Point2;
-use rusty_contract::{Frame, RunConfig};
+use rusty_contract::{FieldError, Frame, RunConfig};
 use rusty_geometry::{SE2, Twist, World};
 
 use crate::lidar::Lidar;
@@ -176,7 +176,15 @@ impl Sim {
 fn check_places(config: &RunConfig, world: &World) -> Result<(), SimError> {
     check_place("start", &config.start, config, world)?;
     for (i, kidnapping) in config.kidnappings.iter().enumerate() {
-        check_place(&format!("kidnapping[{i}].to"), &kidnapping.to, config, world)?;
+        let (field, to) = (format!("kidnapping[{i}].to"), kidnapping.to);
+        check_place(&field, &to, config, world)?;
+        let [x_min, y_min, x_max, y_max] = config.world.bounds;
+        if !((x_min..=x_max).contains(&to.x()) && (y_min..=y_max).contains(&to.y())) {
+            let value = format!("({}, {}) m", to.x(), to.y());
+            let problem = format!("lies outside the world {:?}", world.name());
+            let remedy = format!("put it within x {x_min} to {x_max} m, y {y_min} to {y_max} m");
+            return Err(FieldError::new(field, value, problem, remedy).into());
+        }
     }
     Ok(())
 }

@@ -13,7 +13,8 @@ truth.tum has every tick with a known true pose, NAME.tum the ticks of an
 estimator that `score` scores: those with a true pose and an estimate in effect
 (an answer whose compute time is modelled takes effect when that is over). So each
 line of NAME.tum has its partner of the same timestamp, and evo measures what
-score.json says:
+score.json says (but where a recording's stamps repeat: evo pairs by time, and takes
+the first of them):
   sim-server export tum runs/NAME/run.log -o tum
   evo_ape tum tum/truth.tum tum/dead-reckoning.tum
   evo_rpe tum tum/truth.tum tum/dead-reckoning.tum --delta 1 --delta_unit m

@@ -32,7 +32,9 @@ pub fn export(
     let mut walk = Walk::open(log, stop)?;
     let names = walk.names();
     let mut sheet = Sheet::create(out, force)?;
-    let columns = names.iter().flat_map(|n| OF_EACH.map(|c| format!(",{n}.{c}")));
+    // The truth's columns are called so already.
+    let owner = |n: &String| if n == "truth" { "truth.estimate".to_owned() } else { n.clone() };
+    let columns = names.iter().map(owner).flat_map(|n| OF_EACH.map(|c| format!(",{n}.{c}")));
     sheet.head(format_args!("{TICK}{}", columns.collect::<String>()))?;
     let (dt_s, mut ticks_with_truth) = (walk.dt_s(), 0);
     let mut said = vec![false; names.len()];

@@ -45,7 +45,8 @@ pub struct Anees {
     pub without: usize,
     /// Probability of the intervals.
     pub level: f64,
-    /// At the last tick; `None` (unscored) without a run that has one.
+    /// At the last tick of each run that has a covariance of full rank; `None`
+    /// (unscored) without a run that has one.
     pub last: Option<Average>,
     /// At ticks along the way, of the runs that were followed.
     pub along: Vec<Average>,
@@ -226,8 +227,8 @@ impl fmt::Display for AneesText<'_> {
         }
         write!(
             f,
-            "\nANEES: mean over the seeds of the last tick's normalised squared error, 3 if the \
-             covariances are right; accepted and ± at {:.0} %; inside: of the ticks along the way",
+            "\nANEES: mean over the seeds of the normalised squared error at the last tick that \
+             has one, 3 if the covariances are right; accepted and ± at {:.0} %; inside: of the ticks along the way",
             100.0 * LEVEL
         )
     }

@@ -7,6 +7,7 @@ use super::Verbed;
 use super::session::{RunSession, Starting};
 use crate::cli::{LaunchArgs, RunArgs, ScenarioArgs};
 use crate::error::VerbError;
+use crate::output::errln;
 use crate::scenario_file;
 use crate::source::Simulated;
 
@@ -38,6 +39,11 @@ pub(super) fn simulate(which: &ScenarioArgs, run: &RunArgs, starting: Starting) 
         roster: scenario.participants.clone(),
         on_loss: scenario.on_loss,
     };
+    let late = header.config.kidnappings.iter().find(|k| k.tick >= header.config.ticks);
+    if let Some(late) = late {
+        let (tick, ticks) = (late.tick, header.config.ticks);
+        errln!("the run has {ticks} ticks: a kidnapping at tick {tick} will not happen");
+    }
     let mut source = Simulated::new(header)?;
     RunSession {
         args: run,

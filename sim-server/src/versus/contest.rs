@@ -72,6 +72,9 @@ pub struct Outcome {
     pub wins: [u64; 2],
     /// Seeds in which they are equal to the bit.
     pub ties: u64,
+    /// Of the wins, those in which the other never came to it: only times until
+    /// something happens can be without end.
+    pub one_sided: [u64; 2],
     /// Probability of wins as uneven if neither is better (sign test, exact).
     pub sign_p: f64,
     /// How many times as many runs it would have taken without the pairing.
@@ -116,7 +119,7 @@ pub fn versus(
         let (a, b) = (a.contents.path.clone(), b.contents.path.clone());
         return Err(VersusError::NoPair { a, b });
     }
-    if contests.iter().flat_map(|c| &c.outcomes).all(|o| o.pairs < 2) {
+    if contests.iter().flat_map(|c| &c.outcomes).all(|o| o.pairs < 2 && o.one_sided == [0, 0]) {
         let words: Vec<String> = metrics.iter().map(|m| m.word()).collect();
         return Err(VersusError::OnePair { metrics: words.join(", ") });
     }
@@ -133,7 +136,7 @@ fn remarks(a: &Side<'_>, b: &Side<'_>, contests: &[Contest], level: f64) -> Vec<
                 side.contents.path, side.contents.path
             ));
         }
-        let others = side.contents.settings.len() - contests.len();
+        let others = side.contents.settings.len().saturating_sub(contests.len());
         if others > 0 {
             remarks
                 .push(format!("{} has {others} settings that are not in both", side.contents.path));
@@ -221,9 +224,19 @@ impl<'c> Met<'c> {
         };
         let both = self.pairs.iter().filter_map(|(_, runs)| Some((of(0, runs)?, of(1, runs)?)));
         let (a, b): (Vec<f64>, Vec<f64>) = both.unzip();
-        let pairs = Pairs::of(&a, &b, level);
+        let mut pairs = Pairs::of(&a, &b, level);
+        let one_sided = self.one_sided(metric);
+        pairs.signs.above += one_sided[0];
+        pairs.signs.below += one_sided[1];
         let interval = [pairs.difference - pairs.half_width, pairs.difference + pairs.half_width];
+        let sign_p = pairs.signs.p_value();
         let better = match interval {
+            // The mean is over those alone that came to it.
+            _ if one_sided != [0, 0] => {
+                let likely =
+                    if pairs.signs.above > pairs.signs.below { Better::A } else { Better::B };
+                (sign_p < 1.0 - level).then_some(likely)
+            }
             [_, high] if high < 0.0 => Some(Better::B),
             [low, _] if low > 0.0 => Some(Better::A),
             _ => None,
@@ -240,7 +253,8 @@ impl<'c> Met<'c> {
             // A has less where B − A is above zero.
             wins: [pairs.signs.above, pairs.signs.below],
             ties: pairs.signs.ties,
-            sign_p: pairs.signs.p_value(),
+            one_sided,
+            sign_p,
             variance_reduction: pairs.variance_reduction,
             correlation: pairs.correlation,
             better,
@@ -248,6 +262,18 @@ impl<'c> Met<'c> {
         };
         outcome.verdict = outcome.sentence(names, level);
         outcome
+    }
+}
+
+impl Met<'_> {
+    /// Seeds in which A alone came to what is timed, and in which B alone did.
+    fn one_sided(&self, metric: Metric) -> [u64; 2] {
+        let alone = |side: usize| {
+            let has = |runs: &[&Run; 2], side: usize| figure(runs[side], metric).is_some();
+            let alone = |(_, runs): &&(u64, [&Run; 2])| has(runs, side) && !has(runs, 1 - side);
+            self.pairs.iter().filter(alone).count() as u64
+        };
+        if metric.may_never_end() { [alone(0), alone(1)] } else { [0, 0] }
     }
 }
 

@@ -85,6 +85,13 @@ impl Metric {
         }
     }
 
+    /// Whether a run without the figure is worse than any with it: what is timed
+    /// did not happen.
+    #[must_use]
+    pub fn may_never_end(self) -> bool {
+        matches!(self, Self::Converged | Self::Recovered)
+    }
+
     /// What it is called in a sentence.
     #[must_use]
     pub fn words(self) -> &'static str {

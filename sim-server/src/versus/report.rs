@@ -11,26 +11,21 @@ impl Outcome {
     pub fn sentence(&self, names: [&str; 2], level: f64) -> String {
         let (what, unit) = (self.metric.words(), self.metric.shown_unit());
         let number = |value: f64| self.metric.shown(value);
-        if self.pairs < 2 {
+        if self.one_sided != [0, 0] {
+            return self.one_sided_sentence(names, level);
+        }
+        let broken = self.interval.iter().any(|bound| !bound.is_finite());
+        if self.pairs < 2 || broken {
             let pairs = self.pairs;
             return format!("{what}: nothing can be said of {pairs} pairs with a figure of both");
         }
         if self.wins == [0, 0] {
             return format!("{what}: equal to the bit in all {} seeds", self.pairs);
         }
-        let decided = self.pairs as u64 - self.ties;
-        let ties = if self.ties > 0 { format!(" ({} ties)", self.ties) } else { String::new() };
+        let decided = self.decided();
         let [low, high] = self.interval.map(number);
-        let interval = format!("{:.4} % in [{low}, {high}]{unit}", 100.0 * level);
-        let interval = interval.replacen(".0000 %", " %", 1);
-        let p = probability(self.sign_p);
-        let wins = |side: Better| {
-            let (name, wins) = match side {
-                Better::A => (names[0], self.wins[0]),
-                Better::B => (names[1], self.wins[1]),
-            };
-            format!("{name} wins {wins} of {decided} seeds{ties}, p = {p}")
-        };
+        let interval = format!("{} % in [{low}, {high}]{unit}", per_cent_of(level));
+        let wins = |side: Better| self.won(names, side);
         let many = if self.wins[1] >= self.wins[0] { Better::B } else { Better::A };
         let unlikely = self.sign_p < 1.0 - level;
         let Some(better) = self.better else {
@@ -52,10 +47,13 @@ impl Outcome {
         };
         let subject =
             if better == Better::A { format!("{loser} has") } else { "it has".to_owned() };
-        let but = if unlikely && many == better {
-            ""
-        } else {
-            "; the mean owes it to a few seeds, the signs do not show it"
+        // As few as these are as likely all of one sign.
+        let too_few = 2.0 * 0.5f64.powi(decided.min(1000) as i32) >= 1.0 - level;
+        let but = match (unlikely && many == better, many == better) {
+            (true, _) => "",
+            (_, true) if too_few => "; too few seeds for the signs to tell",
+            (_, true) => "; the signs alone do not show it",
+            (_, false) => "; the mean owes it to a few seeds, the signs do not show it",
         };
         format!(
             "{what}: {winner} is better: {subject} {}{unit} {word} ({}), {interval}; {}{but}",
@@ -64,6 +62,47 @@ impl Outcome {
             wins(better)
         )
     }
+}
+
+impl Outcome {
+    /// Seeds in which one of them has less.
+    fn decided(&self) -> u64 {
+        self.wins[0] + self.wins[1]
+    }
+
+    fn won(&self, names: [&str; 2], side: Better) -> String {
+        let (name, wins) = match side {
+            Better::A => (names[0], self.wins[0]),
+            Better::B => (names[1], self.wins[1]),
+        };
+        let ties = if self.ties > 0 { format!(" ({} ties)", self.ties) } else { String::new() };
+        let (decided, p) = (self.decided(), probability(self.sign_p));
+        format!("{name} wins {wins} of {decided} seeds{ties}, p = {p}")
+    }
+
+    /// Where it did not happen in all runs, the signs decide: a mean would be over
+    /// those alone in which it did.
+    fn one_sided_sentence(&self, names: [&str; 2], level: f64) -> String {
+        let ([only_a, only_b], [a, b], pairs) = (self.one_sided, names, self.pairs);
+        let many = if self.wins[1] > self.wins[0] { Better::B } else { Better::A };
+        let verdict = match self.better {
+            Some(Better::A) => format!("{a} is better"),
+            Some(Better::B) => format!("{b} is better"),
+            None => format!("no difference shown at {} %", per_cent_of(level)),
+        };
+        format!(
+            "{}: {verdict}: {}; {a} alone came to it in {only_a} seeds, {b} alone in {only_b}, both \
+             in {pairs}, over which the means are",
+            self.metric.words(),
+            self.won(names, many)
+        )
+    }
+}
+
+/// A level in per cent, with as many digits as tell it from 100.
+fn per_cent_of(level: f64) -> String {
+    let text = format!("{:.10}", 100.0 * level);
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 fn signed(value: f64, number: &dyn Fn(f64) -> String) -> String {
@@ -113,6 +152,7 @@ impl Contest {
             let number = |value: f64| format!("{}{}", o.metric.shown(value), o.metric.shown_unit());
             let [a, b] = o.means.map(number);
             let saved = match o.variance_reduction {
+                factor if factor > 1000.0 && factor.is_finite() => ">1000×".to_owned(),
                 factor if factor.is_finite() => format!("{factor:.1}×"),
                 _ => "–".to_owned(),
             };

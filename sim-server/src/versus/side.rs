@@ -78,26 +78,41 @@ fn who(of: &Contents, problem: String, option: &'static str) -> VersusError {
     VersusError::Who { path: of.path.clone(), problem, names: of.names(), option }
 }
 
-/// The settings that both have, as indices: where both tables tell their
-/// configurations, those that are equal, whatever they were called.
+/// The settings that both have, as indices, each at most once: of one table its
+/// own; of two those of equal words and, where both tell their configurations,
+/// equal ones, whatever they are called, if there is but one such on either side.
 ///
 /// # Errors
 /// [`VersusError::Settings`] names the first field that differs, if none are.
 pub fn shared_settings(a: &Contents, b: &Contents) -> Result<Vec<[usize; 2]>, VersusError> {
-    let config = |of: &Contents, setting: &String| {
+    if std::ptr::eq(a, b) {
+        return Ok((0..a.settings.len()).map(|i| [i, i]).collect());
+    }
+    let config = |of: &Contents, setting: &str| {
         let all = of.configs.as_ref()?;
         all.iter().find(|(words, _)| words == setting).map(|(_, config)| config.clone())
     };
-    let pair = |(i, setting): (usize, &String)| {
-        let ours = config(a, setting);
-        let is_same = |theirs: &&String| match (&ours, config(b, theirs)) {
-            (Some(ours), Some(theirs)) => *ours == theirs,
-            _ => setting == *theirs,
-        };
-        let j = b.settings.iter().position(|s| is_same(&s))?;
-        Some([i, j])
+    let is_same = |i: usize, j: usize| {
+        let (ours, theirs) = (&a.settings[i], &b.settings[j]);
+        match (config(a, ours), config(b, theirs)) {
+            (Some(x), Some(y)) => x == y,
+            _ => ours == theirs,
+        }
     };
-    let pairs: Vec<[usize; 2]> = a.settings.iter().enumerate().filter_map(pair).collect();
+    let all = |of: &Contents| 0..of.settings.len();
+    let only = |mut found: Box<dyn Iterator<Item = usize> + '_>| {
+        let first = found.next()?;
+        found.next().is_none().then_some(first)
+    };
+    let pair = |i: usize| {
+        let named = all(b).find(|&j| a.settings[i] == b.settings[j] && is_same(i, j));
+        let alike = || {
+            let j = only(Box::new(all(b).filter(|&j| is_same(i, j))))?;
+            only(Box::new(all(a).filter(|&k| is_same(k, j)))).map(|_| j)
+        };
+        Some([i, named.or_else(alike)?])
+    };
+    let pairs: Vec<[usize; 2]> = all(a).filter_map(pair).collect();
     if !pairs.is_empty() {
         return Ok(pairs);
     }
@@ -110,5 +125,6 @@ pub fn shared_settings(a: &Contents, b: &Contents) -> Result<Vec<[usize; 2]>, Ve
 }
 
 fn difference(a: &Value, b: &Value) -> String {
-    compare::documents(a, b).into_iter().next().unwrap_or_default()
+    let same = "several settings have the same configuration, and other words for it";
+    compare::documents(a, b).into_iter().next().unwrap_or_else(|| same.to_owned())
 }

@@ -97,6 +97,76 @@ fn the_mean_and_the_signs_may_disagree() {
 }
 
 #[test]
+fn too_few_seeds_are_no_reason_to_doubt_the_mean() {
+    let sentence = |wins: [u64; 2]| {
+        let run_of = |seed: u64, b_wins: bool| {
+            let gain_m = if b_wins { 0.02 + 1e-4 * seed as f64 } else { -1e-3 };
+            [run(seed, 0, 0.5), run(seed, 1, 0.5 - gain_m)]
+        };
+        let runs = (0..wins[0] + wins[1]).flat_map(|seed| run_of(seed, seed >= wins[0]));
+        ate(&contents("t.csv", &["old", "new"], runs.collect())).verdict
+    };
+    assert!(sentence([0, 5]).ends_with("too few seeds for the signs to tell"));
+    assert!(sentence([1, 6]).ends_with("the signs alone do not show it"), "{}", sentence([1, 6]));
+    assert!(sentence([0, 6]).ends_with("p = 0.031"), "{}", sentence([0, 6]));
+}
+
+#[test]
+fn who_never_converges_loses_to_who_does() {
+    // A in all seeds, after 2 s; B in few, after 1 s.
+    let timed = |b: fn(u64) -> bool| {
+        let mut runs = Vec::new();
+        for seed in 0..20 {
+            let mut pair = [run(seed, 0, 0.5), run(seed, 1, 0.5)];
+            pair[0].figures[at(Metric::Converged)] = 2.0 + 1e-3 * seed as f64;
+            if b(seed) {
+                pair[1].figures[at(Metric::Converged)] = 1.0;
+            }
+            runs.extend(pair);
+        }
+        let table = contents("t.csv", &["sound", "brittle"], runs);
+        let both = sides(&table, None, [None, None]).unwrap();
+        versus(both, &[Metric::Converged], true, 0.95).unwrap().settings[0].outcomes[0].clone()
+    };
+    let few = timed(|seed| seed < 4);
+    assert_eq!((few.better, few.wins, few.one_sided), (Some(Better::A), [16, 4], [16, 0]));
+    assert!(few.verdict.starts_with("convergence time: sound is better: sound wins 16 of 20"));
+    let never = timed(|_| false);
+    assert_eq!((never.better, never.pairs), (Some(Better::A), 0), "{never:?}");
+    let half = timed(|seed| seed < 10);
+    assert_eq!((half.better, half.wins), (None, [10, 10]));
+    assert!(half.verdict.contains("no difference shown at 95 %"), "{}", half.verdict);
+}
+
+#[test]
+fn settings_of_one_configuration_are_not_mixed_up() {
+    // Two settings that differ in what is no part of a configuration.
+    let settings = |words: [&str; 2]| {
+        let mut table = two(10, 0.02);
+        let second = table.runs.clone().into_iter().map(|r| Run { setting: 1, ..r });
+        table.runs.extend(second.collect::<Vec<_>>());
+        table.settings = words.map(str::to_owned).to_vec();
+        let config = json!({ "ticks": 300 });
+        table.configs = Some(words.map(|w| (w.to_owned(), config.clone())).to_vec());
+        for run in table.runs.iter_mut().filter(|r| r.setting == 1 && r.estimator == 1) {
+            run.figures[at(Metric::Ate)] += 1.0;
+        }
+        table
+    };
+    let table = settings(["late=0", "late=1"]);
+    let both = sides(&table, None, [None, None]).unwrap();
+    let found = versus(both, &[Metric::Ate], true, 0.95).unwrap();
+    let better: Vec<_> = found.settings.iter().map(|s| s.outcomes[0].better).collect();
+    assert_eq!(better, [Some(Better::B), Some(Better::A)]);
+    // Of another table with one such setting it is not known which is meant.
+    let one = two(10, 0.02);
+    let mut one = Contents { path: "u.csv".to_owned(), ..one };
+    one.configs = Some(vec![(String::new(), json!({ "ticks": 300 }))]);
+    let both = sides(&table, Some(&one), [Some("old"), Some("new")]).unwrap();
+    assert!(matches!(versus(both, &[Metric::Ate], true, 0.95), Err(VersusError::Settings { .. })));
+}
+
+#[test]
 fn figures_that_are_missing_are_counted_and_named() {
     let mut table = two(20, 0.02);
     table.runs[7].figures[at(Metric::Ate)] = f64::NAN;

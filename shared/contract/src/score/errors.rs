@@ -47,7 +47,11 @@ impl PathLength {
             self.last = None;
         }
         if let Some(last) = &self.last {
-            self.sum_m += position_error_m(last, pose);
+            let step_m = position_error_m(last, pose);
+            // Poses that are numbers may be too far apart for one.
+            if (self.sum_m + step_m).is_finite() {
+                self.sum_m += step_m;
+            }
         }
         self.last = Some(*pose);
     }

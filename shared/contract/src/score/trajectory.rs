@@ -12,7 +12,8 @@ pub struct Statistics {
     /// Mean.
     pub mean: f64,
     /// Median (of an even number the mean of the two in the middle). Of more
-    /// than 1,048,576 errors it is right to 1/4096 of itself.
+    /// than 131,072 errors (translations as they are: 1,048,576) it is right to
+    /// 1/4096 of itself.
     pub median: f64,
     /// Standard deviation, divided by the count.
     pub std: f64,
