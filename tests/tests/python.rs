@@ -122,6 +122,13 @@ fn a_kept_scan_outlives_a_server_that_is_killed() {
 }
 
 #[test]
+fn a_fork_keeps_the_scans_that_it_has_and_gets_no_others() {
+    let Some(python) = python() else { return };
+    let out = folder();
+    launch("forks", out.path(), &["--ticks", "120", "--add", &adding(python, "forks.py", "")]);
+}
+
+#[test]
 fn what_is_no_answer_is_refused_and_the_tick_goes_on() {
     let Some(python) = python() else { return };
     let out = folder();

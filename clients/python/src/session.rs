@@ -14,7 +14,7 @@ use rusty_clients::{Arrival, ClientArgs, ClientError, Session as Sdk};
 use rusty_contract::Phase;
 
 use crate::errors::{RustyError, exception, misused};
-use crate::gate::{Gate, Lent, Lone, leave_all, stop_all};
+use crate::gate::{Gate, Lent, Lone, leave_all, pin_all, stop_all};
 use crate::start::{self, Start};
 use crate::tick::Tick;
 
@@ -292,11 +292,18 @@ fn _leave_all(py: Python<'_>) {
     py.detach(leave_all);
 }
 
+/// Before a fork: whatever arrays lie over stays where it is.
+#[pyfunction]
+fn _before_fork() {
+    pin_all();
+}
+
 /// Adds the session to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Session>()?;
     module.add_class::<Tick>()?;
     module.add_function(wrap_pyfunction!(join, module)?)?;
     module.add_function(wrap_pyfunction!(_stop_all, module)?)?;
-    module.add_function(wrap_pyfunction!(_leave_all, module)?)
+    module.add_function(wrap_pyfunction!(_leave_all, module)?)?;
+    module.add_function(wrap_pyfunction!(_before_fork, module)?)
 }

@@ -104,6 +104,11 @@ impl Tick {
             return Ok(None);
         }
         let array = self.ranges.get_or_try_init(py, || {
+            if self.gate.is_foreign() {
+                // Nobody keeps the frame for a fork: the run may write over it.
+                let text = "this process is a fork of the one that joined; read it before the fork";
+                return Err(misused(format!("tick {}: tick.ranges: {text}", self.number)));
+            }
             let remedy = "its scan has gone; read tick.ranges before the loop goes on";
             let lent = self.lent.upgrade().ok_or_else(|| self.over(remedy))?;
             array(py, lent, self.gate.views())

@@ -23,6 +23,7 @@ there write ``with rusty.join(run="lab") as session: ...``, which leaves at once
 from __future__ import annotations
 
 import atexit as _atexit
+import os as _os
 import typing as _typing
 
 from ._launch import LaunchError, Record, Run, RunLost, launch
@@ -42,6 +43,7 @@ from ._rusty import (
     Tick,
     World,
     __version__,
+    _before_fork,
     _last_start,
     _leave_all,
     join,
@@ -85,6 +87,8 @@ __all__ = [
 # A session that something still refers to when the interpreter ends, a
 # traceback or a global, must not leave its run waiting.
 _atexit.register(_leave_all)
+# A fork has the arrays over frames as well, and must find in them what was there.
+_os.register_at_fork(before=_before_fork)
 
 
 def __getattr__(name: str) -> object:

@@ -148,8 +148,13 @@ class Tick:
         the session or the server is gone. While 3 such arrays are kept, those of
         later ticks are copies.
 
+        Arrays that exist at an ``os.fork()`` stay what they were in the fork, too:
+        for its sake this process keeps their frames until it ends, so that later
+        arrays of the session may be copies from then on.
+
         Raises:
-            RuntimeError: when it is first asked for after its tick is over.
+            RuntimeError: when it is first asked for after its tick is over, or in
+                a fork of the process that joined.
         """
     def answer(
         self,
@@ -262,6 +267,7 @@ def join(
         SystemExit: the command line asks for help, or cannot be used.
     """
 
+def _before_fork() -> None: ...
 def _last_start() -> Start: ...
 def _leave_all() -> None: ...
 def _stop_all() -> None: ...
