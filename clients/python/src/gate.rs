@@ -44,6 +44,8 @@ pub struct Gate {
     viewed: Mutex<Vec<Weak<Lent>>>,
     /// Raised by a wish to stop: the session then says goodbye.
     pub stop: Arc<AtomicBool>,
+    /// Raised before the session leaves: whoever waits in it gives way.
+    leaving: AtomicBool,
     /// The process that joined. A fork of it has no part in the run.
     pid: u32,
 }
@@ -63,6 +65,7 @@ impl Gate {
             views: AtomicUsize::new(0),
             viewed: Mutex::default(),
             stop,
+            leaving: AtomicBool::new(false),
             pid: std::process::id(),
         });
         let mut gates = lock(&GATES);
@@ -96,8 +99,14 @@ impl Gate {
             }
             return;
         }
+        self.leaving.store(true, Ordering::Relaxed);
         let mut turn = Turn { gate: self, guard: Some(lock(&self.part)) };
         turn.end();
+    }
+
+    /// Whether somebody has begun to leave the run.
+    pub fn is_leaving(&self) -> bool {
+        self.leaving.load(Ordering::Relaxed)
     }
 
     /// A frame that is not needed any more.

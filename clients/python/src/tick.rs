@@ -62,7 +62,9 @@ impl Tick {
     fn reply(&self, reply: Reply) -> PyResult<()> {
         let number = self.number;
         let Some(mut turn) = self.gate.turn() else {
-            return Err(self.over("another thread waits for the next one"));
+            let leaving = self.gate.is_leaving();
+            let remedy = "another thread waits for the next one";
+            return Err(self.over(if leaving { "the session is being closed" } else { remedy }));
         };
         let lent = self.lent.upgrade();
         let open = turn.part().and_then(|part| {

@@ -80,7 +80,6 @@ __all__ = [
     "launch",
     "odometry_delta",
     "read_log",
-    "start",
     "wrap_angle",
 ]
 
@@ -91,8 +90,15 @@ _atexit.register(_leave_all)
 _os.register_at_fork(before=_before_fork)
 
 
+class _NobodyJoined(RuntimeError, AttributeError):
+    """There is no ``rusty.start`` yet; so ``hasattr`` says that, too."""
+
+
 def __getattr__(name: str) -> object:
     """``rusty.start``: the start of the session that joined last."""
     if name == "start":
-        return _last_start()
+        try:
+            return _last_start()
+        except RuntimeError as error:
+            raise _NobodyJoined(str(error)) from None
     raise AttributeError(f"module 'rusty' has no attribute {name!r}")

@@ -243,10 +243,13 @@ def join(
 
     With neither ``run`` nor ``log`` the command line says which, as a launcher
     writes it: ``--run NAME --name NAME --wait HOW --launcher PID``, or by hand
-    ``--run NAME`` or ``--log PATH``; ``--help`` lists all. The script is then a
-    program that takes part: asked to stop (SIGTERM, Ctrl-C) it says goodbye, and a
-    `RustyError` that nobody catches is printed as one line. Signal handlers and
-    an excepthook of its own stay as they are.
+    ``--run NAME`` or ``--log PATH``; ``--help`` lists all. ``out``, ``wait`` and
+    ``join_timeout`` are then the command line's, too: given here they count for
+    nothing. The script is then a program that takes part: asked to stop (SIGTERM,
+    Ctrl-C) it says goodbye, and it prints one line, not a traceback, if it could
+    not join, was dropped, or the server is gone. With ``run``, Ctrl-C in the main
+    thread says goodbye as well. Signal handlers and an excepthook of its own stay
+    as they are.
 
     Args:
         name: name in the roster, unless the command line has ``--name``. Default:
