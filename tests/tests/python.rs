@@ -42,6 +42,13 @@ fn the_package_says_what_it_is_made_for() {
 }
 
 #[test]
+fn whatever_the_package_offers_says_what_it_is() {
+    let Some(python) = python() else { return };
+    let said = python_ends(python, &[&script("documented.py")], 0).stdout;
+    assert_eq!(said, "documented\n");
+}
+
+#[test]
 fn a_script_beside_its_scenario_reckons_like_the_rust_client_bit_for_bit() {
     if python().is_none() {
         return;

@@ -21,10 +21,17 @@ use crate::tick::Tick;
 /// How long a wait lasts before Python is asked whether somebody interrupts it.
 const SLICE: Duration = Duration::from_millis(50);
 
-/// A part in a run, live or on a log: an iterator of its ticks.
+/// A part in a run, live or on a log: an iterator of its ticks, and a context
+/// manager that leaves the run at the end of its block.
+///
+/// While the next tick is waited for the interpreter is not held, and Ctrl-C ends
+/// the wait. A tick before it that was not answered abstains. Iterating raises
+/// `ServerGone`, `Dropped`, and `RuntimeError` if another thread waits or this
+/// process is a fork of the one that joined. `join` makes it.
 #[pyclass(frozen, module = "rusty", weakref)]
 pub struct Session {
     gate: Arc<Gate>,
+    /// What this participant was told.
     #[pyo3(get)]
     start: Py<Start>,
     ending: OnceLock<Phase>,
