@@ -1,5 +1,6 @@
-//! A Python with evo in it, for tests. Where there is none to be had, tests are
-//! skipped with a printed reason.
+//! A Python with evo in it, for tests. Where python3 makes no virtual environment,
+//! or pip finds no evo, tests are skipped with a printed reason; whatever else goes
+//! wrong fails them.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -36,7 +37,7 @@ pub fn python() -> Option<&'static Path> {
     match PYTHON.get_or_init(prepare) {
         Ok(python) => Some(python),
         Err(reason) => {
-            println!("skipped: {reason}");
+            crate::python::skipped(reason);
             None
         }
     }
@@ -51,18 +52,20 @@ fn prepare() -> Result<PathBuf, String> {
     let environment = place.join("environment");
     let python = environment.join("bin/python");
     let ready = place.join("ready");
-    if fs::read_to_string(&ready).is_ok_and(|made| made == EVO) {
+    let tried = || run(Command::new(&python).args(["-c", TRIED]));
+    if fs::read_to_string(&ready).is_ok_and(|made| made == EVO) && tried().is_ok() {
         return Ok(python);
     }
+    // Python may have been replaced since it was made.
+    let _ = fs::remove_file(&ready);
     let _ = fs::remove_dir_all(&environment);
     run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
     let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", EVO];
     let few = run(Command::new(&python).args(pip).arg("--no-deps").args(NEEDED));
-    let tried = few.and_then(|_| run(Command::new(&python).args(["-c", TRIED])));
-    if tried.is_err() {
+    if few.and_then(|_| tried()).is_err() {
         // A dependency has got one of its own since: then all of them.
         run(Command::new(&python).args(pip))?;
-        run(Command::new(&python).args(["-c", TRIED]))?;
+        tried().unwrap();
     }
     fs::write(ready, EVO).unwrap();
     Ok(python)

@@ -1,7 +1,9 @@
-//! A Python with numpy and our package in it, for tests. Where there is none to
-//! be had, tests are skipped with a printed reason.
+//! A Python with numpy and our package in it, for tests. Where python3 makes no
+//! virtual environment, or pip finds no numpy, tests are skipped with a printed
+//! reason; whatever else goes wrong fails them.
 
 use std::fs::{self, File};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
@@ -16,10 +18,18 @@ pub fn python() -> Option<&'static Path> {
     match PYTHON.get_or_init(prepare) {
         Ok(python) => Some(python),
         Err(reason) => {
-            println!("skipped: {reason}");
+            skipped(reason);
             None
         }
     }
+}
+
+/// Says that tests are skipped, and why, past what captures the output of tests
+/// that pass.
+pub(crate) fn skipped(reason: &str) {
+    let thread = std::thread::current();
+    let line = format!("\nskipped: {}: {reason}\n", thread.name().unwrap_or("a test"));
+    let _ = std::io::stderr().write_all(line.as_bytes());
 }
 
 /// A script that lies beside the tests.
@@ -38,14 +48,18 @@ fn prepare() -> Result<PathBuf, String> {
     let environment = place.join("environment");
     let python = environment.join("bin/python");
     let numpy = place.join("has-numpy");
-    if !numpy.exists() {
+    let works = || run(Command::new(&python).args(["-c", "import numpy"])).is_ok();
+    if !numpy.exists() || !works() {
+        // Python may have been replaced since it was made.
+        let _ = fs::remove_file(&numpy);
         let _ = fs::remove_dir_all(&environment);
         run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
         run(Command::new(&python).args(["-m", "pip", "install", "--quiet", "numpy"]))?;
+        run(Command::new(&python).args(["-c", "import numpy"])).unwrap();
         File::create(&numpy).unwrap();
     }
     let find = "import sysconfig; print(sysconfig.get_path('platlib'))";
-    let packages = run(Command::new(&python).args(["-c", find]))?;
+    let packages = run(Command::new(&python).args(["-c", find])).unwrap();
     let package = Path::new(packages.trim()).join("rusty");
     fs::create_dir_all(&package).unwrap();
     let sources = repository().join("clients/python/python/rusty");

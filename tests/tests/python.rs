@@ -42,6 +42,13 @@ fn the_package_says_what_it_is_made_for() {
 }
 
 #[test]
+fn whatever_the_package_offers_says_what_it_is() {
+    let Some(python) = python() else { return };
+    let said = python_ends(python, &[&script("documented.py")], 0).stdout;
+    assert_eq!(said, "documented\n");
+}
+
+#[test]
 fn a_script_beside_its_scenario_reckons_like_the_rust_client_bit_for_bit() {
     if python().is_none() {
         return;
@@ -122,6 +129,13 @@ fn a_kept_scan_outlives_a_server_that_is_killed() {
 }
 
 #[test]
+fn a_fork_keeps_the_scans_that_it_has_and_gets_no_others() {
+    let Some(python) = python() else { return };
+    let out = folder();
+    launch("forks", out.path(), &["--ticks", "120", "--add", &adding(python, "forks.py", "")]);
+}
+
+#[test]
 fn what_is_no_answer_is_refused_and_the_tick_goes_on() {
     let Some(python) = python() else { return };
     let out = folder();
@@ -159,6 +173,7 @@ fn whoever_leaves_at_tick_7_has_failed_and_its_last_words_are_kept() {
     for (how, words) in [
         ("raise", Some("ValueError: boom at seven")),
         ("kept", Some("ValueError: boom at seven")),
+        ("log", Some("this is no run log")),
         ("break", None),
         ("exit", None),
     ] {
@@ -168,11 +183,12 @@ fn whoever_leaves_at_tick_7_has_failed_and_its_last_words_are_kept() {
         assert_eq!(after.report["losses"][0]["tick"], 7, "{how}");
         let Some(words) = words else { continue };
         let said = remarks(&after.report);
-        let ended = format!("python: its process exited with code 1; its last words: {words}");
-        assert!(said.contains(&ended), "{how}: {said}");
+        let ended = "python: its process exited with code 1; its last words: ";
+        assert!(said.contains(ended) && said.contains(words), "{how}: {said}");
         let talk = fs::read_to_string(after.out.path().join("python.txt")).unwrap();
         assert!(talk.starts_with("Traceback (most recent call last):"), "{talk}");
-        assert!(talk.contains("in work") && talk.trim_end().ends_with(words), "{talk}");
+        let last = talk.lines().last().unwrap();
+        assert!(talk.contains("in work") && last.contains(words), "{talk}");
     }
 }
 
@@ -206,6 +222,32 @@ fn ctrl_c_ends_waiting_and_says_goodbye() {
     assert_eq!(ended.code, None, "{ended:?}");
     assert!(ended.stderr.trim_end().ends_with("KeyboardInterrupt"), "{ended:?}");
     live.ends_with(1).lost("python", "left", "it said goodbye before the end");
+}
+
+#[test]
+fn ctrl_c_in_the_loop_s_body_says_goodbye_however_it_joined() {
+    let Some(python) = python() else { return };
+    let live = Live::start("serve", "ctrl-c", &[&LONG, &["--add", "python"]]);
+    let busy = live.out.path().join("busy");
+    let mut command = Command::new(python);
+    let script =
+        Process::spawn(command.args([script("interrupted.py")]).arg(live.run.as_str()).arg(&busy));
+    let others = ALL.map(|name| live.join(name, &[]));
+    until("it is busy", || busy.exists());
+    script.signal(Signal::INT);
+    assert!(script.wait().stderr.trim_end().ends_with("KeyboardInterrupt"));
+    drop(others.map(Process::wait));
+    live.ends_with(1).lost("python", "left", "it said goodbye before the end");
+}
+
+#[test]
+fn a_session_that_another_thread_closes_just_ends() {
+    let Some(python) = python() else { return };
+    let live = Live::start("serve", "closes", &[&["--paused", "--add", "python"]]);
+    let mut command = Command::new(python);
+    command.args([&script("closes.py"), "--run", live.run.as_str(), "--name", "python"]);
+    assert_eq!(Process::spawn(&mut command).wait().expect(0).stdout, "closed\n");
+    live.ends_with(1).lost("python", "failed", "it reported a failure of its own");
 }
 
 #[test]

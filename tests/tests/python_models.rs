@@ -146,7 +146,8 @@ fn record(tick: u64, has_truth: bool) -> TickRecord {
     let pose = SE2::new(tick as f64 + 0.1, -0.0, 1.0 / 3.0);
     let covariance = Some(std::array::from_fn(|i| tick as f64 + i as f64 / 7.0));
     let command = Twist { v_m_s: 0.1 * tick as f64, omega_rad_s: -1e-300 };
-    let estimate = Reply::Estimate(Estimate { covariance, ..pose.into() });
+    let innovation = (tick > 5).then_some(Innovation { nis: tick as f64 / 3.0, degrees: 180 });
+    let estimate = Reply::Estimate(Estimate { covariance, innovation, ..pose.into() });
     TickRecord {
         tick,
         stamp_s: (tick == 5).then_some(123.456),
@@ -208,6 +209,10 @@ fn same_columns(out: &Path, records: &[TickRecord]) {
     let covariance = |r: &TickRecord| r.replies[1].estimate().and_then(|e| e.covariance);
     same("covariances-second", floats(&|r| covariance(r).unwrap_or([nan; 9]).to_vec()));
     assert!(!out.join("covariances-dead-reckoning").exists(), "it never reported any");
+    let innovation = |r: &TickRecord| r.replies[1].estimate().and_then(|e| e.innovation);
+    let row = |i: Innovation| vec![i.nis, f64::from(i.degrees)];
+    same("innovations-second", floats(&|r| innovation(r).map_or(vec![nan; 2], row)));
+    assert!(!out.join("innovations-dead-reckoning").exists(), "it never reported any");
     let whole = |numbers: Vec<i64>| numbers.into_iter().flat_map(i64::to_le_bytes).collect();
     same("counts", whole(records.iter().flat_map(|r| [r.ticks.left, r.ticks.right]).collect()));
     let scans = records.iter().filter(|r| r.ranges_m.is_some());
@@ -229,6 +234,7 @@ fn a_log_read_in_python_has_every_number_of_the_log() {
     same_columns(&out, &records);
     assert_eq!(said["shapes"]["ranges"], json!([5, 4]));
     assert_eq!(said["shapes"]["covariances-second"], json!([9, 3, 3]));
+    assert_eq!(said["shapes"]["innovations-second"], json!([9, 2]));
     let info = sim_server(&["info", "--json", path(&log)]).expect(0).json();
     for key in ["digest", "complete", "seed", "roster"] {
         assert_eq!(said[key], info[key], "{key}");

@@ -40,8 +40,12 @@ pub struct Gate {
     returned: Mutex<Vec<Lone<HeldFrame>>>,
     /// How many arrays lie over frames.
     views: AtomicUsize,
+    /// The frames that arrays lie over, or did.
+    viewed: Mutex<Vec<Weak<Lent>>>,
     /// Raised by a wish to stop: the session then says goodbye.
     pub stop: Arc<AtomicBool>,
+    /// Raised before the session leaves: whoever waits in it gives way.
+    leaving: AtomicBool,
     /// The process that joined. A fork of it has no part in the run.
     pid: u32,
 }
@@ -59,7 +63,9 @@ impl Gate {
             part: Mutex::new(Some(Part { session, open: None })),
             returned: Mutex::default(),
             views: AtomicUsize::new(0),
+            viewed: Mutex::default(),
             stop,
+            leaving: AtomicBool::new(false),
             pid: std::process::id(),
         });
         let mut gates = lock(&GATES);
@@ -93,8 +99,14 @@ impl Gate {
             }
             return;
         }
+        self.leaving.store(true, Ordering::Relaxed);
         let mut turn = Turn { gate: self, guard: Some(lock(&self.part)) };
         turn.end();
+    }
+
+    /// Whether somebody has begun to leave the run.
+    pub fn is_leaving(&self) -> bool {
+        self.leaving.load(Ordering::Relaxed)
     }
 
     /// A frame that is not needed any more.
@@ -121,6 +133,26 @@ impl Gate {
     pub fn views(&self) -> usize {
         self.views.load(Ordering::Relaxed)
     }
+
+    /// Keeps the frames under arrays until this process ends: see [`pin_all`].
+    fn pin(&self) {
+        if self.is_foreign() {
+            return;
+        }
+        for lent in lock(&self.viewed).drain(..).filter_map(|lent| lent.upgrade()) {
+            if !lent.pinned.swap(true, Ordering::Relaxed) {
+                std::mem::forget(lent);
+            }
+        }
+    }
+}
+
+/// This process is about to be forked. The fork has the arrays as well, over the
+/// same memory, and nobody hears when it needs them no more. So whatever lies
+/// under one is never given back, and goes on counting as viewed.
+pub fn pin_all() {
+    let gates: Vec<_> = lock(&GATES).iter().filter_map(Weak::upgrade).collect();
+    gates.iter().for_each(|gate| gate.pin());
 }
 
 /// From now on whoever leaves says goodbye, and waiting ends.
@@ -175,11 +207,14 @@ impl Drop for Turn<'_> {
 pub struct Lent {
     frame: Option<Lone<HeldFrame>>,
     gate: Arc<Gate>,
+    /// Whether it is kept for a fork.
+    pinned: AtomicBool,
 }
 
 impl Lent {
     pub fn new(frame: HeldFrame, gate: &Arc<Gate>) -> Arc<Self> {
-        Arc::new(Self { frame: Some(Lone(frame)), gate: Arc::clone(gate) })
+        let (gate, pinned) = (Arc::clone(gate), AtomicBool::new(false));
+        Arc::new(Self { frame: Some(Lone(frame)), gate, pinned })
     }
 
     /// The frame as the session knows it.
@@ -196,6 +231,10 @@ impl Lent {
     /// Counts one more array over a frame.
     pub fn viewed(self: Arc<Self>) -> View {
         self.gate.views.fetch_add(1, Ordering::Relaxed);
+        let mut viewed = lock(&self.gate.viewed);
+        viewed.retain(|lent| lent.strong_count() > 0);
+        viewed.push(Arc::downgrade(&self));
+        drop(viewed);
         View(self)
     }
 }
@@ -213,6 +252,8 @@ pub struct View(pub Arc<Lent>);
 
 impl Drop for View {
     fn drop(&mut self) {
-        self.0.gate.views.fetch_sub(1, Ordering::Relaxed);
+        if !self.0.pinned.load(Ordering::Relaxed) {
+            self.0.gate.views.fetch_sub(1, Ordering::Relaxed);
+        }
     }
 }

@@ -38,6 +38,8 @@ struct Answers {
     poses: Vec<f64>,
     /// Filled from the first covariance on.
     covariances: Option<Vec<f64>>,
+    /// Filled from the first innovation on.
+    innovations: Option<Vec<f64>>,
 }
 
 impl Answers {
@@ -45,13 +47,20 @@ impl Answers {
         let estimate = reply.and_then(Reply::estimate);
         let pose = estimate.map(|e| e.pose_in_world);
         self.poses.extend(pose.map_or([f64::NAN; 3], |p| [p.x(), p.y(), p.theta()]));
-        let covariance = estimate.and_then(|e| e.covariance);
-        if covariance.is_some() && self.covariances.is_none() {
-            self.covariances = Some(vec![f64::NAN; 9 * ticks]);
-        }
-        if let Some(all) = &mut self.covariances {
-            all.extend(covariance.unwrap_or([f64::NAN; 9]));
-        }
+        fill(&mut self.covariances, ticks, estimate.and_then(|e| e.covariance));
+        let innovation = estimate.and_then(|e| e.innovation);
+        fill(&mut self.innovations, ticks, innovation.map(|i| [i.nis, f64::from(i.degrees)]));
+    }
+}
+
+/// Adds a row of what is not always reported: NaN where it is not, and nothing at
+/// all before the first time.
+fn fill<const N: usize>(rows: &mut Option<Vec<f64>>, before: usize, row: Option<[f64; N]>) {
+    if row.is_some() && rows.is_none() {
+        *rows = Some(vec![f64::NAN; N * before]);
+    }
+    if let Some(rows) = rows {
+        rows.extend(row.unwrap_or([f64::NAN; N]));
     }
 }
 
@@ -68,6 +77,7 @@ impl Columns {
             name: p.name.clone(),
             poses: Vec::new(),
             covariances: None,
+            innovations: None,
         };
         let mut columns = Self {
             header: serde_json::to_string(header).unwrap_or_default(),
@@ -155,14 +165,19 @@ fn read_columns(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     dict.set_item("scan_ticks", shaped(py, columns.scan_ticks, [scan_count])?)?;
     dict.set_item("ranges", shaped(py, scans_m, scans)?)?;
     let (answers, covariances) = (PyDict::new(py), PyDict::new(py));
+    let innovations = PyDict::new(py);
     for one in columns.answers {
         answers.set_item(&one.name, shaped(py, one.poses, [ticks, 3])?)?;
         if let Some(all) = one.covariances {
             covariances.set_item(&one.name, shaped(py, all, [ticks, 3, 3])?)?;
         }
+        if let Some(all) = one.innovations {
+            innovations.set_item(&one.name, shaped(py, all, [ticks, 2])?)?;
+        }
     }
     dict.set_item("answers", answers)?;
     dict.set_item("covariances", covariances)?;
+    dict.set_item("innovations", innovations)?;
     dict.set_item("digest", columns.digest.run_hex())?;
     let damaged = columns.damaged_ticks.len();
     dict.set_item("damaged_ticks", shaped(py, columns.damaged_ticks, [damaged])?)?;

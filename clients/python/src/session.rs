@@ -14,17 +14,24 @@ use rusty_clients::{Arrival, ClientArgs, ClientError, Session as Sdk};
 use rusty_contract::Phase;
 
 use crate::errors::{RustyError, exception, misused};
-use crate::gate::{Gate, Lent, Lone, leave_all, stop_all};
+use crate::gate::{Gate, Lent, Lone, leave_all, pin_all, stop_all};
 use crate::start::{self, Start};
 use crate::tick::Tick;
 
 /// How long a wait lasts before Python is asked whether somebody interrupts it.
 const SLICE: Duration = Duration::from_millis(50);
 
-/// A part in a run, live or on a log: an iterator of its ticks.
+/// A part in a run, live or on a log: an iterator of its ticks, and a context
+/// manager that leaves the run at the end of its block.
+///
+/// While the next tick is waited for the interpreter is not held, and Ctrl-C ends
+/// the wait. A tick before it that was not answered abstains. Iterating raises
+/// `ServerGone`, `Dropped`, and `RuntimeError` if another thread waits or this
+/// process is a fork of the one that joined. `join` makes it.
 #[pyclass(frozen, module = "rusty", weakref)]
 pub struct Session {
     gate: Arc<Gate>,
+    /// What this participant was told.
     #[pyo3(get)]
     start: Py<Start>,
     ending: OnceLock<Phase>,
@@ -111,6 +118,9 @@ impl Session {
             return Err(misused(text.to_owned()));
         }
         let Some(mut turn) = self.gate.turn() else {
+            if self.gate.is_leaving() {
+                return Ok(Wait::Over);
+            }
             return Err(misused("another thread waits for the session's next tick".to_owned()));
         };
         let Some(part) = turn.part() else { return Ok(Wait::Over) };
@@ -125,6 +135,11 @@ impl Session {
         let session = &mut part.session;
         let arrival = py.detach(|| next_within(session));
         match arrival {
+            // Somebody waits for the lock, to leave.
+            Ok(Some(_)) if self.gate.is_leaving() => Ok(Wait::Over),
+            Ok(None) if part.session.0.ending().is_none() && self.gate.is_leaving() => {
+                Ok(Wait::Over)
+            }
             Ok(Some(frame)) => {
                 let lent = Lent::new(frame.0, &self.gate);
                 let tick = lent.held().map(|frame| Tick::new(&lent, frame, &self.gate));
@@ -170,7 +185,34 @@ fn next_within(
     })
 }
 
-/// Joins a run, or opens a log. See the stubs.
+/// Joins a run, or opens a log; iterate over what it returns.
+///
+/// With neither `run` nor `log` the command line says which, as a launcher writes
+/// it: `--run NAME --name NAME --wait HOW --launcher PID`, or by hand `--run NAME`
+/// or `--log PATH`; `--help` lists all. `out`, `wait` and `join_timeout` are then
+/// the command line's, too: given here they count for nothing. The script is then
+/// a program that takes part: asked to stop (SIGTERM, Ctrl-C) it says goodbye, and
+/// it prints one line, not a traceback, if it could not join, was dropped, or the
+/// server is gone. With `run`, Ctrl-C in the main thread says goodbye as well.
+/// Signal handlers and an excepthook of its own stay as they are.
+///
+/// Args:
+///     name: name in the roster, unless the command line has `--name`. Default:
+///         the script's name.
+///     run: the run to join.
+///     log: work on this log instead, without a server.
+///     out: with `log`: write the answers to this file as CSV.
+///     wait: look for ticks for up to 400 microseconds before sleeping
+///         ("balanced"), never sleep ("spin"), or sleep at once ("block").
+///     join_timeout: how long to wait for the run to appear, s.
+///     argv: read these arguments instead of `sys.argv[1:]`, for a script with
+///         arguments of its own.
+///
+/// Raises:
+///     Refused: the server says no.
+///     RustyError: there is no such run or log, or it cannot be used.
+///     ValueError: an argument that cannot be used.
+///     SystemExit: the command line asks for help, or cannot be used.
 #[pyfunction]
 #[pyo3(signature = (name = None, *, run = None, log = None, out = None, wait = "balanced", join_timeout = 20.0, argv = None))]
 #[allow(clippy::too_many_arguments, reason = "keywords of a Python function")]
@@ -187,12 +229,9 @@ fn join(
     let argument =
         |field: &str, problem: String| PyValueError::new_err(format!("{field}: {problem}"));
     let program: Vec<OsString> = py.import("sys")?.getattr("argv")?.extract()?;
+    let as_told = run.is_none() && log.is_none();
     let mut args = match (&run, &log) {
-        (None, None) => {
-            let args = from_command_line(py, &program, argv)?;
-            py.import("rusty._program")?.call_method0("take_part")?;
-            args
-        }
+        (None, None) => from_command_line(py, &program, argv)?,
         (Some(_), Some(_)) => return Err(PyValueError::new_err("give run or log, not both")),
         _ => ClientArgs {
             run: run
@@ -212,6 +251,16 @@ fn join(
         let fallback = || script.map_or_else(|| "client".to_owned(), |stem| stem.into_owned());
         args.name = Some(name.map_or_else(fallback, str::to_owned));
     }
+    let manners = if as_told { "take_part" } else { "goodbye_on_interrupt" };
+    py.import("rusty._program")?.call_method0(manners)?;
+    take_part(py, args).inspect_err(|error| {
+        // For whoever shows it: its way here says nothing.
+        let _ = error.value(py).setattr("_joining", true);
+    })
+}
+
+/// Joins as it is told.
+fn take_part(py: Python<'_>, args: ClientArgs) -> PyResult<Session> {
     let stop = Arc::new(AtomicBool::new(false));
     let session = join_meanwhile(py, args, &stop)?;
     let told = session.0.start().clone();
@@ -292,11 +341,18 @@ fn _leave_all(py: Python<'_>) {
     py.detach(leave_all);
 }
 
+/// Before a fork: whatever arrays lie over stays where it is.
+#[pyfunction]
+fn _before_fork() {
+    pin_all();
+}
+
 /// Adds the session to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Session>()?;
     module.add_class::<Tick>()?;
     module.add_function(wrap_pyfunction!(join, module)?)?;
     module.add_function(wrap_pyfunction!(_stop_all, module)?)?;
-    module.add_function(wrap_pyfunction!(_leave_all, module)?)
+    module.add_function(wrap_pyfunction!(_leave_all, module)?)?;
+    module.add_function(wrap_pyfunction!(_before_fork, module)?)
 }

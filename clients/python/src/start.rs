@@ -8,15 +8,20 @@ use rusty_contract::Start as Told;
 
 use crate::errors::misused;
 
-/// What a participant is told before the first tick.
+/// What a participant is told before the first tick. What its role may not know
+/// is None.
 #[pyclass(frozen, module = "rusty")]
 pub struct Start {
     /// The same in Rust.
     pub told: Told,
+    /// What the maker says of the robot.
     #[pyo3(get)]
     robot: Py<Robot>,
+    /// The LiDAR.
     #[pyo3(get)]
     lidar: Py<Lidar>,
+    /// The walls, m, world frame: rows (x_a, y_a, x_b, y_b), float64 of shape
+    /// (walls, 4), read-only; None where the map is hidden.
     #[pyo3(get)]
     map: Option<Py<PyArray2<f64>>>,
 }
@@ -24,23 +29,38 @@ pub struct Start {
 /// What the maker says of the robot.
 #[pyclass(frozen, get_all, module = "rusty")]
 pub struct Robot {
+    /// Nominal wheel radius, m.
     wheel_radius_m: f64,
+    /// Nominal distance between the wheels' contact points, m.
     track_m: f64,
+    /// Encoder counts per wheel revolution.
     ticks_per_rev: u64,
+    /// Radius of the body's disc, m; it is what touches walls.
     body_radius_m: f64,
+    /// Fastest a wheel can turn, rad/s.
     wheel_limit_rad_s: f64,
 }
 
 /// Geometry of the LiDAR's beams, and the noise its data sheet states.
 #[pyclass(frozen, get_all, module = "rusty")]
 pub struct Lidar {
+    /// Number of beams n.
     beams: u32,
+    /// Bearing of each beam in the sensor frame, rad, float64 of shape (n,),
+    /// read-only.
     bearings_rad: Py<PyArray1<f64>>,
+    /// Bearing of beam 0 in the sensor frame, rad.
     first_bearing_rad: f64,
+    /// Angle over which the n beams are spread, rad; beam k points along
+    /// first_bearing_rad + fov_rad * k / n.
     fov_rad: f64,
+    /// Range that a beam reports when nothing came back, m.
     range_max_m: f64,
+    /// Standard deviation of a range, m.
     range_std_m: f64,
+    /// Probability that a beam returns nothing.
     dropout: f64,
+    /// Pose of the sensor on the body, (x m, y m, theta rad).
     sensor_in_body: (f64, f64, f64),
 }
 

@@ -22,8 +22,10 @@ const MAX_VIEWS: usize = MAX_HELD_FRAMES - 1;
 /// answer it abstains when the loop goes on.
 #[pyclass(frozen, module = "rusty")]
 pub struct Tick {
+    /// Number of the tick, from 0.
     #[pyo3(get)]
     number: u64,
+    /// Time at the end of the tick, s.
     #[pyo3(get)]
     time_s: f64,
     counts: EncoderTicks,
@@ -62,7 +64,9 @@ impl Tick {
     fn reply(&self, reply: Reply) -> PyResult<()> {
         let number = self.number;
         let Some(mut turn) = self.gate.turn() else {
-            return Err(self.over("another thread waits for the next one"));
+            let leaving = self.gate.is_leaving();
+            let remedy = "another thread waits for the next one";
+            return Err(self.over(if leaving { "the session is being closed" } else { remedy }));
         };
         let lent = self.lent.upgrade();
         let open = turn.part().and_then(|part| {
@@ -98,12 +102,32 @@ impl Tick {
         (self.command.v_m_s, self.command.omega_rad_s)
     }
 
+    /// The scan taken at the end of the tick: one range for each beam, m, float64
+    /// of shape (beams,), read-only. None on ticks without a scan.
+    ///
+    /// The array lies over the frame in shared memory, without a copy. Kept past its
+    /// tick it stays what it was, and so does every slice of it, even when the
+    /// session or the server is gone. While 3 such arrays are kept, those of later
+    /// ticks are copies.
+    ///
+    /// Arrays that exist at an `os.fork()` stay what they were in the fork, too: for
+    /// its sake this process keeps their frames until it ends, so that later arrays
+    /// of the session may be copies from then on.
+    ///
+    /// Raises:
+    ///     RuntimeError: when it is first asked for after its tick is over, or in a
+    ///         fork of the process that joined.
     #[getter]
     fn ranges(&self, py: Python<'_>) -> PyResult<Option<Py<PyArray1<f64>>>> {
         if !self.has_scan {
             return Ok(None);
         }
         let array = self.ranges.get_or_try_init(py, || {
+            if self.gate.is_foreign() {
+                // Nobody keeps the frame for a fork: the run may write over it.
+                let text = "this process is a fork of the one that joined; read it before the fork";
+                return Err(misused(format!("tick {}: tick.ranges: {text}", self.number)));
+            }
             let remedy = "its scan has gone; read tick.ranges before the loop goes on";
             let lent = self.lent.upgrade().ok_or_else(|| self.over(remedy))?;
             array(py, lent, self.gate.views())
@@ -111,6 +135,26 @@ impl Tick {
         Ok(Some(array.clone_ref(py)))
     }
 
+    /// Answers the tick. The answer is the acknowledgement: only when all have
+    /// answered does the next tick happen.
+    ///
+    /// Args:
+    ///     x: believed position of the body in the world frame, m.
+    ///     y: the same.
+    ///     theta: believed heading, rad, counter-clockwise from the world x axis.
+    ///     covariance: of the error tau (m, m, rad) in the tangent space at the
+    ///         estimate, truth = estimate [+] tau, so along and across the body:
+    ///         shape (3, 3), row by row. None: not reported.
+    ///     command: (v m/s, omega rad/s) for the next tick, body frame. It moves the
+    ///         robot where this participant is the driver. A command alone is an
+    ///         answer as well.
+    ///     innovation: (nis, degrees), how surprising this tick's measurements were:
+    ///         the normalised innovation squared nu' S^-1 nu, summed over the updates
+    ///         of the tick, and how many numbers were measured. None: not reported.
+    ///
+    /// Raises:
+    ///     ValueError: a number that is none, by name; the tick can be answered again.
+    ///     RuntimeError: the tick has been answered, or is over.
     #[pyo3(signature = (x = None, y = None, theta = None, covariance = None, command = None, innovation = None))]
     #[allow(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn answer(
@@ -149,6 +193,9 @@ impl Tick {
     }
 
     /// Says nothing about this tick.
+    ///
+    /// Raises:
+    ///     RuntimeError: the tick has been answered, or is over.
     fn abstain(&self) -> PyResult<()> {
         self.reply(Reply::Abstain)
     }

@@ -36,6 +36,9 @@ beside = threading.Thread(target=spin)
 beside.start()
 refused(AttributeError, "no attribute 'begin'", lambda: rusty.begin)
 refused(RuntimeError, "call rusty.join() first", lambda: rusty.start)
+refused(AttributeError, "call rusty.join() first", lambda: rusty.start)
+assert not hasattr(rusty, "start")
+exec("from rusty import *", {})
 with rusty.join() as session:
     start = rusty.start
     assert start is session.start and start.name == "python" and start.role == "estimator"

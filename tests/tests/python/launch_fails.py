@@ -1,6 +1,7 @@
 """What a launch raises: `launch_fails.py SERVER OUT RUN`."""
 
 import os
+import pickle
 import sys
 
 import rusty
@@ -37,6 +38,9 @@ assert error.exit_code == 1 and error.run.report["ended"] == "aborted"
 going_on = {"on_loss": "continue"}
 error = raised(rusty.RunLost, "exited with code 7", add=failing, set=going_on)
 assert error.exit_code == 3 and error.run.ticks == 30
+again = pickle.loads(pickle.dumps(error))
+assert type(again) is rusty.RunLost and str(again) == str(error) and again.exit_code == 3
+assert again.run.report == error.run.report and again.run.losses[0].name == "fails"
 kept = launch(add=failing, set=going_on, allow_loss=True)
 assert kept.exit_code == 3 and [loss.name for loss in kept.losses] == ["fails"]
 assert kept.score("dead-reckoning").scored_ticks == 30

@@ -13,6 +13,8 @@ def work(session):
         if tick.number == 7:
             if how == "raise" or how == "kept":
                 raise ValueError("boom at seven")
+            if how == "log":
+                rusty.read_log(__file__)
             if how == "break":
                 break
             if how == "exit":

@@ -21,6 +21,7 @@ if log.truth is not None:
     arrays["truth"] = log.truth
 arrays.update({f"answers-{name}": poses for name, poses in log.answers.items()})
 arrays.update({f"covariances-{name}": all for name, all in log.covariances.items()})
+arrays.update({f"innovations-{name}": all for name, all in log.innovations.items()})
 for name, array in arrays.items():
     (out / name).write_bytes(array.tobytes())
 said = {

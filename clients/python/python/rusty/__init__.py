@@ -23,6 +23,7 @@ there write ``with rusty.join(run="lab") as session: ...``, which leaves at once
 from __future__ import annotations
 
 import atexit as _atexit
+import os as _os
 import typing as _typing
 
 from ._launch import LaunchError, Record, Run, RunLost, launch
@@ -42,6 +43,7 @@ from ._rusty import (
     Tick,
     World,
     __version__,
+    _before_fork,
     _last_start,
     _leave_all,
     join,
@@ -78,17 +80,25 @@ __all__ = [
     "launch",
     "odometry_delta",
     "read_log",
-    "start",
     "wrap_angle",
 ]
 
 # A session that something still refers to when the interpreter ends, a
 # traceback or a global, must not leave its run waiting.
 _atexit.register(_leave_all)
+# A fork has the arrays over frames as well, and must find in them what was there.
+_os.register_at_fork(before=_before_fork)
+
+
+class _NobodyJoined(RuntimeError, AttributeError):
+    """There is no ``rusty.start`` yet; so ``hasattr`` says that, too."""
 
 
 def __getattr__(name: str) -> object:
     """``rusty.start``: the start of the session that joined last."""
     if name == "start":
-        return _last_start()
+        try:
+            return _last_start()
+        except RuntimeError as error:
+            raise _NobodyJoined(str(error)) from None
     raise AttributeError(f"module 'rusty' has no attribute {name!r}")

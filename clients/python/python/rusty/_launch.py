@@ -34,6 +34,10 @@ class LaunchError(RustyError):
         self.run = run
         """What there is of the run, if it began."""
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Exceptions keep the message alone to be made of again.
+        return type(self), (str(self), self.exit_code, self.run)
+
 
 class RunLost(LaunchError):
     """The run finished, but a participant, data or its end was lost."""

@@ -53,6 +53,10 @@ class RunLog:
     covariances: dict[str, NDArray[np.float64]] = field(repr=False)
     """By participant that reported any, (T, 3, 3) covariances of the error τ (m, m,
     rad) with truth = answer ⊞ τ; NaN where it reported none."""
+    innovations: dict[str, NDArray[np.float64]] = field(repr=False)
+    """By participant that reported any, (T, 2): how surprising each tick's measurements
+    were, the normalised innovation squared ν' S⁻¹ ν, and how many numbers were
+    measured; NaN where it reported none."""
     digest: str
     """Run digest of the ticks that are here, 32 hexadecimal digits."""
     damaged_ticks: NDArray[np.int64] = field(repr=False)

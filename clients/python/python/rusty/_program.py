@@ -9,7 +9,7 @@ import sys
 import threading
 from types import FrameType, TracebackType
 
-from ._rusty import RustyError, _stop_all
+from ._rusty import Dropped, Refused, RustyError, ServerGone, _stop_all
 
 _shown = sys.__excepthook__
 
@@ -21,10 +21,17 @@ def take_part() -> None:
     if sys.excepthook is not _show:
         _shown = sys.excepthook
         sys.excepthook = _show
+    goodbye_on_interrupt()
+    if threading.current_thread() is threading.main_thread():
+        if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+            signal.signal(signal.SIGTERM, _terminate)
+
+
+def goodbye_on_interrupt() -> None:
+    """Ctrl-C says goodbye wherever it comes, in the loop's body as well. Only
+    where Python's own handler is in place."""
     if threading.current_thread() is not threading.main_thread():
         return
-    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-        signal.signal(signal.SIGTERM, _terminate)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
 
@@ -42,9 +49,10 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 def _show(
     kind: type[BaseException], error: BaseException, traceback: TracebackType | None
 ) -> None:
-    # The server's refusal, its end, a log that cannot be read: sentences that
-    # need no way there.
-    if issubclass(kind, RustyError):
+    # Who could not join, or was put out, has done nothing in its code that led
+    # there. Any other error needs its traceback.
+    outside = isinstance(error, (Refused, ServerGone, Dropped))
+    if outside or (isinstance(error, RustyError) and getattr(error, "_joining", False)):
         print(f"{os.path.basename(sys.argv[0])}: {error}", file=sys.stderr)
     else:
         _shown(kind, error, traceback)

@@ -148,8 +148,13 @@ class Tick:
         the session or the server is gone. While 3 such arrays are kept, those of
         later ticks are copies.
 
+        Arrays that exist at an ``os.fork()`` stay what they were in the fork, too:
+        for its sake this process keeps their frames until it ends, so that later
+        arrays of the session may be copies from then on.
+
         Raises:
-            RuntimeError: when it is first asked for after its tick is over.
+            RuntimeError: when it is first asked for after its tick is over, or in
+                a fork of the process that joined.
         """
     def answer(
         self,
@@ -238,10 +243,13 @@ def join(
 
     With neither ``run`` nor ``log`` the command line says which, as a launcher
     writes it: ``--run NAME --name NAME --wait HOW --launcher PID``, or by hand
-    ``--run NAME`` or ``--log PATH``; ``--help`` lists all. The script is then a
-    program that takes part: asked to stop (SIGTERM, Ctrl-C) it says goodbye, and a
-    `RustyError` that nobody catches is printed as one line. Signal handlers and
-    an excepthook of its own stay as they are.
+    ``--run NAME`` or ``--log PATH``; ``--help`` lists all. ``out``, ``wait`` and
+    ``join_timeout`` are then the command line's, too: given here they count for
+    nothing. The script is then a program that takes part: asked to stop (SIGTERM,
+    Ctrl-C) it says goodbye, and it prints one line, not a traceback, if it could
+    not join, was dropped, or the server is gone. With ``run``, Ctrl-C in the main
+    thread says goodbye as well. Signal handlers and an excepthook of its own stay
+    as they are.
 
     Args:
         name: name in the roster, unless the command line has ``--name``. Default:
@@ -262,6 +270,7 @@ def join(
         SystemExit: the command line asks for help, or cannot be used.
     """
 
+def _before_fork() -> None: ...
 def _last_start() -> Start: ...
 def _leave_all() -> None: ...
 def _stop_all() -> None: ...
