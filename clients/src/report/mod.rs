@@ -212,7 +212,7 @@ fn map_part(trace: &RunTrace, figures: &Figures) -> Result<String, PlotError> {
          <p class=\"now\"><output id=\"now\" for=\"tick\">{}</output></p>\n",
         figure(&figures.map, &caption),
         figures.shown,
-        data::now(trace, figures.shown)
+        figures.now
     );
     part.push_str(&table::readout(trace, figures.shown)?);
     part.push_str(&key::list(trace)?);

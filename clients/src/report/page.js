@@ -71,7 +71,8 @@ function show(stop) {
   const [from, to] = data.range_s, [left, right] = data.chart;
   const at = left + (data.times_s[stop] - from) / (to - from) * (right - left);
   move(cursors, [1, 0, 0, 1, at, 0]);
-  const now = `tick ${data.ticks[stop]} · ${data.times_s[stop].toFixed(2)} s`;
+  const seconds = Math.round(data.times_s[stop] * 100) / 100;
+  const now = `tick ${data.ticks[stop]} · ${seconds.toFixed(2)} s`;
   byId('now').textContent = now;
   slider.setAttribute('aria-valuetext', now);
 }

@@ -116,6 +116,24 @@ fn seed_and_digest_come_first_and_every_part_is_there() {
 }
 
 #[test]
+fn a_tick_of_a_recording_has_one_time() {
+    let (header, mut trace) = run(&["a"], 50);
+    let stamp_s = |tick: u64| 976_052_857.347_832 + 0.2 * tick as f64;
+    trace.stops.iter_mut().for_each(|stop| stop.time_s = stamp_s(stop.tick));
+    (0..50).for_each(|tick| trace.time_s[tick as usize] = stamp_s(tick));
+    let page = page(&header, &trace);
+    assert!(page.contains(" for=\"tick\">tick 49 · 9.80 s</output>"), "as drawn");
+    // What the script says instead comes from here.
+    let (_, data) = page.split_once("id=\"data\">").unwrap();
+    let data = data.split_once("</script>").unwrap().0;
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert_eq!((&data["times_s"][0], &data["times_s"][49]), (&0.0.into(), &9.8.into()));
+    assert!(page.contains("time since the first tick (s)"));
+    let (drawn, _) = page.split_once("id=\"h-scores\"").unwrap();
+    assert!(!drawn.contains("9760528"), "a time of day");
+}
+
+#[test]
 fn names_are_shown_and_not_run() {
     let evil = "</title><script>alert(1)</script>\"'&<b>";
     let (mut header, mut trace) = run(&[evil], 20);
