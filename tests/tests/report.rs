@@ -20,6 +20,20 @@ use rusty_tests::*;
 /// A name that would do something if a page ran it.
 const EVIL: &str = "<script>document.title=1</script><img src=x onerror=document.title=1>\"'&";
 
+/// Of those that are drawn the third must not be run.
+const NAMES: [&str; 10] = [
+    "particle-filter",
+    "sure-of-itself",
+    EVIL,
+    "dead-reckoning",
+    "extended-kalman-filter",
+    "unscented-kalman-filter-with-a-long-name",
+    "scan-matcher",
+    "pose-graph-with-loop-closures",
+    "grid-localisation",
+    "oracle",
+];
+
 #[test]
 fn a_run_and_its_log_have_a_report_with_seed_and_digest() {
     let out = folder();
@@ -55,18 +69,17 @@ fn truth(k: u32) -> SE2 {
     ))
 }
 
-/// A run of two filters that know how wrong they are, more or less, and one
-/// that does not say, with a name that must not be run.
-fn drawn_run(header: &LogHeader, ticks: u32) -> String {
+/// A run of estimators of which two of three know how wrong they are, more or
+/// less, and the third does not say.
+fn drawn_run(header: &LogHeader, names: &[&str], ticks: u32) -> String {
     let mut header = header.clone();
     let model = header.roster[0].clone();
-    header.roster = ["particle-filter", "sure-of-itself", EVIL]
-        .map(|name| {
-            let mut participant = model.clone();
-            participant.name = name.to_owned();
-            participant
-        })
-        .to_vec();
+    let participant = |name: &&str| {
+        let mut participant = model.clone();
+        participant.name = (*name).to_owned();
+        participant
+    };
+    header.roster = names.iter().map(participant).collect();
     header.config.ticks = ticks.into();
     let mut keeper = TraceKeeper::new(&header);
     for k in 0..ticks {
@@ -74,24 +87,24 @@ fn drawn_run(header: &LogHeader, ticks: u32) -> String {
         // A wobble, so that errors look like errors.
         let wobble = |a: f64| (a * t).sin() * 0.5 + (2.7 * a * t).sin() * 0.3;
         let estimate = |i: usize| {
-            let far = [0.06, 0.11, 0.16][i] * (0.15 + t / 5.0);
+            let far = [0.06, 0.11, 0.16][i % 3] * (0.15 + t / 5.0);
             let off = Vector3::new(wobble(2.0 + i as f64), wobble(3.1), 0.4 * wobble(1.3)) * far;
-            let std_m = [0.05, 0.02, 0.0][i] * (0.3 + t / 5.0);
+            let std_m = [0.05, 0.02, 0.0][i % 3] * (0.3 + t / 5.0);
             let (u, v, w) = (std_m * std_m, 0.4 * std_m * std_m, 0.16 * std_m * std_m);
             let p = [u, 0.3 * v, 0.0, 0.3 * v, v, 0.0, 0.0, 0.0, w];
             let pose = Estimate::from(truth(k).boxplus(&off));
-            Some(Estimate { covariance: (i < 2).then_some(p), ..pose })
+            Some(Estimate { covariance: (i % 3 < 2).then_some(p), ..pose })
         };
         let ranges_m: Vec<f64> =
             (0..180).map(|beam| 1.0 + 0.4 * (f64::from(beam) * 0.1 + t).sin()).collect();
         let scan = (k % 5 == 4).then_some(&ranges_m[..]);
-        keeper.push(0.02 * f64::from(k + 1), Some(truth(k)), scan, (0..3).map(estimate));
+        keeper.push(0.02 * f64::from(k + 1), Some(truth(k)), scan, (0..names.len()).map(estimate));
     }
     let whole = Whole { ticks: ticks.into(), ticks_with_truth: ticks.into(), driven_m: 6.0 };
     let mut trace = keeper.finish(whole);
     trace.digest = "0123456789abcdef0123456789abcdef".to_owned();
     let mut scores = scored(&trace);
-    for (score, slow) in scores.iter_mut().zip([80.0, 3.0, 1.0]) {
+    for (score, slow) in scores.iter_mut().zip([80.0, 3.0, 1.0].into_iter().cycle()) {
         let times = |s: f64| Durations { p50_s: s, p99_s: 4.0 * s, max_s: 30.0 * s };
         let (reported, observed) = (times(slow * 2e-6), times(slow * 2e-6 + 5e-6));
         score.compute = Some(ComputeTimes { reported, observed });
@@ -140,7 +153,7 @@ fn a_browser_shows_it_on_screen_phone_and_paper_and_the_slider_moves_the_scan() 
     launch("browser", out.path(), &["--ticks", "20"]);
     let reader = LogReader::open(&out.path().join("run.log")).unwrap();
     let file = out.path().join("drawn.html");
-    fs::write(&file, drawn_run(reader.header(), 500)).unwrap();
+    fs::write(&file, drawn_run(reader.header(), &NAMES[..3], 500)).unwrap();
 
     browser.resize(1280, 900);
     browser.media("light", "screen");
@@ -171,9 +184,10 @@ fn a_browser_shows_it_on_screen_phone_and_paper_and_the_slider_moves_the_scan() 
     assert!(ink < 60.0, "print: {card}, {ink}");
     let control = "getComputedStyle(document.querySelector('#control')).display";
     assert_eq!(browser.value(control), "none");
-    let paper = browser.paper();
-    assert!(paper.starts_with(b"%PDF") && paper.len() > 20_000);
-    keep("paper.pdf", &paper);
+    keep_paper(&mut browser, "paper.pdf");
+    let many = out.path().join("many.html");
+    fs::write(&many, drawn_run(reader.header(), &NAMES, 200)).unwrap();
+    nothing_is_cut_off_on_paper(&mut browser, &many);
     assert_eq!(browser.complaints(), [""; 0]);
     without_script(&mut browser, &file, &at_first);
 }
@@ -239,6 +253,27 @@ fn on_a_phone(browser: &mut Browser) {
         assert!(least > 8.5, "letters of {least} pixels at {width}");
         keep(&format!("wide-{width}.png"), &browser.picture());
     }
+}
+
+/// Nothing is wider than what A4 has between its margins.
+fn nothing_is_cut_off_on_paper(browser: &mut Browser, file: &Path) {
+    let room = (210.0 - 2.0 * 14.0) / 25.4 * 96.0;
+    browser.resize(room as u32, 1016);
+    browser.open(file, "");
+    assert_eq!(browser.value("document.querySelectorAll('.scores thead th').length"), 10);
+    let furthest = "Math.max(document.documentElement.scrollWidth,
+        ...[...document.querySelectorAll('body :not(svg, svg *)')].map((part) => part.scrollWidth),
+        ...[...document.querySelectorAll('.scores *, .readout *')]
+            .map((part) => part.getBoundingClientRect().right))";
+    let furthest = browser.value(furthest).as_f64().unwrap();
+    assert!(furthest <= room, "{furthest} of {room} pixels");
+    keep_paper(browser, "many.pdf");
+}
+
+fn keep_paper(browser: &mut Browser, name: &str) {
+    let paper = browser.paper();
+    assert!(paper.starts_with(b"%PDF") && paper.len() > 20_000);
+    keep(name, &paper);
 }
 
 /// Without a script the page is complete and shows the end of the run.
