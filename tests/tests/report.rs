@@ -130,14 +130,22 @@ fn keep(name: &str, bytes: &[u8]) {
     }
 }
 
-/// What there is to be seen of the chosen tick: words, robot, ellipse, scan.
+/// What there is to be seen of the chosen tick: words, errors, robot, ellipse,
+/// scan.
 fn scene(browser: &mut Browser) -> String {
     let scene = "[document.querySelector('#now').textContent,
+        [...document.querySelectorAll('#readout td')].map((cell) => cell.textContent).join(' | '),
         ...[...document.querySelectorAll('#map .robot, #map .e0.ellipse, #position .cursor')]
             .map((part) => part.getAttribute('transform')),
         ...[...document.querySelectorAll('#map .scan circle')]
             .map((dot) => dot.getAttribute('cx') + ' ' + dot.getAttribute('cy'))].join('; ')";
     browser.value(scene).as_str().unwrap().to_owned()
+}
+
+/// The errors in a scene: of each estimator that of position in m, that of
+/// heading in degrees, and the NEES, in words.
+fn errors(scene: &str) -> Vec<&str> {
+    scene.split("; ").nth(1).unwrap().split(" | ").collect()
 }
 
 /// All numbers in a text.
@@ -200,14 +208,26 @@ fn the_slider_moves(browser: &mut Browser, at_first: &str) {
     let before = scene(browser);
     assert!(before.contains("tick 498 "), "{before}");
     // One tick earlier the scan is that of tick 494.
-    let dots = |scene: &str| scene.split("; ").skip(4).map(str::to_owned).collect::<Vec<_>>();
+    let dots = |scene: &str| scene.split("; ").skip(5).map(str::to_owned).collect::<Vec<_>>();
     assert_ne!(dots(&before), dots(at_first), "the scan did not move");
     browser.press("ArrowLeft", 37);
     assert_eq!(dots(&scene(browser)), dots(&before), "the same scan, a tick earlier");
     assert_eq!(browser.value("location.hash"), "#tick=497");
     browser.press("End", 35);
-    // What the script makes of the last tick is what the plotting library drew.
-    let (drawn, moved) = (numbers(at_first), numbers(&scene(browser)));
+    // What the script makes of the last tick is what was written, but for the
+    // last digit, which comes of single precision, and what the plotting library
+    // drew.
+    let moved = scene(browser);
+    assert!(errors(at_first).len() == 9 && errors(&moved).len() == 9, "{moved}");
+    assert_eq!((errors(at_first)[8], errors(&moved)[8]), ("–", "–"), "who reports no covariance");
+    for (k, (written, moved)) in errors(at_first).iter().zip(errors(&moved)).enumerate().take(8) {
+        let [written, moved] = [*written, moved].map(|words| words.parse::<f64>().unwrap());
+        let last_digit = if k % 3 == 0 { 1e-3 } else { 1e-2 };
+        assert!(written != 0.0, "an error of nothing shows nothing");
+        assert!((written - moved).abs() < 1.01 * last_digit, "{k}: {written}, then {moved}");
+    }
+    assert_ne!(errors(&before), errors(at_first), "the errors did not move");
+    let (drawn, moved) = (numbers(at_first), numbers(&moved));
     assert_eq!(drawn.len(), moved.len());
     for (drawn, moved) in drawn.iter().zip(&moved) {
         assert!((drawn - moved).abs() < 1.5, "{drawn} was drawn, and moved to {moved}");
