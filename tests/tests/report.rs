@@ -168,6 +168,8 @@ fn a_browser_shows_it_on_screen_phone_and_paper_and_the_slider_moves_the_scan() 
     browser.open(&file, "");
     let at_first = scene(&mut browser);
     assert!(at_first.contains("tick 499 ") && at_first.matches(';').count() > 360, "{at_first}");
+    assert_eq!(browser.value("document.title"), "apartment · seed 42", "a name was run");
+    assert_eq!(browser.value("document.images.length"), 0, "a name became a part of the page");
     keep("light.png", &browser.picture());
     the_slider_moves(&mut browser, &at_first);
     who_is_not_wanted_is_hidden(&mut browser);
@@ -302,6 +304,4 @@ fn without_script(browser: &mut Browser, file: &Path, at_first: &str) {
     browser.open(file, "#tick=3");
     assert_eq!(scene(browser), at_first);
     assert_eq!(browser.value("document.querySelector('#control').hidden"), true);
-    let title = browser.value("document.title");
-    assert_eq!(title, "apartment · seed 42", "a name was run");
 }
