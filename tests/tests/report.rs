@@ -173,6 +173,7 @@ fn a_browser_shows_it_on_screen_phone_and_paper_and_the_slider_moves_the_scan() 
     keep("light.png", &browser.picture());
     the_slider_moves(&mut browser, &at_first);
     who_is_not_wanted_is_hidden(&mut browser);
+    who_comes_back_finds_what_is_drawn(&mut browser, &file);
 
     browser.open(&file, "#tick=250");
     assert!(scene(&mut browser).contains("tick 250 "), "a link to a tick");
@@ -238,14 +239,53 @@ fn the_slider_moves(browser: &mut Browser, at_first: &str) {
     assert!(scene(browser).contains("tick 0 "));
     let spoken = "document.querySelector('#tick').getAttribute('aria-valuetext')";
     assert_eq!(browser.value(spoken), "tick 0 · 0.02 s");
-    // In the middle of the chart's frame is the middle of the run.
-    let click = "(() => { const chart = document.querySelector('#position');
+    a_chart_chooses_its_time(browser);
+}
+
+/// By click and by dragging, to wherever the button is let go.
+fn a_chart_chooses_its_time(browser: &mut Browser) {
+    let corner = "(() => { const chart = document.querySelector('#position');
+        chart.scrollIntoView({ block: 'center' });
         const box = chart.getBoundingClientRect();
-        const x = box.left + box.width * (62 + 468) / 2 / 480;
-        chart.dispatchEvent(new PointerEvent('pointerdown', { clientX: x, clientY: box.top + 9 })); })()";
-    browser.value(click);
-    let clicked = scene(browser);
-    assert!(clicked.contains("tick 249 ") || clicked.contains("tick 250 "), "{clicked}");
+        return [box.left, box.top, box.width].join('; '); })()";
+    let corner = numbers(browser.value(corner).as_str().unwrap());
+    let frame = |share: f64| {
+        [corner[0] + corner[2] * (62.0 + share * (468.0 - 62.0)) / 480.0, corner[1] + 60.0]
+    };
+    let near = |browser: &mut Browser, tick: f64| {
+        let at = numbers(&scene(browser))[0];
+        assert!((at - tick).abs() <= 2.0, "at {at} and not at {tick}");
+        assert_eq!(browser.value("location.hash"), format!("#tick={at}"));
+    };
+    browser.mouse("mousePressed", frame(0.5));
+    near(browser, 249.5);
+    browser.mouse("mouseMoved", frame(0.25));
+    browser.mouse("mouseReleased", frame(0.25));
+    near(browser, 125.0);
+    browser.mouse("mousePressed", frame(0.5));
+    // Beyond the end of the chart is the end of the run.
+    browser.mouse("mouseMoved", frame(1.05));
+    browser.mouse("mouseReleased", frame(1.05));
+    near(browser, 499.0);
+    browser.mouse("mouseMoved", frame(0.5));
+    near(browser, 499.0);
+}
+
+/// What the slider and the boxes say is what is drawn, also for who comes back.
+fn who_comes_back_finds_what_is_drawn(browser: &mut Browser, file: &Path) {
+    browser.open(file, "");
+    let moved = "(() => { const [slider, box] = ['#tick', '.toggle'].map((what) => document.querySelector(what));
+        slider.value = 100; slider.dispatchEvent(new Event('input'));
+        box.checked = false; box.dispatchEvent(new Event('change')); })()";
+    browser.value(moved);
+    assert!(scene(browser).contains("tick 100 "));
+    browser.leave_and_come_back();
+    let slider = browser.value("document.querySelector('#tick').value");
+    let at = numbers(&scene(browser))[0];
+    assert_eq!(slider, at.to_string(), "the slider's tick, and the one drawn");
+    let agree = "document.querySelector('.toggle').checked
+        === (document.querySelector('.e0').style.display !== 'none')";
+    assert_eq!(browser.value(agree), true, "a box says something else than the map");
 }
 
 /// The boxes before the names can be reached and set by keys.

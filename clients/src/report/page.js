@@ -95,8 +95,11 @@ if (data.ticks.length > 0) {
   slider.addEventListener('change', keep);
   addEventListener('hashchange', follow);
   slider.setAttribute('aria-valuetext', byId('now').textContent);
+  // A browser that goes back may remember where the slider was.
+  if (slider.value !== slider.defaultValue) show(Number(slider.value));
   follow();
-  // A chart chooses its time, by click or by dragging.
+  // A chart chooses its time, by click or by dragging, which may leave it.
+  let drag = null;
   for (const chart of all('svg.chart')) {
     const point = (event) => {
       const box = chart.getBoundingClientRect(), [left, right] = data.chart;
@@ -104,14 +107,21 @@ if (data.ticks.length > 0) {
       const [from, to] = data.range_s;
       choose(nearest(data.times_s, from + (at - left) / (right - left) * (to - from)));
     };
-    chart.addEventListener('pointerdown', (event) => { point(event); keep(); });
-    chart.addEventListener('pointermove', (event) => { if (event.buttons) point(event); });
+    chart.addEventListener('pointerdown', (event) => {
+      if (event.button === 0) { drag = point; point(event); keep(); }
+    });
+  }
+  addEventListener('pointermove', (event) => { if (drag) drag(event); });
+  for (const end of ['pointerup', 'pointercancel']) {
+    addEventListener(end, () => { if (drag) { drag = null; keep(); } });
   }
 }
-// Who is shown.
+// Who is shown; a browser that goes back may remember that, too.
 all('.toggle').forEach((toggle, i) => {
-  toggle.disabled = false;
-  toggle.addEventListener('change', () => {
+  const apply = () => {
     all(`.e${i}`).forEach((part) => { part.style.display = toggle.checked ? '' : 'none'; });
-  });
+  };
+  toggle.disabled = false;
+  toggle.addEventListener('change', apply);
+  if (!toggle.checked) apply();
 });

@@ -296,8 +296,8 @@ pub(super) fn readout(trace: &RunTrace, shown: usize) -> Result<String, PlotErro
         };
         let _ = writeln!(
             text,
-            "<tr><th scope=\"row\"><label><input type=\"checkbox\" class=\"toggle\" checked \
-             disabled>{}<span>{}</span></label></th><td>{}</td><td>{}</td><td>{}</td></tr>",
+            "<tr><th scope=\"row\"><label><input type=\"checkbox\" class=\"toggle\" \
+             autocomplete=\"off\" checked disabled>{}<span>{}</span></label></th><td>{}</td><td>{}</td><td>{}</td></tr>",
             swatch("row", i, trace.names.len())?,
             escaped(name),
             cell(position, 3),
