@@ -54,7 +54,9 @@ function showScan(stop) {
 }
 
 const row = 3 + 7 * data.estimators;
+let shown = Number(slider.defaultValue);
 function show(stop) {
+  shown = stop;
   const [x, y, theta] = poses.slice(stop * row);
   move(robot, turned(x, y, theta));
   parts.forEach((part, i) => {
@@ -95,9 +97,12 @@ if (data.ticks.length > 0) {
   slider.addEventListener('change', keep);
   addEventListener('hashchange', follow);
   slider.setAttribute('aria-valuetext', byId('now').textContent);
-  // A browser that goes back may remember where the slider was.
-  if (slider.value !== slider.defaultValue) show(Number(slider.value));
   follow();
+  // A browser that goes back may put the slider where it was, after all this.
+  addEventListener('pageshow', () => {
+    if (Number(slider.value) !== shown) show(Number(slider.value));
+    follow();
+  });
   // A chart chooses its time, by click or by dragging, which may leave it.
   let drag = null;
   for (const chart of all('svg.chart')) {
@@ -116,12 +121,12 @@ if (data.ticks.length > 0) {
     addEventListener(end, () => { if (drag) { drag = null; keep(); } });
   }
 }
-// Who is shown; a browser that goes back may remember that, too.
+// Who is shown; a browser that goes back may set that, too.
 all('.toggle').forEach((toggle, i) => {
   const apply = () => {
     all(`.e${i}`).forEach((part) => { part.style.display = toggle.checked ? '' : 'none'; });
   };
   toggle.disabled = false;
   toggle.addEventListener('change', apply);
-  if (!toggle.checked) apply();
+  addEventListener('pageshow', apply);
 });
