@@ -123,15 +123,29 @@ impl Browser {
         for url in ["about:blank".to_owned(), format!("file://{}{place}", file.display())] {
             let opened = self.ask("Page.navigate", json!({ "url": url }));
             assert!(opened["errorText"].is_null(), "{url}: {opened}");
-            let is_there = |event: &Value| event["method"] == "Page.loadEventFired";
-            loop {
-                if let Some(at) = self.events.iter().position(is_there) {
-                    self.events.remove(at);
-                    break;
-                }
-                let message = self.next();
-                self.events.push_back(message);
+            self.loaded();
+        }
+    }
+
+    /// Goes to another page and comes back to this one.
+    #[track_caller]
+    pub fn leave_and_come_back(&mut self) {
+        self.ask("Page.navigate", json!({ "url": "about:blank" }));
+        self.loaded();
+        self.value("history.back()");
+        self.loaded();
+    }
+
+    #[track_caller]
+    fn loaded(&mut self) {
+        let is_there = |event: &Value| event["method"] == "Page.loadEventFired";
+        loop {
+            if let Some(at) = self.events.iter().position(is_there) {
+                self.events.remove(at);
+                return;
             }
+            let message = self.next();
+            self.events.push_back(message);
         }
     }
 
@@ -152,6 +166,13 @@ impl Browser {
                 "windowsVirtualKeyCode": number, "text": text });
             self.ask("Input.dispatchKeyEvent", key);
         }
+    }
+
+    /// Moves the mouse (`mouseMoved`), presses its left button (`mousePressed`)
+    /// or lets go of it (`mouseReleased`), at a place in CSS pixels.
+    pub fn mouse(&mut self, what: &str, [x, y]: [f64; 2]) {
+        let event = json!({ "type": what, "x": x, "y": y, "button": "left", "clickCount": 1 });
+        self.ask("Input.dispatchMouseEvent", event);
     }
 
     /// Makes the window so large, in CSS pixels.

@@ -110,11 +110,20 @@ impl Scans {
     }
 }
 
-/// The words of a stop that stand beside the slider.
-pub(super) fn now(trace: &RunTrace, stop: usize) -> String {
+/// Where a stop lies on the time axis, s; at its zero if its time is no number.
+fn place_s(time: &Timeline, stop: &Stop) -> f64 {
+    let place_s = time.place_s(stop.time_s).unwrap_or(0.0);
+    // Tenths of milliseconds, and no zero with a sign.
+    (place_s * 1e4).round() / 1e4 + 0.0
+}
+
+/// The words of a stop that stand beside the slider; its time is its place on
+/// the time axis, as everywhere on the page.
+pub(super) fn now(trace: &RunTrace, time: &Timeline, stop: usize) -> String {
     trace.stops.get(stop).map_or_else(
         || "no tick".to_owned(),
-        |stop| format!("tick {} · {:.2} s", stop.tick, stop.time_s),
+        // Rounded as the script does it, which does not go to the even digit.
+        |stop| format!("tick {} · {:.2} s", stop.tick, (place_s(time, stop) * 1e2).round() / 1e2),
     )
 }
 
@@ -136,10 +145,9 @@ pub(super) fn json(
     let lidar = &trace.lidar;
     let sensor = lidar.sensor_in_body;
     let [x, y] = axes.px(origin_m).map(steps);
-    let place_s = |stop: &Stop| time.place_s(stop.time_s).unwrap_or(0.0);
     let data = Data {
         ticks: trace.stops.iter().map(|stop| stop.tick).collect(),
-        times_s: trace.stops.iter().map(|s| (place_s(s) * 1e4).round() / 1e4).collect(),
+        times_s: trace.stops.iter().map(|stop| place_s(time, stop)).collect(),
         estimators: trace.names.len(),
         origin_m,
         poses: BASE64_STANDARD.encode(poses),

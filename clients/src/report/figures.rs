@@ -38,8 +38,9 @@ pub(super) struct Figures {
     pub nees: Option<String>,
     /// What the page's script needs.
     pub data: String,
-    /// Index of the stop that is shown at first.
+    /// Index of the stop that is shown at first, and its words.
     pub shown: usize,
+    pub now: String,
     /// Whether a believed path leaves the map.
     pub left_map: bool,
 }
@@ -82,6 +83,7 @@ impl Figures {
             nees: (!nees.1).then_some(nees.0),
             data: data::json(trace, &time, &axes, &scans, chart_frame()),
             shown,
+            now: data::now(trace, &time, shown),
             left_map,
         })
     }

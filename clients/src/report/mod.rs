@@ -208,11 +208,11 @@ fn map_part(trace: &RunTrace, figures: &Figures) -> Result<String, PlotError> {
     let mut part = format!(
         "<div class=\"split\">\n{}<div class=\"beside\">\n\
          <div id=\"control\" hidden><label for=\"tick\">Go to a tick</label>\n\
-         <input type=\"range\" id=\"tick\" min=\"0\" max=\"{most}\" step=\"1\" value=\"{}\"></div>\n\
+         <input type=\"range\" id=\"tick\" autocomplete=\"off\" min=\"0\" max=\"{most}\" step=\"1\" value=\"{}\"></div>\n\
          <p class=\"now\"><output id=\"now\" for=\"tick\">{}</output></p>\n",
         figure(&figures.map, &caption),
         figures.shown,
-        data::now(trace, figures.shown)
+        figures.now
     );
     part.push_str(&table::readout(trace, figures.shown)?);
     part.push_str(&key::list(trace)?);

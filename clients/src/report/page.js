@@ -54,7 +54,9 @@ function showScan(stop) {
 }
 
 const row = 3 + 7 * data.estimators;
+let shown = Number(slider.defaultValue);
 function show(stop) {
+  shown = stop;
   const [x, y, theta] = poses.slice(stop * row);
   move(robot, turned(x, y, theta));
   parts.forEach((part, i) => {
@@ -71,7 +73,8 @@ function show(stop) {
   const [from, to] = data.range_s, [left, right] = data.chart;
   const at = left + (data.times_s[stop] - from) / (to - from) * (right - left);
   move(cursors, [1, 0, 0, 1, at, 0]);
-  const now = `tick ${data.ticks[stop]} · ${data.times_s[stop].toFixed(2)} s`;
+  const seconds = Math.round(data.times_s[stop] * 100) / 100;
+  const now = `tick ${data.ticks[stop]} · ${seconds.toFixed(2)} s`;
   byId('now').textContent = now;
   slider.setAttribute('aria-valuetext', now);
 }
@@ -95,7 +98,13 @@ if (data.ticks.length > 0) {
   addEventListener('hashchange', follow);
   slider.setAttribute('aria-valuetext', byId('now').textContent);
   follow();
-  // A chart chooses its time, by click or by dragging.
+  // A browser that goes back may put the slider where it was, after all this.
+  addEventListener('pageshow', () => {
+    if (Number(slider.value) !== shown) show(Number(slider.value));
+    follow();
+  });
+  // A chart chooses its time, by click or by dragging, which may leave it.
+  let drag = null;
   for (const chart of all('svg.chart')) {
     const point = (event) => {
       const box = chart.getBoundingClientRect(), [left, right] = data.chart;
@@ -103,14 +112,21 @@ if (data.ticks.length > 0) {
       const [from, to] = data.range_s;
       choose(nearest(data.times_s, from + (at - left) / (right - left) * (to - from)));
     };
-    chart.addEventListener('pointerdown', (event) => { point(event); keep(); });
-    chart.addEventListener('pointermove', (event) => { if (event.buttons) point(event); });
+    chart.addEventListener('pointerdown', (event) => {
+      if (event.button === 0) { drag = point; point(event); keep(); }
+    });
+  }
+  addEventListener('pointermove', (event) => { if (drag) drag(event); });
+  for (const end of ['pointerup', 'pointercancel']) {
+    addEventListener(end, () => { if (drag) { drag = null; keep(); } });
   }
 }
-// Who is shown.
+// Who is shown; a browser that goes back may set that, too.
 all('.toggle').forEach((toggle, i) => {
-  toggle.disabled = false;
-  toggle.addEventListener('change', () => {
+  const apply = () => {
     all(`.e${i}`).forEach((part) => { part.style.display = toggle.checked ? '' : 'none'; });
-  });
+  };
+  toggle.disabled = false;
+  toggle.addEventListener('change', apply);
+  addEventListener('pageshow', apply);
 });

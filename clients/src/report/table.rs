@@ -2,6 +2,7 @@
 //! errors at the chosen tick.
 
 use std::fmt::Write as _;
+use std::ops::Range;
 
 use rusty_contract::score::{ComputeTimes, Consistency, Durations, PoseErrors, Score, ScoreReport};
 use rusty_plot::style::{Look, figure};
@@ -13,6 +14,9 @@ use crate::scoring::trace::RunTrace;
 
 /// What stands where there is nothing to say.
 const UNSCORED: &str = "unscored";
+
+/// So many estimators fit beside each other on paper.
+const MOST_COLUMNS: usize = 6;
 
 /// A cell: its text (of our own making, so it is not escaped), and the number in
 /// it that is the better the smaller it is.
@@ -193,22 +197,45 @@ fn duration(s: f64) -> String {
     }
 }
 
-/// The scores: a column for each estimator.
+/// The scores: a column for each estimator, in as many tables as paper needs.
 pub(super) fn table(names: &[String], report: &ScoreReport) -> Result<String, PlotError> {
     if names.is_empty() {
         return Ok("<p>Nobody estimated the pose.</p>\n".to_owned());
     }
-    let mut text = "<div class=\"wide\" role=\"region\" aria-labelledby=\"h-scores\" \
-                    tabindex=\"0\">\n<table class=\"scores\">\n<thead><tr><td></td>"
-        .to_owned();
-    for (i, name) in names.iter().enumerate() {
-        let mark = swatch("head", i, names.len())?;
-        let _ = write!(text, "<th scope=\"col\">{mark}<span>{}</span></th>", escaped(name));
-    }
-    text.push_str("</tr></thead>\n");
     let scores: Vec<Option<&Score>> =
         names.iter().map(|name| report.scores.iter().find(|s| s.name == *name)).collect();
-    let across = names.len() + 1;
+    let tables = names.len().div_ceil(MOST_COLUMNS);
+    let most = names.len().div_ceil(tables);
+    let mut text = String::new();
+    for first in (0..names.len()).step_by(most) {
+        let columns = first..names.len().min(first + most);
+        let which = match tables {
+            1 => "Scores".to_owned(),
+            _ => format!("Scores, estimators {} to {}", first + 1, columns.end),
+        };
+        let _ = write!(
+            text,
+            "<div class=\"wide\" role=\"region\" aria-label=\"{which}\" tabindex=\"0\">\n\
+             <table class=\"scores\">\n<thead><tr><td></td>"
+        );
+        for i in columns.clone() {
+            let mark = swatch("head", i, names.len())?;
+            let _ =
+                write!(text, "<th scope=\"col\">{mark}<span>{}</span></th>", escaped(&names[i]));
+        }
+        text.push_str("</tr></thead>\n");
+        write_groups(&mut text, &scores, columns);
+        text.push_str("</table>\n</div>\n");
+    }
+    if names.len() > 1 {
+        text.push_str("<p class=\"soft\">Bold: the least of all estimators.</p>\n");
+    }
+    Ok(text)
+}
+
+/// The rows of some of the estimators, compared with all of them.
+fn write_groups(text: &mut String, scores: &[Option<&Score>], columns: Range<usize>) {
+    let across = columns.len() + 1;
     for (group, rows) in GROUPS {
         let _ = write!(
             text,
@@ -217,24 +244,19 @@ pub(super) fn table(names: &[String], report: &ScoreReport) -> Result<String, Pl
         for (name, fill) in rows {
             let cells: Vec<Cell> =
                 scores.iter().map(|score| score.map_or_else(unscored, fill)).collect();
-            write_row(&mut text, name, &cells);
+            write_row(text, name, &cells, columns.clone());
         }
         text.push_str("</tbody>\n");
     }
-    text.push_str("</table>\n</div>\n");
-    if names.len() > 1 {
-        text.push_str("<p class=\"soft\">Bold: the least of a row.</p>\n");
-    }
-    Ok(text)
 }
 
-fn write_row(text: &mut String, name: &str, cells: &[Cell]) {
+fn write_row(text: &mut String, name: &str, cells: &[Cell], columns: Range<usize>) {
     let values = || cells.iter().filter_map(|cell| cell.value);
     // Where all are the same none of them is the least.
     let (least, most) = (values().min_by(f64::total_cmp), values().max_by(f64::total_cmp));
     let least = least.filter(|_| least != most);
     let _ = write!(text, "<tr><th scope=\"row\">{name}</th>");
-    for cell in cells {
+    for cell in &cells[columns] {
         match cell.value.is_some() && cell.value == least {
             true => {
                 let _ = write!(text, "<td><b>{}</b></td>", cell.text);
@@ -274,8 +296,8 @@ pub(super) fn readout(trace: &RunTrace, shown: usize) -> Result<String, PlotErro
         };
         let _ = writeln!(
             text,
-            "<tr><th scope=\"row\"><label><input type=\"checkbox\" class=\"toggle\" checked \
-             disabled>{}<span>{}</span></label></th><td>{}</td><td>{}</td><td>{}</td></tr>",
+            "<tr><th scope=\"row\"><label><input type=\"checkbox\" class=\"toggle\" \
+             autocomplete=\"off\" checked disabled>{}<span>{}</span></label></th><td>{}</td><td>{}</td><td>{}</td></tr>",
             swatch("row", i, trace.names.len())?,
             escaped(name),
             cell(position, 3),
