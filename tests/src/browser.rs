@@ -6,6 +6,7 @@
 //! anything.
 
 use std::collections::VecDeque;
+use std::fs::File;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -20,6 +21,9 @@ use crate::{WATCHDOG, folder};
 /// Names that the program goes by.
 const PROGRAMS: [&str; 4] =
     ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+
+/// The file of what it says on its standard error.
+const WORDS: &str = "words.txt";
 
 /// What it is started with, so that it is alone with its page.
 const ARGS: [&str; 12] = [
@@ -47,23 +51,33 @@ pub struct Browser {
     events: VecDeque<Value>,
     asked: u64,
     session: Option<String>,
-    _profile: tempfile::TempDir,
+    /// Its own folder, with what it said on its standard error.
+    profile: tempfile::TempDir,
 }
 
 impl Browser {
-    /// Starts one. `None`, with a printed reason, where there is none.
+    /// Starts one. `None`, with a printed reason, where there is none; one that
+    /// is there and does not start is a failure.
     pub fn start() -> Option<Self> {
         let Some(program) = program() else {
-            println!("skipped: there is no {} in PATH", PROGRAMS.join(", no "));
+            let why = format!("skipped: there is no {} in PATH\n", PROGRAMS.join(", no "));
+            // Not with a macro: what those print of a test that passes is not shown.
+            std::io::stderr().write_all(why.as_bytes()).unwrap();
             return None;
         };
+        Some(Self::of(&program))
+    }
+
+    /// Starts a program that is a browser.
+    fn of(program: &Path) -> Self {
         let profile = folder();
         let mut command = Command::new("sh");
         // It reads what it is asked from descriptor 3 and answers to 4.
-        command.args(["-c", "exec \"$0\" \"$@\" 3<&0 4>&1 </dev/null >/dev/null 2>&1"]);
+        command.args(["-c", "exec \"$0\" \"$@\" 3<&0 4>&1 </dev/null >/dev/null"]);
         command.arg(program).args(ARGS);
         command.arg(format!("--user-data-dir={}", profile.path().display()));
-        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+        command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        command.stderr(File::create(profile.path().join(WORDS)).unwrap());
         let mut child = command.spawn().unwrap();
         let (input, output) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
         let (sender, messages) = channel();
@@ -79,8 +93,7 @@ impl Browser {
             }
         });
         let events = VecDeque::new();
-        let mut browser =
-            Self { child, input, messages, events, asked: 0, session: None, _profile: profile };
+        let mut browser = Self { child, input, messages, events, asked: 0, session: None, profile };
         let page = browser.ask("Target.createTarget", json!({ "url": "about:blank" }));
         let page = json!({ "targetId": page["targetId"], "flatten": true });
         let session = browser.ask("Target.attachToTarget", page);
@@ -88,7 +101,7 @@ impl Browser {
         for part in ["Page", "Runtime", "Log", "Network"] {
             browser.ask(&format!("{part}.enable"), json!({}));
         }
-        Some(browser)
+        browser
     }
 
     /// Calls a method, and waits for what it returns.
@@ -99,7 +112,9 @@ impl Browser {
         if let Some(session) = &self.session {
             message["sessionId"] = session.as_str().into();
         }
-        self.input.write_all(format!("{message}\0").as_bytes()).unwrap();
+        if let Err(why) = self.input.write_all(format!("{message}\0").as_bytes()) {
+            self.is_gone(&why);
+        }
         loop {
             let mut message = self.next();
             if message["id"] == self.asked {
@@ -112,7 +127,19 @@ impl Browser {
 
     #[track_caller]
     fn next(&mut self) -> Value {
-        self.messages.recv_timeout(WATCHDOG).expect("the browser says nothing")
+        match self.messages.recv_timeout(WATCHDOG) {
+            Ok(message) => message,
+            Err(why) => self.is_gone(&why),
+        }
+    }
+
+    /// Fails with what the browser said last.
+    #[track_caller]
+    fn is_gone(&mut self, why: &dyn std::fmt::Display) -> ! {
+        let _ = self.child.kill();
+        let ended = self.child.wait().unwrap();
+        let words = std::fs::read(self.profile.path().join(WORDS)).unwrap_or_default();
+        panic!("the browser is gone ({why}; {ended}): {}", String::from_utf8_lossy(&words));
     }
 
     /// Opens a file, at a place in it (`#…`) or at its beginning, and waits
@@ -234,4 +261,21 @@ fn program() -> Option<PathBuf> {
     let folders: Vec<PathBuf> = std::env::split_paths(&path).collect();
     let all = PROGRAMS.iter().flat_map(|name| folders.iter().map(move |f| f.join(name)));
     all.into_iter().find(|file| file.is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "exit status: 7): no library of that name")]
+    fn one_that_is_there_and_does_not_start_is_a_failure() {
+        use std::os::unix::fs::PermissionsExt;
+
+        let out = folder();
+        let program = out.path().join("chromium");
+        std::fs::write(&program, "#!/bin/sh\necho no library of that name >&2\nexit 7\n").unwrap();
+        std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).unwrap();
+        let _ = Browser::of(&program);
+    }
 }
