@@ -121,6 +121,7 @@ fn seed_and_digest_come_first_and_every_part_is_there() {
 #[test]
 fn a_tick_of_a_recording_has_one_time() {
     let (header, mut trace) = run(&["a"], 50);
+    trace.seed = None;
     let stamp_s = |tick: u64| 976_052_857.347_832 + 0.2 * tick as f64;
     trace.stops.iter_mut().for_each(|stop| stop.time_s = stamp_s(stop.tick));
     (0..50).for_each(|tick| trace.time_s[tick as usize] = stamp_s(tick));
@@ -132,8 +133,7 @@ fn a_tick_of_a_recording_has_one_time() {
     let data: serde_json::Value = serde_json::from_str(data).unwrap();
     assert_eq!((&data["times_s"][0], &data["times_s"][49]), (&0.0.into(), &9.8.into()));
     assert!(page.contains("time since the first tick (s)"));
-    let (drawn, _) = page.split_once("id=\"h-scores\"").unwrap();
-    assert!(!drawn.contains("9760528"), "a time of day");
+    assert!(!page.contains("9760528"), "a time of day");
 }
 
 #[test]

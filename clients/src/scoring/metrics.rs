@@ -80,7 +80,8 @@ pub fn score(trace: &RunTrace) -> Vec<Score> {
     let planned = Planned {
         ticks: trace.ticks() as u64,
         kidnapped_at: trace.kidnapped_at.clone(),
-        began_s: Some(0.0),
+        // What has no seed has stamps of its own.
+        began_s: trace.seed.map(|_| 0.0),
     };
     let mut meter = Meter::new(&trace.names, &planned, Yardstick::default());
     for tick in 0..trace.ticks() {
