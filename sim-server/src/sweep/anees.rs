@@ -56,6 +56,8 @@ pub struct Anees {
     pub time_mean: f64,
     /// Half the width of its interval (Student's t); NaN with fewer than two runs.
     pub time_mean_half_width: f64,
+    /// What follows from mean and half width; `None` with fewer than two runs.
+    pub time_verdict: Option<Verdict>,
     /// Innovations of all runs together; `None` where none was reported.
     pub nis: Option<Innovations>,
 }
@@ -135,6 +137,7 @@ fn line(rows: &[&Row], tracks: &[&Track]) -> Option<Anees> {
     let time_s = ended.first().filter(|_| together).map_or(f64::NAN, |(t, _)| *t);
     let means: Vec<f64> = figures().map(|(_, c)| c.nees_mean).filter(|v| v.is_finite()).collect();
     let means = Moments::of(&means);
+    let half = half_width(&means, LEVEL);
     let along = along(tracks);
     let inside = along.iter().filter(|a| a.is_inside()).count();
     Some(Anees {
@@ -148,7 +151,8 @@ fn line(rows: &[&Row], tracks: &[&Track]) -> Option<Anees> {
         share_inside: inside as f64 / along.len() as f64,
         along,
         time_mean: means.mean,
-        time_mean_half_width: half_width(&means, LEVEL),
+        time_mean_half_width: half,
+        time_verdict: (means.n > 1).then(|| Verdict::of(means.mean, [POSE - half, POSE + half])),
         nis: innovations(rows),
     })
 }
@@ -215,6 +219,9 @@ impl fmt::Display for AneesText<'_> {
             };
             let (anees, verdict) = (number(last.anees), last.verdict.word());
             write!(f, "{anees:>8}  {accepted:>15}  {verdict:14}  {inside:>6}  {over_time:>15}")?;
+            if let Some(verdict) = line.time_verdict {
+                write!(f, "  {verdict}")?;
+            }
             if let Some(nis) = &line.nis {
                 let ([low, high], per_degree) = (nis.interval, number(nis.per_degree));
                 write!(

@@ -68,6 +68,7 @@ fn right_too_small_and_too_large_covariances_are_told_apart() {
         let few = if factor == 1.0 { 0.88..1.0 } else { 0.0..0.01 };
         assert!(few.contains(&found.share_inside), "{}", found.share_inside);
         assert!((found.time_mean / (POSE * factor) - 1.0).abs() < 0.08, "{}", found.time_mean);
+        assert_eq!(found.time_verdict, Some(verdict), "{found:?}");
         let half = found.time_mean_half_width / factor;
         assert!((0.05..0.25).contains(&half), "{half}");
         assert_eq!(found.nis.unwrap().verdict, verdict);

@@ -29,10 +29,13 @@ impl Outcome {
         let many = if self.wins[1] >= self.wins[0] { Better::B } else { Better::A };
         let unlikely = self.sign_p < 1.0 - level;
         let Some(better) = self.better else {
-            let but = if unlikely {
-                "; better in most seeds, but not on average: a few seeds weigh against it"
-            } else {
-                ""
+            let with_the_mean = (self.difference < 0.0) == (many == Better::B);
+            let but = match (unlikely, with_the_mean) {
+                (false, _) => "",
+                (true, true) => "; better in most seeds, but by amounts too unlike for the mean",
+                (true, false) => {
+                    "; better in most seeds, but not on average: a few seeds weigh against it"
+                }
             };
             return format!(
                 "{what}: no difference shown: {} with {}{unit}, {interval}; {}{but}",
@@ -149,7 +152,10 @@ impl Contest {
             "metric", "mean A", "mean B", "B − A", "wins A:B", "pairs", "runs saved"
         )?;
         for o in &self.outcomes {
-            let number = |value: f64| format!("{}{}", o.metric.shown(value), o.metric.shown_unit());
+            let number = |value: f64| match value.is_finite() {
+                true => format!("{}{}", o.metric.shown(value), o.metric.shown_unit()),
+                false => "–".to_owned(),
+            };
             let [a, b] = o.means.map(number);
             let saved = match o.variance_reduction {
                 factor if factor > 1000.0 && factor.is_finite() => ">1000×".to_owned(),

@@ -109,6 +109,13 @@ fn too_few_seeds_are_no_reason_to_doubt_the_mean() {
     assert!(sentence([0, 5]).ends_with("too few seeds for the signs to tell"));
     assert!(sentence([1, 6]).ends_with("the signs alone do not show it"), "{}", sentence([1, 6]));
     assert!(sentence([0, 6]).ends_with("p = 0.031"), "{}", sentence([0, 6]));
+    // Always better, by amounts that have nothing in common.
+    let gains_m = [1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 0.1];
+    let pair = |(seed, gain_m)| [run(seed, 0, 0.5), run(seed, 1, 0.5 - gain_m)];
+    let runs = (0..6).zip(gains_m).flat_map(pair).collect();
+    let found = ate(&contents("t.csv", &["old", "new"], runs));
+    assert_eq!((found.better, found.wins), (None, [0, 6]));
+    assert!(found.verdict.ends_with("too unlike for the mean"), "{}", found.verdict);
 }
 
 #[test]
