@@ -1,10 +1,12 @@
-"""Joins, says so by a file, and waits."""
+"""Joins, waits, and says so by a file when it has waited for a while: before the
+server has heard of somebody, what they say on leaving may be lost with them."""
 
 import sys
+import threading
 
 import rusty
 
 session = rusty.join(argv=sys.argv[1:-1])
-open(sys.argv[-1], "w").close()
+threading.Timer(0.3, lambda: open(sys.argv[-1], "w").close()).start()
 for tick in session:
     tick.answer(0.0, 0.0, 0.0)
