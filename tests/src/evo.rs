@@ -4,7 +4,7 @@
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::sync::OnceLock;
 
 use serde_json::Value;
@@ -34,13 +34,7 @@ const TRIED: &str = "from evo.core import metrics, sync; from evo.tools import f
 /// that cannot be had.
 pub fn python() -> Option<&'static Path> {
     static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    match PYTHON.get_or_init(prepare) {
-        Ok(python) => Some(python),
-        Err(reason) => {
-            crate::python::skipped(reason);
-            None
-        }
-    }
+    crate::python::or_skipped(PYTHON.get_or_init(prepare))
 }
 
 fn prepare() -> Result<PathBuf, String> {
@@ -83,11 +77,5 @@ pub fn measure(python: &Path, truth: &Path, estimate: &Path) -> Value {
 fn run(command: &mut Command) -> Result<String, String> {
     // evo keeps settings in the home folder, and makes them if they are not there.
     let home = binaries().parent().unwrap().join("evo");
-    command.env("HOME", home).stdin(Stdio::null());
-    let output = command.output().map_err(|e| format!("{command:?}: {e}"))?;
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    if output.status.success() {
-        return Ok(text(&output.stdout));
-    }
-    Err(format!("{command:?}: {}", text(&output.stderr)))
+    crate::python::run(command.env("HOME", home))
 }

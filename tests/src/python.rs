@@ -15,18 +15,17 @@ use crate::{binaries, repository};
 /// a printed reason, where that cannot be had.
 pub fn python() -> Option<&'static Path> {
     static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    match PYTHON.get_or_init(prepare) {
-        Ok(python) => Some(python),
-        Err(reason) => {
-            skipped(reason);
-            None
-        }
-    }
+    or_skipped(PYTHON.get_or_init(prepare))
+}
+
+/// What was found; or says that the test is skipped, and why.
+pub(crate) fn or_skipped(found: &Result<PathBuf, String>) -> Option<&Path> {
+    found.as_deref().inspect_err(|reason| skipped(reason)).ok()
 }
 
 /// Says that tests are skipped, and why, past what captures the output of tests
 /// that pass.
-pub(crate) fn skipped(reason: &str) {
+fn skipped(reason: &str) {
     let thread = std::thread::current();
     let line = format!("\nskipped: {}: {reason}\n", thread.name().unwrap_or("a test"));
     let _ = std::io::stderr().write_all(line.as_bytes());
@@ -81,7 +80,8 @@ fn refresh(from: &Path, to: &Path) {
     fs::rename(beside, to).unwrap();
 }
 
-fn run(command: &mut Command) -> Result<String, String> {
+/// What a command prints, or why it failed, in its words.
+pub(crate) fn run(command: &mut Command) -> Result<String, String> {
     let output = command.stdin(Stdio::null()).output().map_err(|e| format!("{command:?}: {e}"))?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     if output.status.success() {

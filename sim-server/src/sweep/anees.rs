@@ -19,7 +19,7 @@ use std::fmt;
 use rusty_contract::score::Verdict;
 use serde::Serialize;
 
-use super::summary::setting;
+use super::summary::Whose;
 use super::{Row, Swept, Track};
 use crate::statistics::Moments;
 use crate::statistics::mean_of_squares::mean_interval;
@@ -184,12 +184,8 @@ pub struct AneesText<'a>(pub &'a [Anees]);
 
 impl fmt::Display for AneesText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<String> = self.0.iter().map(|line| setting(&line.parameters)).collect();
-        let long = |words: &mut dyn Iterator<Item = &str>, least: usize| {
-            words.map(|w| w.chars().count()).max().unwrap_or(0).max(least)
-        };
-        let width = long(&mut names.iter().map(String::as_str), 7);
-        let name = long(&mut self.0.iter().map(|a| a.estimator.as_str()), 9);
+        let lines = self.0.iter().map(|line| (&*line.parameters, &*line.estimator));
+        let Whose { names, width, name } = Whose::of(lines);
         write!(
             f,
             "{:width$}  {:name$}  {:>5}  {:>8}  {:>15}  {:14}  {:>6}  {:>15}",

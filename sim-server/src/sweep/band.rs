@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Row;
 use super::client_figures::ClientFigures;
-use super::summary::{SummaryRow, metres, setting};
+use super::summary::{SummaryRow, Whose, metres};
 use crate::statistics::{Moments, percentile};
 
 /// A figure of one estimator in one cell, over the seeds.
@@ -73,9 +73,8 @@ pub struct Bands<'a>(pub &'a [SummaryRow]);
 
 impl fmt::Display for Bands<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<String> = self.0.iter().map(|row| setting(&row.parameters)).collect();
-        let width = names.iter().map(|n| n.chars().count()).max().unwrap_or(0).max(7);
-        let name = self.0.iter().map(|r| r.estimator.chars().count()).max().unwrap_or(0).max(9);
+        let lines = self.0.iter().map(|row| (&*row.parameters, &*row.estimator));
+        let Whose { names, width, name } = Whose::of(lines);
         write!(
             f,
             "{:width$}  {:name$}  {:21}  {:>5}  {:>17}  {:>8}  {:>8}  {:>8}",

@@ -88,12 +88,8 @@ pub struct Summary<'a>(pub &'a [SummaryRow]);
 
 impl fmt::Display for Summary<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<String> = self.0.iter().map(|row| setting(&row.parameters)).collect();
-        let long = |words: &mut dyn Iterator<Item = &str>, least: usize| {
-            words.map(|w| w.chars().count()).max().unwrap_or(0).max(least)
-        };
-        let width = long(&mut names.iter().map(String::as_str), 7);
-        let name = long(&mut self.0.iter().map(|r| r.estimator.as_str()), 9);
+        let lines = self.0.iter().map(|row| (&*row.parameters, &*row.estimator));
+        let Whose { names, width, name } = Whose::of(lines);
         writeln!(
             f,
             "{:width$}  {:name$}  {:>5}  {:>20}  {:>9}  {:>9}  {:>17}",
@@ -115,6 +111,31 @@ impl fmt::Display for Summary<'_> {
             writeln!(f, "{drift:>20}  {p95:>7} m  {max:>7} m  {heading:>17}")?;
         }
         write!(f, "drift and heading are those of the last tick; ± is one standard error")
+    }
+}
+
+/// The columns that all tables for people begin with: setting and estimator.
+pub(super) struct Whose {
+    /// What is set in each line.
+    pub names: Vec<String>,
+    /// Width of that column.
+    pub width: usize,
+    /// Width of the estimators'.
+    pub name: usize,
+}
+
+impl Whose {
+    /// For lines of these swept fields and estimators.
+    pub fn of<'l>(lines: impl Iterator<Item = (&'l [(String, String)], &'l str)>) -> Self {
+        let wider = |width: usize, word: &str| width.max(word.chars().count());
+        let mut whose = Self { names: Vec::new(), width: 7, name: 9 };
+        for (parameters, estimator) in lines {
+            let words = setting(parameters);
+            whose.width = wider(whose.width, &words);
+            whose.name = wider(whose.name, estimator);
+            whose.names.push(words);
+        }
+        whose
     }
 }
 
