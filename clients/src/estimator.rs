@@ -1,8 +1,8 @@
-//! `Estimator`: a filter as a type, and the loop that runs it.
+//! `Estimator` and `Filter`: a filter as a type, and the loop that runs it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use rusty_contract::{Exit, Reply, Start};
+use rusty_contract::{BeliefKind, Exit, Reply, Start, WeightedPose};
 
 use crate::{ClientArgs, ClientError, Session, Tick};
 
@@ -14,6 +14,36 @@ pub trait Estimator: Sized {
 
     /// Answers one tick: a pose, an `Estimate`, a command, or `Reply::Abstain`.
     fn tick(&mut self, tick: &Tick<'_>) -> Reply;
+}
+
+/// A filter that can do more than an [`Estimator`]: it may have options of its
+/// own, fail to begin, show what it holds possible, and leave something behind.
+/// [`run_from`] runs it.
+pub trait Filter: Sized {
+    /// Answers one tick: a pose, an `Estimate`, a command, or `Reply::Abstain`.
+    fn tick(&mut self, tick: &Tick<'_>) -> Reply;
+
+    /// Adds what it holds possible now to `poses`, for whoever looks on; `None`
+    /// if its answer says it all. Asked after a tick was answered, and only
+    /// while somebody looks; so nothing may depend on it.
+    fn belief(&self, poses: &mut Vec<WeightedPose>) -> Option<BeliefKind> {
+        let _ = poses;
+        None
+    }
+
+    /// The run is over: the place to write down what was found.
+    ///
+    /// # Errors
+    /// Whatever kept it from writing; this process then fails.
+    fn finish(self) -> Result<(), ClientError> {
+        Ok(())
+    }
+}
+
+impl<E: Estimator> Filter for E {
+    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+        Estimator::tick(self, tick)
+    }
 }
 
 /// `main` of an estimator: parses the command line and takes part to the end.
@@ -37,8 +67,46 @@ pub trait Estimator: Sized {
 /// }
 /// ```
 pub fn run<E: Estimator>() -> Exit {
-    let args = ClientArgs::from_command_line();
-    match drive::<E>(&args) {
+    run_from(&ClientArgs::from_command_line(), |start| Ok(E::start(start)))
+}
+
+/// The same for a [`Filter`] whose `main` has read the command line itself:
+/// flatten [`ClientArgs`] into the arguments of your own.
+///
+/// ```no_run
+/// use clap::Parser;
+/// use rusty_clients::prelude::*;
+/// use rusty_clients::{ClientArgs, Filter, run_from};
+///
+/// /// Stands where it is told.
+/// #[derive(Parser)]
+/// struct Cli {
+///     #[command(flatten)]
+///     args: ClientArgs,
+///
+///     /// Where, m
+///     #[arg(long, default_value_t = 0.0)]
+///     x_m: f64,
+/// }
+///
+/// struct Stubborn(SE2);
+///
+/// impl Filter for Stubborn {
+///     fn tick(&mut self, _: &Tick) -> Reply {
+///         self.0.into()
+///     }
+/// }
+///
+/// fn main() -> Exit {
+///     let Cli { args, x_m } = Cli::parse();
+///     run_from(&args, |_| Ok(Stubborn(SE2::new(x_m, 0.0, 0.0))))
+/// }
+/// ```
+pub fn run_from<F: Filter>(
+    args: &ClientArgs,
+    begin: impl FnOnce(&Start) -> Result<F, ClientError>,
+) -> Exit {
+    match drive(args, begin) {
         Ok(exit) => exit,
         Err(e) => {
             crate::error::say(format_args!("{}: {e}", args.name()));
@@ -47,13 +115,16 @@ pub fn run<E: Estimator>() -> Exit {
     }
 }
 
-fn drive<E: Estimator>(args: &ClientArgs) -> Result<Exit, ClientError> {
+fn drive<F: Filter>(
+    args: &ClientArgs,
+    begin: impl FnOnce(&Start) -> Result<F, ClientError>,
+) -> Result<Exit, ClientError> {
     let mut session = Session::join(args)?;
-    let mut estimator = E::start(session.start());
+    let mut filter = begin(session.start()).inspect_err(|_| session.fail())?;
     while let Some(mut tick) = session.next()? {
         // A panic is the estimator's own failure: the server hears of it at
         // once, and this process ends with a message and a code.
-        let Ok(reply) = catch_unwind(AssertUnwindSafe(|| estimator.tick(&tick))) else {
+        let Ok(reply) = catch_unwind(AssertUnwindSafe(|| filter.tick(&tick))) else {
             let number = tick.tick();
             tick.fail();
             return Err(ClientError::Panicked { tick: number });
@@ -63,5 +134,6 @@ fn drive<E: Estimator>(args: &ClientArgs) -> Result<Exit, ClientError> {
             return Err(e);
         }
     }
+    filter.finish().inspect_err(|_| session.fail())?;
     Ok(if session.log_is_broken() { Exit::Lost } else { Exit::Done })
 }

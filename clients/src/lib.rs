@@ -39,7 +39,7 @@ pub mod write_behind;
 
 pub use args::{ClientArgs, Usage};
 pub use error::ClientError;
-pub use estimator::{Estimator, run};
+pub use estimator::{Estimator, Filter, run, run_from};
 pub use held_frame::HeldFrame;
 pub use session::{Arrival, Session};
 pub use tick::Tick;

@@ -11,7 +11,7 @@ use sim_server::bench::page::{Documents, Notes, markdown};
 /// Lines of a file. "About 400", with some air.
 const MAX_LINES: usize = 420;
 
-const ROOMS: [(&str, &str); 10] = [
+const ROOMS: [(&str, &str); 11] = [
     ("shared/geometry", "rusty-geometry"),
     ("shared/contract", "rusty-contract"),
     ("shared/sim", "rusty-sim"),
@@ -19,6 +19,7 @@ const ROOMS: [(&str, &str); 10] = [
     ("shared/plot", "rusty-plot"),
     ("sim-server", "sim-server"),
     ("clients", "rusty-clients"),
+    ("clients/filters", "rusty-filters"),
     ("clients/python", "rusty-python"),
     ("tests", "rusty-tests"),
     ("tests/wasm", "rusty-wasm-goldens"),
@@ -114,7 +115,9 @@ fn the_arrows_are_those_of_the_architecture_page() {
             assert!(allowed, "{room} uses {used}, which the page does not allow");
         }
     }
-    assert!(!dependencies("clients").contains("rusty-sim"), "models are beliefs, not the world");
+    for room in ["clients", "clients/filters"] {
+        assert!(!dependencies(room).contains("rusty-sim"), "models are beliefs, not the world");
+    }
     assert!(!dependencies("shared/sim").contains("rusty-link"), "the world needs no transport");
     for (room, _) in ROOMS {
         let names_it = dependencies(room).contains("iceoryx2");

@@ -77,6 +77,7 @@
 //! number, and nothing in it knows how bytes travel.
 
 pub mod answer;
+pub mod belief;
 pub mod blind;
 pub mod config;
 pub mod control;
@@ -96,6 +97,7 @@ pub mod timing;
 pub mod truth;
 
 pub use answer::Answer;
+pub use belief::{BeliefKind, WeightedPose};
 pub use blind::{BlindKey, BlindKeyError};
 pub use config::ScriptConfig;
 pub use config::{FieldError, Kidnapping, LidarConfig, NominalRobot, RobotConfig, RunConfig};

@@ -8,7 +8,7 @@
 //! Conventions: metres, radians, seconds; x forward, y left, angles
 //! counter-clockwise in (−π, π]; world frame unless a name says otherwise.
 //!
-//! In reading order: [`trig`], [`angle`], [`se2`]; [`drive`], [`encoders`];
+//! In reading order: [`trig`], [`normal`], [`normals`], [`angle`], [`se2`]; [`drive`], [`encoders`];
 //! [`material`], [`wall`], [`gap`], [`world_spec`], [`world`], [`fan`], [`scan`],
 //! [`motion_arc`], [`sweep`], [`places`], [`generated`].
 //!
@@ -16,6 +16,9 @@
 //! Robotics*, "Rusty, Sensors, and the Simulator".
 
 pub mod trig;
+
+pub mod normal;
+pub mod normals;
 
 pub mod angle;
 pub mod se2;

@@ -14,7 +14,7 @@
 
 use core::ops::Mul;
 
-use nalgebra::{Point2, Vector2, Vector3};
+use nalgebra::{Matrix3, Point2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::angle::wrap_angle;
@@ -169,6 +169,16 @@ impl SE2 {
         }
     }
 
+    /// The adjoint: the matrix Ad with `self ∘ exp(τ) = exp(Ad τ) ∘ self`, for
+    /// small and large τ alike (Solà eq. 159). It carries a twist, or the
+    /// covariance of one, from the body frame into the frame the pose is in.
+    #[must_use]
+    pub fn adjoint(&self) -> Matrix3<f64> {
+        let (s, c) = trig::sin_cos(self.theta_rad);
+        let (x, y) = (self.x(), self.y());
+        Matrix3::new(c, -s, y, s, c, -x, 0.0, 0.0, 1.0)
+    }
+
     /// A point given in the body frame, expressed in the world frame (metres).
     #[must_use]
     pub fn transform_point(&self, point_in_body: &Point2<f64>) -> Point2<f64> {
@@ -234,6 +244,14 @@ mod tests {
         let wound: SE2 = serde_json::from_str(r#"{"x_m":0,"y_m":0,"theta_rad":7}"#).unwrap();
         assert_eq!(wound.theta(), 7.0 - 2.0 * PI);
         assert!(serde_json::from_str::<SE2>(r#"{"x_m":0,"y_m":0,"theta_deg":7}"#).is_err());
+    }
+
+    #[test]
+    fn the_adjoint_carries_twists_across() {
+        let pose = SE2::new(1.5, -0.7, 2.2);
+        let tau = Vector3::new(0.3, -0.2, 0.4);
+        let (right, left) = (pose.boxplus(&tau), SE2::exp(&(pose.adjoint() * tau)) * pose);
+        assert!(right.boxminus(&left).norm() < 1e-15, "{right:?} {left:?}");
     }
 
     #[test]

@@ -13,8 +13,8 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use rusty_contract::{Frame, LidarConfig, RobotConfig, RunConfig, ScriptConfig};
+use rusty_geometry::normal::standard_normal;
 use rusty_geometry::{EncoderTicks, Hit, SE2, Twist, World, apartment, odometry_delta, trig};
-use rusty_sim::noise::normal::standard_normal;
 use rusty_sim::{Lidar, Robot, Sim, SimError};
 
 /// A wide circle in the living room.

@@ -14,7 +14,7 @@
 //! A digest says *that* a bit differs and never which; for that there are
 //! `sim-server verify` and `sim-server diff`. What the table cannot reach: noise
 //! farther out than 6.6 standard deviations, which no run this short meets (its
-//! arithmetic is pinned in [`crate::noise::normal`]).
+//! arithmetic is pinned in [`rusty_geometry::normal`]).
 //!
 //! After a change of bits that is meant,
 //! `cargo test -p rusty-sim --test goldens -- --ignored mint --nocapture`

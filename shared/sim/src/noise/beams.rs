@@ -2,9 +2,9 @@
 
 use rusty_contract::MAX_BEAMS;
 
-use super::normal::uniform;
-use super::normals::standard_normals;
 use super::stream::{Source, Stream};
+use rusty_geometry::normal::uniform;
+use rusty_geometry::normals::standard_normals;
 
 /// How many beams a tick has room for in the stream.
 pub const BEAM_SLOTS: usize = 2048;

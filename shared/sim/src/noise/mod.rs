@@ -22,12 +22,10 @@
 //!
 //! Departures from the chapter: its generator is `SmallRng`, which is documented
 //! as not portable. Its normal deviates come from a rejection method, which
-//! draws a varying number of words; here [`normal`] turns *one* slot into one
+//! draws a varying number of words; here [`normal`](rusty_geometry::normal) turns *one* slot into one
 //! deviate, so there is nothing to reject and no draw can move another.
 
 mod beams;
-pub mod normal;
-pub mod normals;
 mod slip;
 mod stream;
 

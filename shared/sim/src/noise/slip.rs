@@ -1,7 +1,7 @@
 //! The noise of the wheels.
 
-use super::normal::standard_normal;
 use super::stream::{Source, Stream};
+use rusty_geometry::normal::standard_normal;
 
 /// Standard normal deviates for the slip of the two wheels.
 #[derive(Clone, Debug)]

@@ -18,17 +18,17 @@
     reason = "the coefficients stand here with all the digits of the source"
 )]
 
-use rusty_geometry::trig;
+use crate::trig;
 
 /// 2⁻⁵³ and 2⁻⁶⁴, exact.
 const TWO_TO_MINUS_53: f64 = 1.0 / (1_u64 << 53) as f64;
-pub(super) const TWO_TO_MINUS_64: f64 = 0.5 / (1_u64 << 63) as f64;
+pub(crate) const TWO_TO_MINUS_64: f64 = 0.5 / (1_u64 << 63) as f64;
 
 /// Up to this |p − ½| the first approximation holds: 85 % of all draws.
-pub(super) const CENTRAL: f64 = 0.425;
+pub(crate) const CENTRAL: f64 = 0.425;
 
 /// Up to this √(−ln p) the second holds: p above 1.4e-11.
-pub(super) const NEAR_TAIL: f64 = 5.0;
+pub(crate) const NEAR_TAIL: f64 = 5.0;
 
 /// The number u in [0, 1) made of the upper 53 bits: every multiple of 2⁻⁵³
 /// below one, all equally likely.
@@ -50,7 +50,7 @@ pub fn standard_normal(bits: u64) -> f64 {
 
 /// The probability that the lower 63 of `bits` stand for.
 #[inline(always)]
-pub(super) fn tail_of(bits: u64) -> f64 {
+pub(crate) fn tail_of(bits: u64) -> f64 {
     // Signed, because that conversion is one instruction; 63 bits fit.
     ((bits & (u64::MAX >> 1)) as i64 as f64 + 0.5) * TWO_TO_MINUS_64
 }
@@ -67,7 +67,7 @@ fn upper_quantile(tail: f64) -> f64 {
 }
 
 /// [`upper_quantile`] of a `tail` below ½ − [`CENTRAL`].
-pub(super) fn outer_quantile(tail: f64) -> f64 {
+pub(crate) fn outer_quantile(tail: f64) -> f64 {
     let r = (-trig::ln(tail)).sqrt();
     if r <= NEAR_TAIL {
         ratio(r - 1.6, &NEAR_ABOVE, &NEAR_BELOW)
@@ -88,7 +88,7 @@ fn polynomial(r: f64, coefficients: &[f64; 8]) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c)
 }
 
-pub(super) const CENTRAL_ABOVE: [f64; 8] = [
+pub(crate) const CENTRAL_ABOVE: [f64; 8] = [
     3.387_132_872_796_366_608,
     133.141_667_891_784_377_45,
     1_971.590_950_306_551_442_7,
@@ -98,7 +98,7 @@ pub(super) const CENTRAL_ABOVE: [f64; 8] = [
     33_430.575_583_588_128_105,
     2_509.080_928_730_122_672_7,
 ];
-pub(super) const CENTRAL_BELOW: [f64; 8] = [
+pub(crate) const CENTRAL_BELOW: [f64; 8] = [
     1.0,
     42.313_330_701_600_911_252,
     687.187_007_492_057_908_3,
@@ -108,7 +108,7 @@ pub(super) const CENTRAL_BELOW: [f64; 8] = [
     28_729.085_735_721_942_674,
     5_226.495_278_852_854_561,
 ];
-pub(super) const NEAR_ABOVE: [f64; 8] = [
+pub(crate) const NEAR_ABOVE: [f64; 8] = [
     1.423_437_110_749_683_577_34,
     4.630_337_846_156_545_295_9,
     5.769_497_221_460_691_405_5,
@@ -118,7 +118,7 @@ pub(super) const NEAR_ABOVE: [f64; 8] = [
     0.022_723_844_989_269_184_583_3,
     7.745_450_142_783_414_076_4e-4,
 ];
-pub(super) const NEAR_BELOW: [f64; 8] = [
+pub(crate) const NEAR_BELOW: [f64; 8] = [
     1.0,
     2.053_191_626_637_758_821_87,
     1.676_384_830_183_803_849_4,

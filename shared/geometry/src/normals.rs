@@ -1,6 +1,6 @@
 //! Many standard normal numbers at once, with the bits of one at a time.
 //!
-//! The same approximations as in [`normal`](super::normal), in its operations and their
+//! The same approximations as in [`normal`](crate::normal), in its operations and their
 //! order, but written so that vector instructions can be made of them.
 #![allow(
     clippy::excessive_precision,
@@ -8,9 +8,9 @@
 )]
 
 #[cfg(test)]
-use rusty_geometry::trig;
+use crate::trig;
 
-use super::normal::{
+use crate::normal::{
     CENTRAL, CENTRAL_ABOVE, CENTRAL_BELOW, NEAR_ABOVE, NEAR_BELOW, NEAR_TAIL, outer_quantile,
     standard_normal, tail_of,
 };
@@ -185,8 +185,8 @@ fn polynomials(r: &[f64; TOGETHER], coefficients: &[f64; 8]) -> [f64; TOGETHER] 
 
 #[cfg(test)]
 mod tests {
-    use super::super::normal::TWO_TO_MINUS_64;
     use super::*;
+    use crate::normal::TWO_TO_MINUS_64;
 
     #[test]
     fn several_at_a_time_have_the_bits_of_one() {
