@@ -81,6 +81,7 @@ payload!(WireTally(Tally) = "rusty.Tally.", layout_hash());
 payload!(WireBelief(BeliefHeader) = "rusty.BeliefHeader.", belief_hash());
 payload!(WirePose(WeightedPose) = "rusty.WeightedPose.", belief_hash());
 
+#[allow(clippy::derivable_impls)] // what the macro derives is for all payloads
 impl Default for WireBelief {
     fn default() -> Self {
         Self(BeliefHeader::default())
