@@ -10,6 +10,7 @@ use std::path::Path;
 use common::*;
 use rustix::process::Signal;
 use rusty_link::Domain;
+use rusty_tests::browser::Browser;
 use rusty_tests::*;
 use serde_json::Value;
 
@@ -183,6 +184,72 @@ fn a_filter_that_is_killed_while_it_shows_leaves_nothing() {
     until("all have ended", || participants(&live.run).is_empty());
     Domain::sweep_dead().unwrap();
     nothing_left(&live.run);
+}
+
+/// A confined filter makes its segment as any other.
+#[test]
+fn a_filter_in_a_sandbox_shows_what_it_holds_possible() {
+    let (place, out) = (folder(), folder());
+    let file = place.path().join("s.toml");
+    let program = binary("05_belief");
+    let text = format!(
+        "name = \"cell\"\nticks = 40\n[[participant]]\nname = \"cloud\"\ncommand = [{program:?}]\n\
+         sandbox = true\n[[participant]]\nname = \"score\"\nrole = \"scorer\"\n\
+         command = [\"score\"]\n"
+    );
+    fs::write(&file, text).unwrap();
+    let (run, to) = (fresh_run("cell"), out.path().to_str().unwrap());
+    let args = ["launch", file.to_str().unwrap(), "--run", run.as_str(), "--out", to];
+    let ended = sim_server(&args);
+    nothing_left(&run);
+    if ended.code == Some(2) && ended.stderr.contains("cannot be had") {
+        println!("skipped: {}", ended.stderr.trim());
+        return;
+    }
+    let ended = ended.expect(0);
+    assert_eq!(ticks(&page(out.path())), [0, 5, 10, 15, 20, 25, 30, 35], "{ended:#?}");
+}
+
+/// Where the first arrowheads lie, and what is said of them.
+fn heads(browser: &mut Browser) -> String {
+    let heads = "[document.querySelector('#beliefs').textContent,
+        ...[...document.querySelectorAll('#map .b0 polygon')].slice(0, 40)
+            .map((head) => head.getAttribute('points').trim())].join('; ')";
+    browser.value(heads).as_str().unwrap().to_owned()
+}
+
+#[test]
+fn in_a_browser_the_slider_moves_them() {
+    let Some(mut browser) = Browser::start() else { return };
+    let out = folder();
+    cloud("browser", out.path(), &[]);
+    browser.open(&out.path().join("report.html"), "");
+    // What the script makes of the last tick is what was drawn, but for rounding.
+    let written = page(out.path());
+    let (_, drawn) = written.split_once("e1 belief b0").unwrap();
+    let points = |text: &str| -> Vec<f64> {
+        let words = text.split(|c: char| !(c.is_ascii_digit() || c == '-'));
+        words.filter_map(|word| word.parse().ok()).collect()
+    };
+    let of_page: Vec<&str> = drawn.split("points=\"").skip(1).take(40).collect();
+    let of_page: Vec<f64> =
+        of_page.iter().flat_map(|rest| points(rest.split('"').next().unwrap())).collect();
+    let last = heads(&mut browser);
+    assert!(last.starts_with("cloud: particles 500, tick 95; "), "{last}");
+    let moved = points(last.split_once("; ").unwrap().1);
+    assert_eq!((moved.len(), of_page.len()), (240, 240));
+    assert!(moved.iter().zip(&of_page).all(|(a, b)| (a - b).abs() <= 3.0), "{moved:?} {of_page:?}");
+    browser.open(&out.path().join("report.html"), "#tick=52");
+    let earlier = heads(&mut browser);
+    assert!(earlier.starts_with("cloud: particles 500, tick 50; "), "{earlier}");
+    assert_ne!(earlier.split_once("; ").unwrap().1, last.split_once("; ").unwrap().1);
+    let shown = "[...document.querySelectorAll('.belief')].filter((part) => part.style.display !== 'none').length";
+    let hide = "(() => { const box = document.querySelectorAll('.toggle')[1];
+        box.checked = false; box.dispatchEvent(new Event('change')); })()";
+    assert_eq!(browser.value(shown), 1);
+    browser.value(hide);
+    assert_eq!(browser.value(shown), 0);
+    assert_eq!(browser.complaints(), [""; 0]);
 }
 
 #[test]

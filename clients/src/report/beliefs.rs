@@ -24,10 +24,14 @@ use crate::scoring::trace::RunTrace;
 
 /// All poses of a page together; each takes six bytes.
 const MOST_POSES: usize = 100_000;
+/// All arrowheads of a page together; each takes about a hundred bytes.
+const MOST_HEADS: usize = 1600;
 
 /// The beliefs of a page.
 pub(super) struct Beliefs<'a> {
     tracks: Vec<Thinned<'a>>,
+    /// The most poses that are drawn of a filter.
+    heads: usize,
 }
 
 /// Those of one filter.
@@ -36,7 +40,7 @@ struct Thinned<'a> {
     /// Place among the estimators, where it is one of them.
     estimator: Option<usize>,
     look: Look,
-    moments: Vec<&'a BeliefMoment>,
+    moments: Vec<BeliefMoment>,
     /// The most poses of a moment.
     marks: usize,
 }
@@ -55,19 +59,21 @@ pub(super) struct TrackData {
 
 impl<'a> Beliefs<'a> {
     pub fn of(trace: &'a RunTrace) -> Self {
-        let most = (MOST_POSES / MOST_MARKS / trace.beliefs.len().max(1)).max(1);
+        let count = trace.beliefs.len().max(1);
+        let heads = (MOST_HEADS / count).clamp(1, MOST_MARKS);
+        let most = (MOST_POSES / heads / count).max(1);
         let tracks = trace.beliefs.iter().enumerate().map(|(k, track)| {
             let every = track.moments.len().div_ceil(most).max(1);
             // The last one is kept: the page begins with it.
             let rest = track.moments.len().saturating_sub(1) % every;
-            let moments: Vec<&BeliefMoment> =
-                track.moments.iter().skip(rest).step_by(every).collect();
+            let kept = track.moments.iter().skip(rest).step_by(every);
+            let moments: Vec<BeliefMoment> = kept.map(|moment| moment.at_most(heads)).collect();
             let marks = moments.iter().map(|moment| moment.marks.len()).max().unwrap_or(0);
             let estimator = trace.names.iter().position(|name| *name == track.name);
             let look = possible_look(trace, k);
             Thinned { track, estimator, look, moments, marks }
         });
-        Self { tracks: tracks.collect() }
+        Self { tracks: tracks.collect(), heads }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -95,7 +101,7 @@ impl<'a> Beliefs<'a> {
 
     /// What stands below the map.
     pub fn caption(&self) -> String {
-        let mut text = String::new();
+        let (mut text, heads) = (String::new(), self.heads);
         let kinds = |kind| self.tracks.iter().any(|t| t.moments.iter().any(|m| m.kind == kind));
         if !self.is_empty() {
             text.push_str(
@@ -103,11 +109,10 @@ impl<'a> Beliefs<'a> {
             );
         }
         if kinds(BeliefKind::Particles) {
-            let _ =
-                write!(text, "; of particles up to {MOST_MARKS}, in proportion to their weight");
+            let _ = write!(text, "; of particles up to {heads}, in proportion to their weight");
         }
         if kinds(BeliefKind::Histogram) {
-            let _ = write!(text, "; of a histogram the {MOST_MARKS} heaviest cells, by area");
+            let _ = write!(text, "; of a histogram the {heads} heaviest cells, by area");
         }
         if !self.is_empty() {
             text.push('.');
@@ -144,7 +149,7 @@ impl Thinned<'_> {
     /// The latest belief at a tick.
     fn at(&self, tick: u64) -> Option<&BeliefMoment> {
         let after = self.moments.partition_point(|moment| moment.tick <= tick);
-        Some(self.moments[after.checked_sub(1)?])
+        self.moments.get(after.checked_sub(1)?)
     }
 
     fn data(&self, axes: &Axes) -> TrackData {

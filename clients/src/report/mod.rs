@@ -266,3 +266,5 @@ fn consistency_part(trace: &RunTrace, figures: &Figures) -> String {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_beliefs;

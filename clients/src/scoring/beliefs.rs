@@ -82,6 +82,25 @@ impl BeliefMoment {
         };
         Self { tick, kind, whole, marks }
     }
+
+    /// The same with no more poses than this.
+    #[must_use]
+    pub fn at_most(&self, most: usize) -> Self {
+        let all = self.marks.len();
+        if all <= most {
+            return self.clone();
+        }
+        let mut marks = self.marks.clone();
+        match self.kind {
+            // Samples are in order; every so-manieth is as good a sample.
+            BeliefKind::Particles => marks = (0..most).map(|k| marks[k * all / most]).collect(),
+            BeliefKind::Histogram => {
+                marks.sort_by(|a, b| b.share.total_cmp(&a.share));
+                marks.truncate(most);
+            }
+        }
+        Self { marks, ..*self }
+    }
 }
 
 fn mark(pose: &WeightedPose, share: f64) -> Mark {
@@ -236,6 +255,11 @@ mod tests {
         let marks = of(&many);
         assert_eq!((marks.len(), marks[0].x_m, marks[399].x_m), (400, 600.0, 999.0));
         assert_eq!(of(&[pose(1.0, 0.0)]).len(), 1);
+        let few = BeliefMoment::of(0, BeliefKind::Histogram, 0, &many).at_most(2);
+        assert_eq!(at(&few.marks), [999.0, 998.0]);
+        let few =
+            BeliefMoment::of(0, BeliefKind::Particles, 0, &vec![pose(1.0, 1.0); 9]).at_most(4);
+        assert_eq!(few.marks.len(), 4);
     }
 
     #[test]
