@@ -15,7 +15,7 @@ pub use consistency::{Consistency, Verdict};
 pub use convergence::{Convergence, Recovery, Within};
 pub use errors::{Errors, Figures, PathLength, heading_error_rad, position_error_m};
 pub use quantile::Quantiles;
-pub use table::ScoreTable;
+pub use table::{ScoreTable, duration};
 pub use trajectory::{AbsoluteErrors, PoseErrors, RelativeErrors, Statistics};
 
 use serde::{Deserialize, Serialize};
