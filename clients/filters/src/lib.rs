@@ -16,6 +16,9 @@
 //! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
 //! a filter believes of wheels and of the laser's geometry; [`grid`] and
 //! [`occupancy`], maps of cells.
+//!
+//! Drivers: [`surroundings`] keeps a robot off the walls, [`steering`] finds a free
+//! way, [`localiser`] is what they ask where they are; [`wander`].
 
 pub mod random;
 
@@ -24,6 +27,11 @@ pub mod motion;
 
 pub mod grid;
 pub mod occupancy;
+
+pub mod localiser;
+pub mod steering;
+pub mod surroundings;
+pub mod wander;
 
 pub use beams::Beams;
 pub use grid::GridFrame;
