@@ -18,7 +18,8 @@
 //! [`occupancy`], maps of cells.
 //!
 //! Drivers: [`surroundings`] keeps a robot off the walls, [`steering`] finds a free
-//! way, [`localiser`] is what they ask where they are; [`wander`].
+//! way, [`localiser`] is what they ask where they are; [`wander`]. [`planning`] finds ways over
+//! a map, [`pursuit`] and [`pilot`] follow them: [`goto`].
 
 pub mod random;
 
@@ -32,6 +33,11 @@ pub mod localiser;
 pub mod steering;
 pub mod surroundings;
 pub mod wander;
+
+pub mod goto;
+pub mod pilot;
+pub mod planning;
+pub mod pursuit;
 
 pub use beams::Beams;
 pub use grid::GridFrame;
