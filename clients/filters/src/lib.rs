@@ -15,7 +15,7 @@
 //!
 //! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
 //! a filter believes of wheels and of the laser's geometry; [`grid`] and
-//! [`occupancy`], maps of cells.
+//! [`occupancy`], maps of cells, and [`map_server`], the files they are kept in.
 
 pub mod random;
 
@@ -23,10 +23,12 @@ pub mod beams;
 pub mod motion;
 
 pub mod grid;
+pub mod map_server;
 pub mod occupancy;
 
 pub use beams::Beams;
 pub use grid::GridFrame;
+pub use map_server::MapFileError;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
 pub use random::Random;
