@@ -16,6 +16,8 @@
 //! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
 //! a filter believes of wheels and of the laser's geometry; [`grid`] and
 //! [`occupancy`], maps of cells, and [`map_server`], the files they are kept in.
+//!
+//! The filters: [`gridmap`] maps, on [`occupancy_grid`].
 
 pub mod random;
 
@@ -26,9 +28,16 @@ pub mod grid;
 pub mod map_server;
 pub mod occupancy;
 
+pub mod map_picture;
+pub mod occupancy_grid;
+pub mod ray_walk;
+
+pub mod gridmap;
+
 pub use beams::Beams;
 pub use grid::GridFrame;
 pub use map_server::MapFileError;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
+pub use occupancy_grid::OccupancyGrid;
 pub use random::Random;

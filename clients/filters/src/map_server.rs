@@ -40,8 +40,10 @@ const MAX_PICTURE_BYTES: u64 = 6 * pgm::MAX_PIXELS as u64 + 4096;
 
 /// What is written for a cell: free, occupied, unknown.
 const GREY: [u8; 3] = [254, 0, 205];
-const OCCUPIED_ABOVE: f64 = 0.65;
-const FREE_BELOW: f64 = 0.196;
+/// More probable to be occupied than this is occupied.
+pub const OCCUPIED_ABOVE: f64 = 0.65;
+/// Less probable to be occupied than this is free.
+pub const FREE_BELOW: f64 = 0.196;
 
 /// Why a map cannot be read or written.
 #[derive(Debug, Error)]
