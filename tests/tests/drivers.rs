@@ -7,10 +7,11 @@ use rusty_contract::log::Source;
 use rusty_contract::{
     Frame, LogHeader, OnLoss, Reply, RunConfig, Scenario, Start, config::ScriptConfig,
 };
-use rusty_filters::OdometryNoise;
+use rusty_filters::explore::{self, Explore};
 use rusty_filters::goto::{self, Goto};
 use rusty_filters::localiser::Reckoning;
 use rusty_filters::wander::{self, Wander};
+use rusty_filters::{Cell, OccupancyMap, OdometryNoise};
 use rusty_geometry::{EncoderTicks, SE2, Twist, apartment};
 use rusty_sim::{Sim, StepOutcome};
 
@@ -132,6 +133,54 @@ fn a_tour_of_five_rooms_touches_nothing() {
             "seed {seed}: blocked {blocked}, {rooms:?}, {:?}, {}",
             tour.done_at(),
             tour.reached()
+        );
+        assert_eq!(blocked, 0, "seed {seed}");
+    }
+}
+
+/// Share of the floor around the start, as far as walls let anybody go, that the
+/// map has as free. Cells nearer to a wall than one and a half are left out: a
+/// range that is wrong by a σ or two puts the wall there.
+fn covered(map: &OccupancyMap, start: Point2<f64>) -> f64 {
+    let world = apartment();
+    let plan = OccupancyMap::of_world(&world, 0.1, 0.05);
+    let frame = plan.frame;
+    let mut floor = vec![frame.cell_at(start).unwrap()];
+    let mut seen = vec![false; frame.cells()];
+    seen[floor[0]] = true;
+    let mut next = 0;
+    while let Some(cell) = floor.get(next).copied() {
+        next += 1;
+        let (column, row) = ((cell % frame.width) as i64, (cell / frame.width) as i64);
+        for (dx, dy) in [(1, 0), (0, 1), (-1, 0), (0, -1)] {
+            let Some(beside) = frame.index(column + dx, row + dy) else { continue };
+            if plan.cells[beside] == Cell::Free && !std::mem::replace(&mut seen[beside], true) {
+                floor.push(beside);
+            }
+        }
+    }
+    let points = floor.iter().map(|cell| frame.centre(*cell));
+    let points: Vec<_> = points.filter(|p| world.distance_to_nearest(*p) > 0.075).collect();
+    let free = points.iter().filter(|p| map.at(**p) == Cell::Free).count();
+    free as f64 / points.len() as f64
+}
+
+#[test]
+fn an_explorer_sees_the_whole_apartment_and_touches_nothing() {
+    for seed in 0..seeds(3) {
+        let header = header(seed, SE2::new(6.0, 4.5, 0.0));
+        let told = told(&header);
+        let reckoning = Reckoning::new(&told, OdometryNoise::default());
+        let mut explorer = Explore::new(&told, &explore::Options::default(), reckoning);
+        let (blocked, truths) = drive(&header, 7500, |ticks, ranges_m| {
+            explorer.step(ticks, ranges_m).command().unwrap()
+        });
+        let share = covered(&explorer.map(), Point2::new(6.0, 4.5));
+        let way_m: f64 =
+            truths.windows(2).map(|p| (p[1].translation() - p[0].translation()).norm()).sum();
+        println!(
+            "seed {seed}: blocked {blocked}, {share:.3}, {:?}, {way_m:.1} m",
+            explorer.done_at()
         );
         assert_eq!(blocked, 0, "seed {seed}");
     }

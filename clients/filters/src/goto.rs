@@ -19,8 +19,7 @@ use thiserror::Error;
 use crate::OccupancyMap;
 use crate::localiser::Localiser;
 use crate::pilot::{Pilot, Progress};
-use crate::planning::routes::nearest_free;
-use crate::planning::{Clearance, Room, Routes, straighten};
+use crate::planning::{Chart, Room, Unknown};
 use crate::surroundings::{Caution, length};
 
 /// Side of a cell, m.
@@ -28,10 +27,6 @@ const CELL_M: f64 = 0.05;
 
 /// Room between the walls' bounds and the end of the grid, m.
 const BORDER_M: f64 = 0.1;
-
-/// Whoever stands in a place without enough room is led off it, if room is this
-/// near, m.
-const LED_OFF_M: f64 = 0.5;
 
 /// So often a way to a waypoint is planned anew before it is given up.
 const TRIES: u32 = 5;
@@ -133,30 +128,6 @@ pub enum GotoError {
     },
 }
 
-/// What the map says of ways.
-#[derive(Clone, Debug)]
-pub struct Chart {
-    clearance: Clearance,
-    room: Room,
-}
-
-impl Chart {
-    /// Over a map, for a body that needs this room.
-    #[must_use]
-    pub fn new(map: &OccupancyMap, unknown_too: bool, room: Room) -> Self {
-        Self { clearance: Clearance::of_map(map, unknown_too), room }
-    }
-
-    /// Corners of the way from one point to another; `None` where there is none.
-    #[must_use]
-    pub fn way(&self, from: Point2<f64>, to: Point2<f64>) -> Option<Vec<Point2<f64>>> {
-        let start = nearest_free(&self.clearance, &self.room, from, LED_OFF_M)?;
-        let goal = nearest_free(&self.clearance, &self.room, to, CELL_M)?;
-        let cells = Routes::new(&self.clearance, &self.room, start).cells_to(goal);
-        (!cells.is_empty()).then(|| straighten(&self.clearance, &self.room, &cells))
-    }
-}
-
 /// Goes from place to place.
 #[derive(Debug)]
 pub struct Goto<L> {
@@ -202,10 +173,10 @@ impl<L: Localiser> Goto<L> {
             given => given.iter().map(point).collect(),
         };
         // A cell's centre is up to half a diagonal from the robot in it.
-        let needed_m = start.robot.body_radius_m + options.caution.margin_m + 0.71 * CELL_M;
-        let room = Room { needed_m, liked_m: options.liked_m, dislike: 4.0 };
+        let room = Room::on_cells(start, &options.caution, options.liked_m, CELL_M);
+        let needed_m = room.needed_m;
         let map = OccupancyMap::of_world(&world, BORDER_M, CELL_M);
-        let chart = Chart::new(&map, true, room);
+        let chart = Chart::new(&map, Unknown::Wall, room);
         let mut from = home;
         for (k, to) in waypoints.iter().enumerate() {
             if chart.way(from, *to).is_none() {

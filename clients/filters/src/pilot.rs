@@ -75,6 +75,14 @@ impl Pilot {
         (self.got_to_m, self.waited_ticks) = (0.0, 0);
     }
 
+    /// Goes on along another way to the same or another aim: a robot that has
+    /// waited for long has still waited.
+    pub fn follow_on(&mut self, corners: Vec<Point2<f64>>) {
+        let waited_ticks = self.waited_ticks;
+        self.follow(corners);
+        self.waited_ticks = waited_ticks;
+    }
+
     /// Whether a scan came lately, without which it does not drive.
     #[must_use]
     pub fn sees(&self) -> bool {

@@ -9,6 +9,18 @@ use nalgebra::Point2;
 
 use crate::{Cell, GridFrame, OccupancyMap};
 
+/// What a cell is that nobody knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unknown {
+    /// Free.
+    Free,
+    /// Not to be entered; but the body may hang over it, as at the edge of what
+    /// an explorer has seen.
+    Shut,
+    /// A wall.
+    Wall,
+}
+
 /// Distance of every cell to the nearest cell that must not be touched.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clearance {
@@ -19,14 +31,14 @@ pub struct Clearance {
 }
 
 impl Clearance {
-    /// From the cells that are occupied, and those that nobody knows, if
-    /// `unknown_too`.
+    /// From the cells that are occupied, and as `unknown` has it from those that
+    /// nobody knows.
     #[must_use]
-    pub fn of_map(map: &OccupancyMap, unknown_too: bool) -> Self {
+    pub fn of_map(map: &OccupancyMap, unknown: Unknown) -> Self {
         let wall = |cell: &Cell| match cell {
             Cell::Free => false,
             Cell::Occupied => true,
-            Cell::Unknown => unknown_too,
+            Cell::Unknown => unknown == Unknown::Wall,
         };
         let frame = map.frame;
         let mut squares: Vec<f64> =
@@ -45,7 +57,11 @@ impl Clearance {
         for row in squares.chunks_mut(frame.width) {
             envelope.transform(row);
         }
-        let distances_m = squares.iter().map(|s| s.sqrt() * frame.cell_m).collect();
+        let shut = |cell: &Cell| *cell == Cell::Unknown && unknown == Unknown::Shut;
+        let distance_m = |(square, cell): (&f64, &Cell)| {
+            if shut(cell) { 0.0 } else { square.sqrt() * frame.cell_m }
+        };
+        let distances_m = squares.iter().zip(&map.cells).map(distance_m).collect();
         Self { frame, distances_m }
     }
 
@@ -128,10 +144,17 @@ mod tests {
                     _ => Cell::Free,
                 };
             }
-            for unknown_too in [false, true] {
-                let found = Clearance::of_map(&map, unknown_too);
-                let wall = |c: &Cell| *c == Cell::Occupied || (unknown_too && *c == Cell::Unknown);
+            for unknown in [Unknown::Free, Unknown::Shut, Unknown::Wall] {
+                let found = Clearance::of_map(&map, unknown);
+                let wall = |c: &Cell| match c {
+                    Cell::Unknown => unknown == Unknown::Wall,
+                    known => *known == Cell::Occupied,
+                };
                 for cell in 0..frame.cells() {
+                    if map.cells[cell] == Cell::Unknown && unknown == Unknown::Shut {
+                        assert_eq!(found.at(cell), 0.0);
+                        continue;
+                    }
                     let walls = (0..frame.cells()).filter(|w| wall(&map.cells[*w]));
                     let nearest = walls
                         .map(|w| (frame.centre(w) - frame.centre(cell)).norm())
@@ -148,7 +171,7 @@ mod tests {
     fn without_walls_nothing_is_near_and_beyond_the_map_all_is() {
         let frame = GridFrame { origin_m: Point2::new(0.0, 0.0), cell_m: 0.5, width: 4, height: 3 };
         let map = OccupancyMap { frame, cells: vec![Cell::Free; 12] };
-        let found = Clearance::of_map(&map, true);
+        let found = Clearance::of_map(&map, Unknown::Wall);
         assert_eq!(found.at_point(Point2::new(1.0, 1.0)), f64::INFINITY);
         assert_eq!(found.at_point(Point2::new(3.0, 1.0)), 0.0);
     }

@@ -16,8 +16,14 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use nalgebra::Point2;
+use rusty_contract::Start;
 
 use super::Clearance;
+use crate::surroundings::Caution;
+
+/// A step that just passes costs five times its length: as long as there is a
+/// way with room that is not five times as long, that is taken.
+const DISLIKE: f64 = 4.0;
 
 /// How much room a robot needs, and how much it likes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +37,14 @@ pub struct Room {
 }
 
 impl Room {
+    /// For a robot on a map with such cells: body and margin, and half the
+    /// diagonal by which it may be off the centre of its cell.
+    #[must_use]
+    pub fn on_cells(start: &Start, caution: &Caution, liked_m: f64, cell_m: f64) -> Self {
+        let needed_m = start.robot.body_radius_m + caution.margin_m + 0.71 * cell_m;
+        Self { needed_m, liked_m, dislike: DISLIKE }
+    }
+
     /// What a step costs for each metre of it where the nearest wall is this far;
     /// infinite where it is too near.
     #[must_use]
@@ -140,6 +154,7 @@ pub fn nearest_free(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::planning::clearance::Unknown;
     use crate::{Cell, GridFrame, OccupancyMap, Random};
     use rusty_geometry::apartment;
 
@@ -178,7 +193,7 @@ mod tests {
             let frame = GridFrame { origin_m, cell_m: 0.1, width: 11, height: 9 };
             let wall = |u: f64| if u < 0.12 { Cell::Occupied } else { Cell::Free };
             let cells = (0..frame.cells()).map(|_| wall(random.uniform())).collect();
-            let clearance = Clearance::of_map(&OccupancyMap { frame, cells }, true);
+            let clearance = Clearance::of_map(&OccupancyMap { frame, cells }, Unknown::Wall);
             let room = Room { needed_m: 0.05, liked_m: 0.3, dislike: 3.0 };
             let start = (random.uniform() * frame.cells() as f64) as usize;
             let routes = Routes::new(&clearance, &room, start);
@@ -202,7 +217,7 @@ mod tests {
     fn every_room_of_the_apartment_is_reached_clear_of_the_walls() {
         let world = apartment();
         let map = OccupancyMap::of_world(&world, 0.1, 0.05);
-        let clearance = Clearance::of_map(&map, true);
+        let clearance = Clearance::of_map(&map, Unknown::Wall);
         let frame = map.frame;
         let start = frame.cell_at(Point2::new(6.0, 4.5)).unwrap();
         let routes = Routes::new(&clearance, &ROOM, start);
@@ -223,7 +238,8 @@ mod tests {
 
     #[test]
     fn who_stands_too_near_to_a_wall_is_led_off_it() {
-        let clearance = Clearance::of_map(&OccupancyMap::of_world(&apartment(), 0.1, 0.05), true);
+        let clearance =
+            Clearance::of_map(&OccupancyMap::of_world(&apartment(), 0.1, 0.05), Unknown::Wall);
         let at = Point2::new(6.0, 3.95);
         let free = nearest_free(&clearance, &ROOM, at, 0.4).unwrap();
         let off = clearance.frame.centre(free) - at;

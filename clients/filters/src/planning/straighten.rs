@@ -58,7 +58,7 @@ pub fn line_cost(clearance: &Clearance, room: &Room, from: Point2<f64>, to: Poin
 mod tests {
     use super::*;
     use crate::OccupancyMap;
-    use crate::planning::Routes;
+    use crate::planning::{Routes, Unknown};
     use rusty_geometry::apartment;
 
     const ROOM: Room = Room { needed_m: 0.15, liked_m: 0.5, dislike: 4.0 };
@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn few_pieces_no_dearer_than_the_steps_and_as_clear() {
         let map = OccupancyMap::of_world(&apartment(), 0.1, 0.05);
-        let clearance = Clearance::of_map(&map, true);
+        let clearance = Clearance::of_map(&map, Unknown::Wall);
         let cell = |x: f64, y: f64| map.frame.cell_at(Point2::new(x, y)).unwrap();
         for (from, to) in [((1.8, 7.0), (9.6, 3.0)), ((1.3, 2.5), (10.5, 7.8))] {
             let routes = Routes::new(&clearance, &ROOM, cell(from.0, from.1));
@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn a_way_of_one_cell_is_a_point_and_of_none_nothing() {
         let map = OccupancyMap::of_world(&apartment(), 0.1, 0.05);
-        let clearance = Clearance::of_map(&map, true);
+        let clearance = Clearance::of_map(&map, Unknown::Wall);
         assert_eq!(straighten(&clearance, &ROOM, &[7]).len(), 1);
         assert!(straighten(&clearance, &ROOM, &[]).is_empty());
     }
