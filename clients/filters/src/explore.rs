@@ -177,8 +177,8 @@ impl<L: Localiser> Explore<L> {
         let Some(routes) = chart.routes_from(here) else {
             return self.without_ways(edges.len());
         };
-        let open = |f: &&Frontier| self.is_open(&map, f);
-        let goals = edges.iter().filter(open).filter_map(|f| goal(f, &map, &chart, &routes));
+        let fresh = edges.iter().map(|f| self.fresh(&map, f));
+        let goals = fresh.filter_map(|cells| goal(&cells, &map, &chart, &routes));
         let kept = self.target.filter(|target| {
             let near = |cell: &usize| (map.frame.centre(*cell) - target).norm() < TRIED_M;
             edges.iter().any(|f| f.cells.iter().any(near))
@@ -199,13 +199,13 @@ impl<L: Localiser> Explore<L> {
         }
     }
 
-    /// Whether some of a frontier is away from all places that were tried.
-    fn is_open(&self, map: &OccupancyMap, frontier: &Frontier) -> bool {
+    /// The cells of a frontier that are away from all places that were tried.
+    fn fresh(&self, map: &OccupancyMap, frontier: &Frontier) -> Vec<usize> {
         let fresh = |cell: &usize| {
             let at = map.frame.centre(*cell);
             self.tried.iter().all(|tried| (at - tried).norm() > TRIED_M)
         };
-        frontier.cells.iter().any(fresh)
+        frontier.cells.iter().copied().filter(fresh).collect()
     }
 
     fn without_ways(&mut self, left: usize) {
@@ -237,14 +237,13 @@ struct Goal {
     edge: Point2<f64>,
 }
 
-/// The cheapest place near a frontier; `None` if there is none.
-fn goal(frontier: &Frontier, map: &OccupancyMap, chart: &Chart, routes: &Routes) -> Option<Goal> {
+/// The cheapest place near these cells of a frontier; `None` if there is none.
+fn goal(edges: &[usize], map: &OccupancyMap, chart: &Chart, routes: &Routes) -> Option<Goal> {
     let frame = map.frame;
     let reach = (NEAR_M / frame.cell_m).ceil() as i64;
     let mut best: Option<Goal> = None;
     // Every cell of a large frontier, with all around it, would be many.
-    let some = frontier.cells.iter().step_by(1 + frontier.cells.len() / 40);
-    for &edge in some {
+    for &edge in edges.iter().step_by(1 + edges.len() / 40) {
         let (column, row) = ((edge % frame.width) as i64, (edge / frame.width) as i64);
         let at = frame.centre(edge);
         for near in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy))) {
