@@ -15,7 +15,8 @@
 //!
 //! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
 //! a filter believes of wheels and of the laser's geometry; [`grid`] and
-//! [`occupancy`], maps of cells.
+//! [`occupancy`], maps of cells; [`line_fit`], [`lines`] and [`line_map`], straight
+//! walls. The filters: [`ekf`].
 
 pub mod random;
 
@@ -25,7 +26,14 @@ pub mod motion;
 pub mod grid;
 pub mod occupancy;
 
+pub mod line_fit;
+pub mod line_map;
+pub mod lines;
+
+pub mod ekf;
+
 pub use beams::Beams;
+pub use ekf::Ekf;
 pub use grid::GridFrame;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
