@@ -17,7 +17,8 @@
 //! a filter believes of wheels and of the laser's geometry; [`grid`] and
 //! [`occupancy`], maps of cells, and [`map_server`], the files they are kept in.
 //!
-//! The filters: [`gridmap`] maps, on [`occupancy_grid`].
+//! The filters: [`ekf`], on straight walls ([`line_fit`], [`lines`], [`line_map`]);
+//! [`gridmap`] maps, on [`occupancy_grid`].
 //!
 //! The drivers: [`surroundings`] keeps a robot off the walls, [`steering`] finds a
 //! free way, [`localiser`] is what they ask where they are; [`wander`] needs no
@@ -33,6 +34,12 @@ pub mod motion;
 pub mod grid;
 pub mod map_server;
 pub mod occupancy;
+
+pub mod line_fit;
+pub mod line_map;
+pub mod lines;
+
+pub mod ekf;
 
 pub mod map_picture;
 pub mod occupancy_grid;
@@ -54,6 +61,7 @@ pub mod explore;
 pub mod frontiers;
 
 pub use beams::Beams;
+pub use ekf::Ekf;
 pub use grid::GridFrame;
 pub use map_server::MapFileError;
 pub use motion::{Motion, Odometry, OdometryNoise};
