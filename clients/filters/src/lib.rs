@@ -25,6 +25,11 @@ pub mod motion;
 pub mod grid;
 pub mod occupancy;
 
+pub mod tangent;
+
+pub mod icp;
+pub mod scan_match;
+
 pub use beams::Beams;
 pub use grid::GridFrame;
 pub use motion::{Motion, Odometry, OdometryNoise};
