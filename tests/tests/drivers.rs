@@ -9,9 +9,10 @@ use rusty_contract::{
 };
 use rusty_filters::explore::{self, Explore};
 use rusty_filters::goto::{self, Goto};
-use rusty_filters::localiser::Reckoning;
 use rusty_filters::wander::{self, Wander};
-use rusty_filters::{Cell, OccupancyMap, OdometryNoise};
+use rusty_filters::ekf::{self, Ekf};
+use rusty_filters::scan_match::{ScanMatch, ScanMatchOptions};
+use rusty_filters::{Cell, OccupancyMap};
 use rusty_geometry::{EncoderTicks, SE2, Twist, apartment};
 use rusty_sim::{Sim, StepOutcome};
 
@@ -121,8 +122,8 @@ fn a_tour_of_five_rooms_touches_nothing() {
     for seed in 0..seeds(4) {
         let header = header(seed, SE2::new(6.0, 4.5, 0.0));
         let told = told(&header);
-        let reckoning = Reckoning::new(&told, OdometryNoise::default());
-        let mut tour = Goto::new(&told, &goto::Options::default(), reckoning).unwrap();
+        let ekf = Ekf::new(&told, &ekf::Options::default()).unwrap();
+        let mut tour = Goto::new(&told, &goto::Options::default(), ekf).unwrap();
         let (blocked, truths) =
             drive(&header, 7500, |ticks, ranges_m| match tour.step(ticks, ranges_m) {
                 Reply::Both(_, command) => command,
@@ -170,8 +171,8 @@ fn an_explorer_sees_the_whole_apartment_and_touches_nothing() {
     for seed in 0..seeds(3) {
         let header = header(seed, SE2::new(6.0, 4.5, 0.0));
         let told = told(&header);
-        let reckoning = Reckoning::new(&told, OdometryNoise::default());
-        let mut explorer = Explore::new(&told, &explore::Options::default(), reckoning);
+        let matching = ScanMatch::new(&told, &ScanMatchOptions::default());
+        let mut explorer = Explore::new(&told, &explore::Options::default(), matching);
         let (blocked, truths) = drive(&header, 7500, |ticks, ranges_m| {
             explorer.step(ticks, ranges_m).command().unwrap()
         });

@@ -18,7 +18,7 @@
 //! [`occupancy`], maps of cells, and [`map_server`], the files they are kept in.
 //!
 //! The filters: [`ekf`], on straight walls ([`line_fit`], [`lines`], [`line_map`]);
-//! [`gridmap`] maps, on [`occupancy_grid`].
+//! [`scan_match`], on [`icp`]; [`gridmap`] maps, on [`occupancy_grid`].
 //!
 //! The drivers: [`surroundings`] keeps a robot off the walls, [`steering`] finds a
 //! free way, [`localiser`] is what they ask where they are; [`wander`] needs no
@@ -34,6 +34,11 @@ pub mod motion;
 pub mod grid;
 pub mod map_server;
 pub mod occupancy;
+
+pub mod tangent;
+
+pub mod icp;
+pub mod scan_match;
 
 pub mod line_fit;
 pub mod line_map;

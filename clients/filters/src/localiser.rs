@@ -5,6 +5,9 @@ use rusty_contract::reply::Innovation;
 use rusty_contract::{Estimate, Start};
 use rusty_geometry::{EncoderTicks, SE2};
 
+use crate::ekf::Ekf;
+use crate::scan_match::ScanMatch;
+use crate::tangent::{rows, symmetric};
 use crate::{Motion, Odometry, OdometryNoise};
 
 /// A filter inside another program: it is told what a tick showed, and asked
@@ -25,9 +28,8 @@ pub trait Localiser {
 
     /// The answer that says all of it.
     fn estimate(&self, innovation: Option<Innovation>) -> Estimate {
-        let p = self.covariance();
-        let rows = std::array::from_fn(|i| p[(i / 3, i % 3)]);
-        let estimate = Estimate::new(self.pose_in_world()).with_covariance(rows);
+        let covariance = rows(&self.covariance());
+        let estimate = Estimate::new(self.pose_in_world()).with_covariance(covariance);
         Estimate { innovation, ..estimate }
     }
 }
@@ -58,8 +60,7 @@ impl Localiser for Reckoning {
     fn advance(&mut self, ticks: EncoderTicks) {
         self.odometry.advance(ticks);
         let motion: Motion = self.odometry.take();
-        let carried = motion.propagate(&self.covariance);
-        self.covariance = (carried + carried.transpose()) * 0.5;
+        self.covariance = symmetric(&motion.propagate(&self.covariance));
         self.pose_in_world = self.pose_in_world.compose(&motion.now_in_then);
     }
 
@@ -73,5 +74,41 @@ impl Localiser for Reckoning {
 
     fn covariance(&self) -> Matrix3<f64> {
         self.covariance
+    }
+}
+
+impl Localiser for Ekf {
+    fn advance(&mut self, ticks: EncoderTicks) {
+        Self::advance(self, ticks);
+    }
+
+    fn scan(&mut self, ranges_m: &[f64]) -> Option<Innovation> {
+        Self::scan(self, ranges_m)
+    }
+
+    fn pose_in_world(&self) -> SE2 {
+        Self::pose_in_world(self)
+    }
+
+    fn covariance(&self) -> Matrix3<f64> {
+        Self::covariance(self)
+    }
+}
+
+impl Localiser for ScanMatch {
+    fn advance(&mut self, ticks: EncoderTicks) {
+        Self::advance(self, ticks);
+    }
+
+    fn scan(&mut self, ranges_m: &[f64]) -> Option<Innovation> {
+        Self::scan(self, ranges_m).innovation
+    }
+
+    fn pose_in_world(&self) -> SE2 {
+        self.pose().0
+    }
+
+    fn covariance(&self) -> Matrix3<f64> {
+        self.pose().1
     }
 }

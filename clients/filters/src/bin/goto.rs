@@ -3,12 +3,11 @@
 use clap::Parser;
 use rusty_clients::{ClientArgs, run_from};
 use rusty_contract::Exit;
-use rusty_filters::OdometryNoise;
+use rusty_filters::ekf::{self, Ekf};
 use rusty_filters::goto::{Goto, Options};
-use rusty_filters::localiser::Reckoning;
 
 /// Drives to one place after the other on the floor plan that it is given, by its
-/// own estimate of where it is; in the Apartment, unless told otherwise, to the
+/// own estimate of where it is (an EKF on straight walls, that of `ekf`); in the Apartment, unless told otherwise, to the
 /// middle of every room and back. No command is given that could touch a wall
 /// before the next scan. Says at the end how many places it reached and in how
 /// many ticks. For a scenario with [script] kind = "driver"; its role is driver
@@ -22,10 +21,10 @@ struct Cli {
     options: Options,
 
     #[command(flatten)]
-    odometry: OdometryNoise,
+    ekf: ekf::Options,
 }
 
 fn main() -> Exit {
-    let Cli { args, options, odometry } = Cli::parse();
-    run_from(&args, |start| Goto::new(start, &options, Reckoning::new(start, odometry)))
+    let Cli { args, options, ekf } = Cli::parse();
+    run_from(&args, |start| Goto::new(start, &options, Ekf::new(start, &ekf)?))
 }
