@@ -7,11 +7,11 @@ use rusty_contract::log::Source;
 use rusty_contract::{
     Frame, LogHeader, OnLoss, Reply, RunConfig, Scenario, Start, config::ScriptConfig,
 };
+use rusty_filters::ekf::{self, Ekf};
 use rusty_filters::explore::{self, Explore};
 use rusty_filters::goto::{self, Goto};
-use rusty_filters::wander::{self, Wander};
-use rusty_filters::ekf::{self, Ekf};
 use rusty_filters::scan_match::{ScanMatch, ScanMatchOptions};
+use rusty_filters::wander::{self, Wander};
 use rusty_filters::{Cell, OccupancyMap};
 use rusty_geometry::{EncoderTicks, SE2, Twist, apartment};
 use rusty_sim::{Sim, StepOutcome};

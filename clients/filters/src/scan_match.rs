@@ -151,10 +151,11 @@ impl Tracker {
             return told;
         };
         let (options, guess) = (&self.options.icp, self.to_scan.now_in_then);
-        let matched =
-            match_scans(surface, &self.laser, &rays, &guess, &self.by_wheels, options);
+        let matched = match_scans(surface, &self.laser, &rays, &guess, &self.by_wheels, options);
         let mut share = 0.0;
-        match matched.and_then(|m| Ok((m.share, m.evidence.fuse(&self.by_wheels).ok_or(NoMatch::NoSolution)?, m))) {
+        match matched.and_then(|m| {
+            Ok((m.share, m.evidence.fuse(&self.by_wheels).ok_or(NoMatch::NoSolution)?, m))
+        }) {
             Ok((of_points, mut fused, found)) => {
                 let factor = fused.innovation.nis / SLIPPED_CHI2;
                 if factor > 1.0 {

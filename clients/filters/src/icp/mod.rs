@@ -34,8 +34,8 @@ use clap::Args;
 use rusty_geometry::SE2;
 use thiserror::Error;
 
-use self::evidence::{Pair, pairs};
 pub use self::evidence::{Evidence, Fused};
+use self::evidence::{Pair, pairs};
 pub use self::laser::{Laser, Ray};
 pub use self::surface::{Piece, Surface};
 use crate::Motion;
