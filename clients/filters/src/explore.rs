@@ -14,6 +14,8 @@
 //!   sees most of a room from its door.
 //! * Yamauchi's robot stops at a frontier to look around; a laser with a full
 //!   circle need not.
+//! * A beam that met nothing is believed where its neighbours met nothing either:
+//!   lasers lose beams.
 //! * A frontier that is still there after the robot has been as near as it can
 //!   get, or that it cannot get to, is left out from then on, as Yamauchi leaves
 //!   out what was not reached. Where none is left, the map is done.
@@ -140,7 +142,8 @@ impl<L: Localiser> Explore<L> {
         if let Some(ranges_m) = ranges_m {
             // A scan from a pose that is none, or too far off for any grid, is
             // left out: the map stays as it was.
-            let _ = self.grid.add(&pose, ranges_m, &self.beams);
+            let ranges_m = believed(ranges_m, self.beams.range_max_m);
+            let _ = self.grid.add(&pose, &ranges_m, &self.beams);
         }
         let command = self.command(&pose, ranges_m.is_some());
         Reply::Both(self.localiser.estimate(innovation), command)
@@ -169,7 +172,7 @@ impl<L: Localiser> Explore<L> {
 
     /// Looks at the map: on to the old target, to a new one, or done.
     fn look(&mut self, pose: &SE2) {
-        let map = self.grid.to_map();
+        let map = by_the_prior(&self.grid);
         let least_cells = (self.options.frontier_m / map.frame.cell_m).ceil() as usize;
         let edges = frontiers(&map, least_cells.max(1));
         let here = Point2::from(pose.translation());
@@ -192,7 +195,11 @@ impl<L: Localiser> Explore<L> {
         });
         match best {
             Some(goal) => {
-                self.pilot.follow_on(chart.corners(&routes, goal.cell));
+                let corners = chart.corners(&routes, goal.cell);
+                match self.target {
+                    Some(_) => self.pilot.follow_on(corners),
+                    None => self.pilot.follow(corners),
+                }
                 self.target = Some(goal.edge);
             }
             None => self.without_ways(edges.len()),
@@ -225,6 +232,33 @@ impl<L: Localiser> Explore<L> {
     pub fn done_at(&self) -> Option<u64> {
         self.done_at
     }
+}
+
+/// Ranges without the beams that alone among their neighbours met nothing: a
+/// beam that was lost would clear a way through walls that are not in the map yet,
+/// and make frontiers out of doors.
+fn believed(ranges_m: &[f64], range_max_m: f64) -> Vec<f64> {
+    let count = ranges_m.len();
+    let is_lost = |k: usize| ranges_m[k % count] >= range_max_m;
+    let believed = |k: usize| match is_lost(k) && !(is_lost(k + 1) && is_lost(k + count - 1)) {
+        true => f64::NAN,
+        false => ranges_m[k],
+    };
+    (0..count).map(believed).collect()
+}
+
+/// A cell is unknown as long as no reading ever said anything about it, and
+/// otherwise what is more likely: Yamauchi's classes. The map that is written
+/// asks for more certainty, and between it and the walls there would be a seam of
+/// cells that never become certain.
+fn by_the_prior(grid: &OccupancyGrid) -> OccupancyMap {
+    let cell = |cell: usize| match grid.log_odds(cell) {
+        odds if odds > 0.0 => Cell::Occupied,
+        odds if odds < 0.0 => Cell::Free,
+        _ => Cell::Unknown,
+    };
+    let frame = *grid.frame();
+    OccupancyMap { frame, cells: (0..frame.cells()).map(cell).collect() }
 }
 
 /// A place from which a frontier is reached.

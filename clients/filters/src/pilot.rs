@@ -9,7 +9,7 @@
 
 use nalgebra::Point2;
 use rusty_contract::Start;
-use rusty_geometry::{EncoderTicks, SE2, Twist};
+use rusty_geometry::{EncoderTicks, SE2, Twist, wrap_angle};
 
 use crate::pursuit::{Aim, Pursuit, pursue};
 use crate::steering::{free_direction, towards};
@@ -20,6 +20,11 @@ const HINDERED: f64 = 0.5;
 
 /// So far a free direction must be free, m, where the aim is not nearer.
 const NEED_M: f64 = 0.35;
+
+/// A detour goes this far, m, or takes this long, s, before the aim is looked for
+/// again: who looks sooner turns to and fro before the same corner.
+const DETOUR_M: f64 = 0.15;
+const DETOUR_S: f64 = 2.0;
 
 /// Whoever gets no farther along than this in [`STUCK_S`] is stuck, m.
 const PROGRESS_M: f64 = 0.05;
@@ -32,9 +37,20 @@ pub struct Pilot {
     caution: Caution,
     dt_s: f64,
     way: Option<Pursuit>,
+    detour: Option<Detour>,
     /// How far along it was when it last got on, and how many ticks ago.
     got_to_m: f64,
     waited_ticks: u64,
+}
+
+/// A free direction that is kept for a while.
+#[derive(Clone, Copy, Debug)]
+struct Detour {
+    /// Where it began, odometry frame.
+    from: SE2,
+    /// Heading in the odometry frame.
+    course_rad: f64,
+    ticks: u64,
 }
 
 /// What the way has come to.
@@ -59,6 +75,7 @@ impl Pilot {
             caution: *caution,
             dt_s: start.dt_s,
             way: None,
+            detour: None,
             got_to_m: 0.0,
             waited_ticks: 0,
         }
@@ -108,15 +125,41 @@ impl Pilot {
         (self.towards(&aim), if stuck { Progress::Stuck } else { Progress::Under })
     }
 
-    fn towards(&self, aim: &Aim) -> Twist {
+    fn towards(&mut self, aim: &Aim) -> Twist {
+        if let Some(command) = self.on_detour() {
+            return command;
+        }
         let wanted = pursue(aim, &self.caution);
         let given = self.around.limit(wanted);
         if wanted.v_m_s == 0.0 || given.v_m_s >= HINDERED * wanted.v_m_s || !self.sees() {
             return given;
         }
         let need_m = aim.in_body.coords.norm().min(NEED_M);
-        let (free_rad, _) = free_direction(&self.around, aim.bearing_rad(), need_m);
-        let around = self.around.limit(towards(free_rad, &self.caution));
-        if around == Twist::default() { given } else { around }
+        let (free_rad, clear_m) = free_direction(&self.around, aim.bearing_rad(), need_m);
+        if clear_m <= 0.0 {
+            return given;
+        }
+        let from = self.around.pose_in_odometry();
+        let course_rad = from.theta() + free_rad;
+        self.detour = Some(Detour { from, course_rad, ticks: 0 });
+        self.on_detour().unwrap_or(given)
+    }
+
+    /// The command of a detour that is not over.
+    fn on_detour(&mut self) -> Option<Twist> {
+        let detour = self.detour.as_mut()?;
+        let here = self.around.pose_in_odometry();
+        let gone_m = (here.translation() - detour.from.translation()).norm();
+        let off_rad = wrap_angle(detour.course_rad - here.theta());
+        let wanted = towards(off_rad, &self.caution);
+        let given = self.around.limit(wanted);
+        detour.ticks += 1;
+        let late = detour.ticks as f64 * self.dt_s > DETOUR_S;
+        let blocked = wanted.v_m_s > 0.0 && given.v_m_s < 0.1 * wanted.v_m_s;
+        if gone_m > DETOUR_M || late || blocked {
+            self.detour = None;
+            return None;
+        }
+        Some(given)
     }
 }
