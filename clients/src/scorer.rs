@@ -16,7 +16,7 @@ use rusty_plot::{PlotError, png};
 use crate::logger::output_folder;
 use crate::report::html;
 use crate::scoring::trace::Whole;
-use crate::scoring::{Given, Meter, Moment, Planned, RunTrace, TraceKeeper, Yardstick, svg};
+use crate::scoring::{Given, Held, Meter, Moment, Planned, RunTrace, TraceKeeper, Yardstick, svg};
 use crate::witness::{Ending, Step, Witness};
 use crate::{ClientArgs, ClientError};
 
@@ -27,6 +27,7 @@ pub struct Scorer {
     header: LogHeader,
     keeper: TraceKeeper,
     meter: Meter,
+    held: Option<Held>,
     seed: Option<u64>,
     blind: bool,
     digest: RunDigest,
@@ -51,6 +52,9 @@ impl Witness for Scorer {
         });
         let moment = Moment { tick, time_s: frame.time_s(), truth: step.truth };
         self.meter.push(&moment, given);
+        if let Some(held) = &mut self.held {
+            held.push(tick, step.truth, frame.command());
+        }
         let estimates = effects.replies().map(|r| r.estimate().copied());
         self.keeper.push(frame.time_s(), step.truth, frame.ranges_m(), estimates);
         self.digest = step.digest;
@@ -73,6 +77,7 @@ impl Witness for Scorer {
             seed: self.seed,
             ticks: whole.ticks,
             ticks_with_truth: whole.ticks_with_truth,
+            blocked_ticks: self.held.as_ref().filter(|_| unscored.is_none()).map(Held::ticks),
             digest: trace.digest.clone(),
             scores,
             unscored,
@@ -124,6 +129,7 @@ impl Scorer {
             folder: output_folder(brief, args)?,
             header: brief.header.clone(),
             keeper: TraceKeeper::new(&brief.header),
+            held: Held::of(&brief.header),
             meter: Meter::new(&names, &planned, yardstick),
             seed: brief.header.seed(),
             digest: RunDigest::default(),

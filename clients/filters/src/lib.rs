@@ -15,7 +15,16 @@
 //!
 //! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
 //! a filter believes of wheels and of the laser's geometry; [`grid`] and
-//! [`occupancy`], maps of cells.
+//! [`occupancy`], maps of cells, and [`map_server`], the files they are kept in.
+//!
+//! The filters: [`ekf`], on straight walls ([`line_fit`], [`lines`], [`line_map`]);
+//! [`scan_match`], on [`icp`]; [`gridmap`] maps, on [`occupancy_grid`].
+//!
+//! The drivers: [`surroundings`] keeps a robot off the walls, [`steering`] finds a
+//! free way, [`localiser`] is what they ask where they are; [`wander`] needs no
+//! more. [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them:
+//! [`goto`] on a map that is given, [`explore`] on one that it makes, to its
+//! [`frontiers`].
 
 pub mod random;
 
@@ -23,10 +32,44 @@ pub mod beams;
 pub mod motion;
 
 pub mod grid;
+pub mod map_server;
 pub mod occupancy;
 
+pub mod tangent;
+
+pub mod icp;
+pub mod scan_match;
+
+pub mod line_fit;
+pub mod line_map;
+pub mod lines;
+
+pub mod ekf;
+
+pub mod map_picture;
+pub mod occupancy_grid;
+pub mod ray_walk;
+
+pub mod gridmap;
+
+pub mod localiser;
+pub mod steering;
+pub mod surroundings;
+pub mod wander;
+
+pub mod goto;
+pub mod pilot;
+pub mod planning;
+pub mod pursuit;
+
+pub mod explore;
+pub mod frontiers;
+
 pub use beams::Beams;
+pub use ekf::Ekf;
 pub use grid::GridFrame;
+pub use map_server::MapFileError;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
+pub use occupancy_grid::OccupancyGrid;
 pub use random::Random;

@@ -32,6 +32,10 @@ pub struct ScoreReport {
     pub ticks: u64,
     /// Ticks for which a true pose is known.
     pub ticks_with_truth: u64,
+    /// Ticks in which a wall kept the robot where it was, by truth and command;
+    /// `None` where the run was not simulated, or no tick has a truth.
+    #[serde(default)]
+    pub blocked_ticks: Option<u64>,
     /// Run digest, 32 hexadecimal digits.
     pub digest: String,
     /// One per estimator, in roster order.

@@ -1,0 +1,374 @@
+//! Straight walls in a scan: split and merge.
+//!
+//! The ends of the beams, in order, are split where they are farthest from the
+//! chord until each piece is explained by a line; then neighbours that one line
+//! explains are merged, the longest first. What is long enough is a wall.
+//!
+//! Source: R. Siegwart, I. Nourbakhsh, *Introduction to Autonomous Mobile
+//! Robots* (2004), §4.3.1.3; V. Nguyen et al., *A comparison of line extraction
+//! algorithms using 2D laser rangefinder for indoor mobile robotics* (IROS 2005),
+//! algorithm 1.
+//!
+//! Departures, and why:
+//! * "Explained" means that no range is farther from the line's than a few
+//!   standard deviations of the laser, along the beam. A distance across the
+//!   line, as in the sources, lets through what lies beside a wall that is seen
+//!   at a grazing angle.
+//! * Beams that met nothing are left out before; so a dropout ends no wall.
+//! * Near the corner of two walls a range fits both. Those within a margin of
+//!   where the two lines cross are left to neither: a point of the one in the fit
+//!   of the other would bend it, always in the same direction.
+
+use nalgebra::{Point2, Vector2};
+use rusty_geometry::SE2;
+
+use crate::Beams;
+use crate::line_fit::{Line, Ray};
+
+/// A range farther than this many standard deviations from a line is not its.
+const WORST_SIGMAS: f64 = 4.0;
+/// This near to a corner, in standard deviations of a range, a point is nobody's.
+const CORNER_SIGMAS: f64 = 5.0;
+/// Farther than this from the points on both sides, m, a crossing of two lines
+/// is no corner.
+const CORNER_REACH_M: f64 = 0.5;
+
+/// What a piece of wall must have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extraction {
+    /// Standard deviation of a range, m.
+    pub range_std_m: f64,
+    /// The fewest points of a wall.
+    pub min_points: usize,
+    /// The shortest wall, m.
+    pub min_length_m: f64,
+}
+
+/// A piece of straight wall, in the body frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// The line it lies on. Its ρ may be negative where the sensor is not at the
+    /// body's centre.
+    pub line: Line,
+    /// Where the first of its points is on the line, counter-clockwise, m.
+    pub from: Point2<f64>,
+    /// Where the last is, m.
+    pub to: Point2<f64>,
+    /// How many points it has.
+    pub points: usize,
+}
+
+impl Segment {
+    /// Distance between its ends, m.
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        (self.to - self.from).norm()
+    }
+}
+
+impl Extraction {
+    /// The straight walls of a scan, in the order of the beams.
+    #[must_use]
+    pub fn segments(&self, beams: &Beams, ranges_m: &[f64]) -> Vec<Segment> {
+        let rays = rays(beams, ranges_m);
+        let mut pieces = Vec::new();
+        self.split(&rays, 0, rays.len(), &mut pieces);
+        self.merge(&rays, &mut pieces);
+        let cut = self.without_corners(&rays, &pieces);
+        let found = cut.iter().filter_map(|&(from, to)| self.segment(&rays[from..to]));
+        found.map(|segment| seen_from(&segment, &beams.sensor_in_body)).collect()
+    }
+
+    /// The line of some rays, if it explains them.
+    fn explain(&self, rays: &[Ray]) -> Option<Line> {
+        let line = Line::fit(rays, self.range_std_m)?;
+        (line.worst_m(rays) <= WORST_SIGMAS * self.range_std_m).then_some(line)
+    }
+
+    fn split(&self, rays: &[Ray], from: usize, to: usize, pieces: &mut Vec<(usize, usize)>) {
+        if to <= from {
+            return;
+        }
+        if to - from < 3 || self.explain(&rays[from..to]).is_some() {
+            pieces.push((from, to));
+            return;
+        }
+        let at = from + farthest_from_chord(&rays[from..to]);
+        self.split(rays, from, at, pieces);
+        self.split(rays, at, to, pieces);
+    }
+
+    /// Merges neighbours as long as a line explains two; those first that have
+    /// the most points together.
+    fn merge(&self, rays: &[Ray], pieces: &mut Vec<(usize, usize)>) {
+        let together = |a: (usize, usize), b: (usize, usize)| {
+            let fits = b.1 - a.0 < 3 || self.explain(&rays[a.0..b.1]).is_some();
+            fits.then_some(b.1 - a.0)
+        };
+        let pairs = pieces.windows(2).map(|pair| together(pair[0], pair[1]));
+        let mut merged: Vec<Option<usize>> = pairs.collect();
+        while let Some(i) = (0..merged.len()).rev().max_by_key(|&i| merged[i])
+            && merged[i].is_some()
+        {
+            pieces[i].1 = pieces[i + 1].1;
+            pieces.remove(i + 1);
+            merged.remove(i);
+            if i > 0 {
+                merged[i - 1] = together(pieces[i - 1], pieces[i]);
+            }
+            if i < merged.len() {
+                merged[i] = together(pieces[i], pieces[i + 1]);
+            }
+        }
+    }
+
+    /// The pieces without the points near their corners.
+    fn without_corners(&self, rays: &[Ray], pieces: &[(usize, usize)]) -> Vec<(usize, usize)> {
+        let margin_m = CORNER_SIGMAS * self.range_std_m;
+        let mut cut = pieces.to_vec();
+        for i in 1..pieces.len() {
+            let (a, b) = (pieces[i - 1], pieces[i]);
+            let lines = (self.long(&rays[a.0..a.1]), self.long(&rays[b.0..b.1]));
+            let (Some(before), Some(after)) = lines else { continue };
+            let Some(corner) = crossing(&before, &after) else { continue };
+            let (last, first) = (rays[a.1 - 1].end(), rays[b.0].end());
+            let is_far = |end: Vector2<f64>| (end - corner).norm() > CORNER_REACH_M;
+            if is_far(last) || is_far(first) {
+                continue;
+            }
+            // Where the line says that a beam ends: the noise of a range does not
+            // decide whether it is used.
+            let is_near = |line: &Line, ray: &Ray| {
+                let on = line.range_m(&ray.direction).map(|range_m| ray.direction * range_m);
+                on.is_none_or(|on| (on - corner).norm() < margin_m)
+            };
+            let beyond = |ray: &Ray| corner.perp(&ray.direction) >= 0.0;
+            while cut[i - 1].1 > cut[i - 1].0
+                && (beyond(&rays[cut[i - 1].1 - 1]) || is_near(&before, &rays[cut[i - 1].1 - 1]))
+            {
+                cut[i - 1].1 -= 1;
+            }
+            while cut[i].0 < cut[i].1
+                && (!beyond(&rays[cut[i].0]) || is_near(&after, &rays[cut[i].0]))
+            {
+                cut[i].0 += 1;
+            }
+        }
+        cut
+    }
+
+    /// The line of a piece that is long enough to have corners.
+    fn long(&self, rays: &[Ray]) -> Option<Line> {
+        if rays.len() < 3 { None } else { Line::fit(rays, self.range_std_m) }
+    }
+
+    /// A wall in the sensor frame, if it is one.
+    fn segment(&self, rays: &[Ray]) -> Option<Segment> {
+        let [first, .., last] = rays else { return None };
+        let line = Line::fit(rays, self.range_std_m)?;
+        let on = |ray: &Ray| {
+            line.range_m(&ray.direction).map(|range_m| Point2::from(ray.direction * range_m))
+        };
+        let (from, to, points) = (on(first)?, on(last)?, rays.len());
+        let segment = Segment { line, from, to, points };
+        (points >= self.min_points && segment.length_m() >= self.min_length_m).then_some(segment)
+    }
+}
+
+/// The beams that met something. Those of a full circle begin behind the longest
+/// way from an end to the next: there is a jump, or at worst a wall in two pieces.
+fn rays(beams: &Beams, ranges_m: &[f64]) -> Vec<Ray> {
+    let hits = beams.endpoints(ranges_m);
+    let mut rays: Vec<Ray> = hits
+        .map(|hit| Ray {
+            beam: hit.beam,
+            direction: beams.direction(hit.beam),
+            range_m: hit.range_m,
+        })
+        .collect();
+    if is_full_circle(beams) && rays.len() > 2 {
+        let gap_m =
+            |i: &usize| (rays[*i].end() - rays[(i + rays.len() - 1) % rays.len()].end()).norm();
+        let longest = (0..rays.len()).max_by(|a, b| gap_m(a).total_cmp(&gap_m(b)));
+        rays.rotate_left(longest.unwrap_or(0));
+    }
+    rays
+}
+
+/// Whether the first beam comes after the last as the second after the first.
+fn is_full_circle(beams: &Beams) -> bool {
+    let last = beams.count().saturating_sub(1);
+    let next_to = |a, b| beams.direction(a).dot(&beams.direction(b));
+    last > 2 && (next_to(last, 0) - next_to(0, 1)).abs() < 1e-9
+}
+
+/// The point farthest from the chord of a row of three or more; never the first.
+fn farthest_from_chord(rays: &[Ray]) -> usize {
+    let (a, b) = (rays[0].end(), rays[rays.len() - 1].end());
+    let chord = b - a;
+    let across = |ray: &Ray| chord.perp(&(ray.end() - a)).abs();
+    let inner = 1..rays.len() - 1;
+    let farthest = inner.max_by(|&i, &j| across(&rays[i]).total_cmp(&across(&rays[j])));
+    farthest.unwrap_or(1)
+}
+
+/// Where two lines cross, unless they are nearly parallel.
+fn crossing(a: &Line, b: &Line) -> Option<Vector2<f64>> {
+    let (m, n) = (a.normal(), b.normal());
+    let sine = m.perp(&n);
+    let x = a.rho_m * n.y - b.rho_m * m.y;
+    let y = b.rho_m * m.x - a.rho_m * n.x;
+    (sine.abs() > 0.1).then(|| Vector2::new(x, y) / sine)
+}
+
+fn seen_from(segment: &Segment, sensor_in_body: &SE2) -> Segment {
+    Segment {
+        line: segment.line.seen_from(sensor_in_body),
+        from: sensor_in_body.transform_point(&segment.from),
+        to: sensor_in_body.transform_point(&segment.to),
+        points: segment.points,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Random;
+    use rusty_contract::LidarConfig;
+    use rusty_geometry::{Scan, World, WorldSpec, trig};
+
+    const EXTRACTION: Extraction =
+        Extraction { range_std_m: 0.02, min_points: 6, min_length_m: 0.4 };
+
+    /// A room of 4 m by 3 m.
+    fn room() -> World {
+        let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]];
+        let wall = |k: usize| {
+            let (a, b) = (corners[k], corners[(k + 1) % 4]);
+            format!("{{ a = {a:?}, b = {b:?}, material = \"Wall\" }}")
+        };
+        let walls: Vec<String> = (0..4).map(wall).collect();
+        let bounds = "bounds = [0.0, 0.0, 4.0, 3.0]";
+        let text = format!("name = \"room\"\n{bounds}\nwalls = [{}]", walls.join(", "));
+        World::new(WorldSpec::from_toml_str(&text).unwrap()).unwrap()
+    }
+
+    /// Exact ranges from a body pose, and the wall that each beam met.
+    fn look(lidar: &LidarConfig, world: &World, pose: &SE2) -> (Vec<f64>, Vec<Option<usize>>) {
+        let mut scan = Scan::new(lidar.fan());
+        scan.take(world, &pose.compose(&lidar.sensor_in_body), lidar.range_max_m);
+        scan.distances_and_walls().unzip()
+    }
+
+    /// α and ρ of the four walls of the room, seen from a pose.
+    fn walls_from(pose: &SE2) -> [(f64, f64); 4] {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let world = [(-quarter, 0.0), (0.0, 4.0), (quarter, 3.0), (2.0 * quarter, 0.0)];
+        world.map(|(alpha_rad, rho_m)| {
+            let (s, c) = trig::sin_cos(alpha_rad);
+            let rho_m = rho_m - (c * pose.x() + s * pose.y());
+            (rusty_geometry::wrap_angle(alpha_rad - pose.theta()), rho_m)
+        })
+    }
+
+    fn has(segments: &[Segment], (alpha_rad, rho_m): (f64, f64), tolerance: f64) -> Segment {
+        let fits = |s: &&Segment| {
+            let turn = rusty_geometry::wrap_angle(s.line.alpha_rad - alpha_rad).abs();
+            turn < tolerance && (s.line.rho_m - rho_m).abs() < tolerance
+        };
+        let found: Vec<_> = segments.iter().filter(fits).collect();
+        assert_eq!(found.len(), 1, "α {alpha_rad}, ρ {rho_m} in {segments:?}");
+        *found[0]
+    }
+
+    #[test]
+    fn every_beam_of_a_room_is_with_its_wall() {
+        let (world, pose) = (room(), SE2::new(1.2, 1.3, 0.4));
+        let lidar = LidarConfig { sensor_in_body: SE2::new(0.1, 0.05, 0.3), ..Default::default() };
+        let beams = Beams::new(&lidar);
+        let (ranges_m, met) = look(&lidar, &world, &pose);
+        let sensor = pose.compose(&lidar.sensor_in_body);
+        let segments = EXTRACTION.segments(&beams, &ranges_m);
+        assert!((4..=5).contains(&segments.len()), "{segments:?}");
+        let mut points = [0; 4];
+        for (k, wall) in met.iter().enumerate() {
+            let end = sensor.transform_point(&Point2::from(beams.direction(k) * ranges_m[k]));
+            let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]].map(Point2::from);
+            let away = corners.iter().all(|corner| (end - corner).norm() >= 0.1);
+            points[wall.unwrap()] += usize::from(away);
+        }
+        for (wall, expected) in walls_from(&pose).into_iter().enumerate() {
+            let pieces: Vec<_> = segments
+                .iter()
+                .filter(|s| rusty_geometry::wrap_angle(s.line.alpha_rad - expected.0).abs() < 1e-9)
+                .collect();
+            assert!(pieces.iter().all(|s| (s.line.rho_m - expected.1).abs() < 1e-9));
+            assert_eq!(pieces.iter().map(|s| s.points).sum::<usize>(), points[wall], "{wall}");
+        }
+    }
+
+    #[test]
+    fn noise_and_lost_beams_end_no_wall() {
+        let (world, pose) = (room(), SE2::new(1.2, 1.3, 0.4));
+        let (lidar, mut random) = (LidarConfig::default(), Random::new(3, 1));
+        let beams = Beams::new(&lidar);
+        for _ in 0..200 {
+            let (mut ranges_m, _) = look(&lidar, &world, &pose);
+            for range_m in &mut ranges_m {
+                *range_m += 0.02 * random.normal();
+                if random.uniform() < 0.05 {
+                    *range_m = lidar.range_max_m;
+                }
+            }
+            let segments = EXTRACTION.segments(&beams, &ranges_m);
+            // The circle is cut somewhere: at worst one wall comes in two.
+            assert!((4..=5).contains(&segments.len()), "{segments:?}");
+            for wall in walls_from(&pose) {
+                let all: Vec<_> = segments
+                    .iter()
+                    .filter(|s| rusty_geometry::wrap_angle(s.line.alpha_rad - wall.0).abs() < 0.2)
+                    .collect();
+                assert!(!all.is_empty());
+                for s in all {
+                    let d = Vector2::new(
+                        rusty_geometry::wrap_angle(s.line.alpha_rad - wall.0),
+                        s.line.rho_m - wall.1,
+                    );
+                    let nees = d.dot(&(s.line.covariance.try_inverse().unwrap() * d));
+                    assert!(nees < 25.0, "{nees} in {s:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_door_is_between_two_walls_and_not_in_one() {
+        // In the Apartment's corridor: the wall on the right has doorways.
+        let (lidar, pose) = (LidarConfig::default(), SE2::new(3.4, 4.5, 0.0));
+        let beams = Beams::new(&lidar);
+        let (ranges_m, _) = look(&lidar, &rusty_geometry::apartment(), &pose);
+        let segments = EXTRACTION.segments(&beams, &ranges_m);
+        let right: Vec<_> = segments
+            .iter()
+            .filter(|s| (s.line.rho_m - 0.6).abs() < 1e-9 && s.line.alpha_rad < 0.0)
+            .map(|s| [s.from.x + 3.4, s.to.x + 3.4])
+            .collect();
+        assert!(right.iter().any(|[a, b]| *a > 1.9 && *b < 4.4 && b - a > 2.0), "{right:?}");
+        for [a, b] in right {
+            let inside = [[0.0, 0.9], [1.9, 4.4], [5.4, 7.2]];
+            assert!(inside.iter().any(|w| w[0] - 1e-9 <= a && b <= w[1] + 1e-9), "{a} to {b}");
+        }
+        has(&segments, (std::f64::consts::PI, 3.4), 1e-9);
+    }
+
+    #[test]
+    fn nothing_and_nonsense_have_no_walls() {
+        let lidar = LidarConfig { beams: 12, ..LidarConfig::default() };
+        let beams = Beams::new(&lidar);
+        for ranges_m in [vec![], vec![8.0; 12], vec![f64::NAN; 12], vec![0.0; 12], vec![1.0; 3]] {
+            assert_eq!(EXTRACTION.segments(&beams, &ranges_m), []);
+        }
+        let one = Beams::new(&LidarConfig { beams: 1, ..lidar });
+        assert_eq!(EXTRACTION.segments(&one, &[2.0]), []);
+    }
+}

@@ -1,0 +1,260 @@
+//! Scan matching as odometry: the wheels' motion, corrected by matching each
+//! scan with a key scan.
+//!
+//! Source: A. Censi, *An ICP variant using a point-to-line metric*, ICRA 2008,
+//! whose program `canonical_scan_matcher` keeps a key scan likewise; *Probabilistic
+//! Robotics*, §5.4 for the wheels and §3.2 for putting both together.
+//!
+//! All scans since the key scan are matched with it, not with the one before:
+//! errors add up from key scan to key scan only. Each match is one measurement
+//! of the motion since the key scan, and the wheels since then are its prior.
+//! Both are independent, so what comes out is as sure as it says; the matches
+//! before it have the noise of the key scan in common with it and are not used,
+//! except as the place to begin. Where a match surprises the wheels beyond
+//! chance, the wheels did something that they do not do (a bump, a wrong
+//! radius), and their covariance is taken as much larger as it takes.
+//!
+//! What it leaves out: one scan is the end of one motion and the beginning of
+//! the next, so errors of neighbouring motions are related (mostly of opposite
+//! sign). Taken as independent they add up to more than there is.
+
+use clap::Args;
+use nalgebra::Matrix3;
+use rusty_clients::{Filter, Tick};
+use rusty_contract::{Estimate, Innovation, Reply, Start};
+use rusty_geometry::{EncoderTicks, SE2, trig};
+
+use crate::icp::{IcpOptions, Laser, NoMatch, Ray, Surface, match_scans, positive};
+use crate::motion::carried;
+use crate::tangent::{chained, rows, symmetric};
+use crate::{Motion, Odometry, OdometryNoise};
+
+/// A match that surprises the wheels more than this (χ² of three numbers, once in
+/// ten thousand) says that they slipped.
+const SLIPPED_CHI2: f64 = 21.1;
+
+/// How scans become motions.
+#[derive(Args, Clone, Copy, Debug, PartialEq)]
+pub struct ScanMatchOptions {
+    /// A new key scan after this way, m
+    #[arg(long, value_name = "METRES", default_value_t = Self::default().key_distance_m, value_parser = positive)]
+    pub key_distance_m: f64,
+
+    /// A new key scan after this turn, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().key_turn_deg, value_parser = positive)]
+    pub key_turn_deg: f64,
+
+    /// A new key scan where less than this share of the points matches
+    #[arg(long, value_name = "0..1", default_value_t = Self::default().key_share)]
+    pub key_share: f64,
+
+    /// How scans are matched.
+    #[command(flatten)]
+    pub icp: IcpOptions,
+
+    /// What is believed of the wheels.
+    #[command(flatten)]
+    pub wheels: OdometryNoise,
+}
+
+impl Default for ScanMatchOptions {
+    fn default() -> Self {
+        Self {
+            key_distance_m: 0.75,
+            key_turn_deg: 40.0,
+            key_share: 0.7,
+            icp: IcpOptions::default(),
+            wheels: OdometryNoise::default(),
+        }
+    }
+}
+
+/// A scan that others are matched with.
+#[derive(Clone, Debug)]
+pub struct KeyScan {
+    /// What it met.
+    pub rays: Vec<Ray>,
+    /// The walls there.
+    pub surface: Surface,
+    /// The motion to it from the key scan before it; none for the first.
+    pub since_last: Motion,
+}
+
+/// What a scan told.
+#[derive(Clone, Debug, Default)]
+pub struct Told {
+    /// How surprising it was, where it matched.
+    pub innovation: Option<Innovation>,
+    /// Why it did not.
+    pub no_match: Option<NoMatch>,
+    /// The new key scan, where it became one.
+    pub key: Option<KeyScan>,
+}
+
+/// The motion since the last key scan.
+#[derive(Clone, Debug)]
+pub struct Tracker {
+    options: ScanMatchOptions,
+    laser: Laser,
+    odometry: Odometry,
+    /// The walls of the key scan.
+    surface: Option<Surface>,
+    /// By the wheels alone, from the key scan to the last scan.
+    by_wheels: Motion,
+    /// By wheels and matches, from the key scan to the last scan.
+    to_scan: Motion,
+    /// The same to now.
+    to_now: Motion,
+}
+
+impl Tracker {
+    /// Begins where the robot is, with counts of zero.
+    #[must_use]
+    pub fn new(start: &Start, options: &ScanMatchOptions) -> Self {
+        Self {
+            options: *options,
+            laser: Laser::new(&start.lidar),
+            odometry: Odometry::new(start.robot.drive, options.wheels),
+            surface: None,
+            by_wheels: Motion::default(),
+            to_scan: Motion::default(),
+            to_now: Motion::default(),
+        }
+    }
+
+    /// How it matches.
+    #[must_use]
+    pub fn laser(&self) -> &Laser {
+        &self.laser
+    }
+
+    /// The motion from the last key scan to now.
+    #[must_use]
+    pub fn since_key(&self) -> &Motion {
+        &self.to_now
+    }
+
+    /// Takes the counts at the end of a tick.
+    pub fn advance(&mut self, ticks: EncoderTicks) {
+        self.to_now = chained(&self.to_scan, self.odometry.advance(ticks));
+    }
+
+    /// Takes a scan made at the end of the tick.
+    pub fn scan(&mut self, ranges_m: &[f64]) -> Told {
+        let moved = self.odometry.take();
+        self.by_wheels = chained(&self.by_wheels, &moved);
+        self.to_scan = chained(&self.to_scan, &moved);
+        let rays = self.laser.rays(ranges_m);
+        let mut told = Told::default();
+        let Some(surface) = &self.surface else {
+            told.key = self.begin_key(rays);
+            return told;
+        };
+        let (options, guess) = (&self.options.icp, self.to_scan.now_in_then);
+        let matched = match_scans(surface, &self.laser, &rays, &guess, &self.by_wheels, options);
+        let mut share = 0.0;
+        match matched.and_then(|m| {
+            Ok((m.share, m.evidence.fuse(&self.by_wheels).ok_or(NoMatch::NoSolution)?, m))
+        }) {
+            Ok((of_points, mut fused, found)) => {
+                let factor = fused.innovation.nis / SLIPPED_CHI2;
+                if factor > 1.0 {
+                    let mut wheels = self.by_wheels;
+                    wheels.covariance *= factor;
+                    fused.motion = found.evidence.fuse(&wheels).map_or(fused.motion, |f| f.motion);
+                }
+                share = of_points;
+                self.to_scan = fused.motion;
+                told.innovation = Some(fused.innovation);
+            }
+            Err(why) => told.no_match = Some(why),
+        }
+        self.to_now = self.to_scan;
+        if self.is_far() || share < self.options.key_share {
+            told.key = self.begin_key(rays);
+        }
+        told
+    }
+
+    fn is_far(&self) -> bool {
+        let moved = &self.to_scan.now_in_then;
+        trig::hypot(moved.x(), moved.y()) > self.options.key_distance_m
+            || moved.theta().abs() > self.options.key_turn_deg.to_radians()
+    }
+
+    /// Makes a key scan of what was met; `None` where that shows too little for
+    /// anything to be matched with it.
+    fn begin_key(&mut self, rays: Vec<Ray>) -> Option<KeyScan> {
+        let surface = Surface::new(&self.laser, &rays, self.options.icp.roughness_m);
+        if surface.pieces().len() < crate::icp::FEWEST {
+            return None;
+        }
+        let since_last = std::mem::take(&mut self.to_scan);
+        self.by_wheels = Motion::default();
+        self.to_now = Motion::default();
+        self.surface = Some(surface.clone());
+        Some(KeyScan { rays, surface, since_last })
+    }
+}
+
+/// Scan matching as odometry.
+#[derive(Clone, Debug)]
+pub struct ScanMatch {
+    tracker: Tracker,
+    key_in_world: SE2,
+    covariance: Matrix3<f64>,
+}
+
+impl ScanMatch {
+    /// Begins where it is told, or at the origin of a frame of its own.
+    #[must_use]
+    pub fn new(start: &Start, options: &ScanMatchOptions) -> Self {
+        Self {
+            tracker: Tracker::new(start, options),
+            key_in_world: start.initial_pose.unwrap_or_default(),
+            covariance: Matrix3::zeros(),
+        }
+    }
+
+    /// Takes the counts at the end of a tick.
+    pub fn advance(&mut self, ticks: EncoderTicks) {
+        self.tracker.advance(ticks);
+    }
+
+    /// Takes a scan made at the end of the tick.
+    pub fn scan(&mut self, ranges_m: &[f64]) -> Told {
+        let told = self.tracker.scan(ranges_m);
+        if let Some(key) = &told.key {
+            self.key_in_world = self.key_in_world * key.since_last.now_in_then;
+            self.covariance = symmetric(&key.since_last.propagate(&self.covariance));
+        }
+        told
+    }
+
+    /// Where the robot is, world frame, and the covariance of the error τ.
+    #[must_use]
+    pub fn pose(&self) -> (SE2, Matrix3<f64>) {
+        placed(&self.key_in_world, &self.covariance, self.tracker.since_key())
+    }
+}
+
+/// A motion from an uncertain pose: where it ends, and how sure that is.
+#[must_use]
+pub fn placed(from: &SE2, covariance: &Matrix3<f64>, motion: &Motion) -> (SE2, Matrix3<f64>) {
+    let covariance = carried(covariance, &motion.now_in_then) + motion.covariance;
+    (*from * motion.now_in_then, symmetric(&covariance))
+}
+
+impl Filter for ScanMatch {
+    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+        self.advance(tick.ticks());
+        let told = tick.ranges_m().map(|ranges_m| self.scan(ranges_m)).unwrap_or_default();
+        let (pose, covariance) = self.pose();
+        Estimate {
+            pose_in_world: pose,
+            covariance: Some(rows(&covariance)),
+            innovation: told.innovation,
+        }
+        .into()
+    }
+}
