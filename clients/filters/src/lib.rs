@@ -13,18 +13,21 @@
 //! only at run time are written out: the library's use whatever instructions the
 //! processor has.
 //!
-//! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
-//! a filter believes of wheels and of the laser's geometry; [`grid`] and
+//! What they share, in reading order: [`random`]; [`motion`], [`beams`]
+//! and [`beam_model`], what a filter believes of wheels, of the laser's geometry and
+//! of its readings; [`grid`] and
 //! [`occupancy`], maps of cells.
 
 pub mod random;
 
+pub mod beam_model;
 pub mod beams;
 pub mod motion;
 
 pub mod grid;
 pub mod occupancy;
 
+pub use beam_model::BeamModel;
 pub use beams::Beams;
 pub use grid::GridFrame;
 pub use motion::{Motion, Odometry, OdometryNoise};
