@@ -15,8 +15,10 @@
 //!
 //! What they share, in reading order: [`random`]; [`motion`], [`beams`]
 //! and [`beam_model`], what a filter believes of wheels, of the laser's geometry and
-//! of its readings; [`grid`] and
-//! [`occupancy`], maps of cells.
+//! of its readings; [`grid`],
+//! [`occupancy`] and [`distance_field`], maps of cells.
+//!
+//! Particles: [`likelihood_field`], [`resampling`], [`kld`].
 
 pub mod random;
 
@@ -24,12 +26,19 @@ pub mod beam_model;
 pub mod beams;
 pub mod motion;
 
+pub mod distance_field;
 pub mod grid;
 pub mod occupancy;
 
+pub mod kld;
+pub mod likelihood_field;
+pub mod resampling;
+
 pub use beam_model::BeamModel;
 pub use beams::Beams;
+pub use distance_field::DistanceField;
 pub use grid::GridFrame;
+pub use likelihood_field::LikelihoodField;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
 pub use random::Random;
