@@ -13,29 +13,40 @@
 //! only at run time are written out: the library's use whatever instructions the
 //! processor has.
 //!
-//! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
-//! a filter believes of wheels and of the laser's geometry; [`grid`] and
-//! [`occupancy`], maps of cells, and [`map_server`], the files they are kept in.
+//! What they share, in reading order: [`random`]; [`motion`], [`beams`]
+//! and [`beam_model`], what a filter believes of wheels, of the laser's geometry and
+//! of its readings; [`grid`], [`occupancy`] and [`distance_field`], maps of cells,
+//! and [`map_server`], the files they are kept in.
 //!
-//! The filters: [`gridmap`] maps, on [`occupancy_grid`].
+//! Particles: [`likelihood_field`], [`resampling`], [`kld`].
+//!
+//! Maps: [`ray_walk`], [`occupancy_grid`], [`map_picture`], [`gridmap`].
 
 pub mod random;
 
+pub mod beam_model;
 pub mod beams;
 pub mod motion;
 
+pub mod distance_field;
 pub mod grid;
 pub mod map_server;
 pub mod occupancy;
 
+pub mod kld;
+pub mod likelihood_field;
+pub mod resampling;
+
+pub mod gridmap;
 pub mod map_picture;
 pub mod occupancy_grid;
 pub mod ray_walk;
 
-pub mod gridmap;
-
+pub use beam_model::BeamModel;
 pub use beams::Beams;
+pub use distance_field::DistanceField;
 pub use grid::GridFrame;
+pub use likelihood_field::LikelihoodField;
 pub use map_server::MapFileError;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
