@@ -13,9 +13,10 @@
 //! only at run time are written out: the library's use whatever instructions the
 //! processor has.
 //!
-//! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
-//! a filter believes of wheels and of the laser's geometry; [`grid`] and
-//! [`occupancy`], maps of cells, and [`map_server`], the files they are kept in.
+//! What they share, in reading order: [`random`]; [`motion`], [`beams`]
+//! and [`beam_model`], what a filter believes of wheels, of the laser's geometry and
+//! of its readings; [`grid`], [`occupancy`] and [`distance_field`], maps of cells,
+//! and [`map_server`], the files they are kept in.
 //!
 //! The filters: [`ekf`], on straight walls ([`line_fit`], [`lines`], [`line_map`]);
 //! [`scan_match`], on [`icp`]; [`gridmap`] maps, on [`occupancy_grid`].
@@ -25,12 +26,17 @@
 //! more. [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them:
 //! [`goto`] on a map that is given, [`explore`] on one that it makes, to its
 //! [`frontiers`].
+//! Particles: [`likelihood_field`], [`resampling`], [`kld`].
+//!
+//! Maps: [`ray_walk`], [`occupancy_grid`], [`map_picture`], [`gridmap`].
 
 pub mod random;
 
+pub mod beam_model;
 pub mod beams;
 pub mod motion;
 
+pub mod distance_field;
 pub mod grid;
 pub mod map_server;
 pub mod occupancy;
@@ -46,6 +52,11 @@ pub mod lines;
 
 pub mod ekf;
 
+pub mod kld;
+pub mod likelihood_field;
+pub mod resampling;
+
+pub mod gridmap;
 pub mod map_picture;
 pub mod occupancy_grid;
 pub mod ray_walk;
@@ -67,7 +78,11 @@ pub mod frontiers;
 
 pub use beams::Beams;
 pub use ekf::Ekf;
+pub use beam_model::BeamModel;
+pub use beams::Beams;
+pub use distance_field::DistanceField;
 pub use grid::GridFrame;
+pub use likelihood_field::LikelihoodField;
 pub use map_server::MapFileError;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
