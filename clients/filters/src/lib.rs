@@ -18,7 +18,7 @@
 //! of its readings; [`grid`],
 //! [`occupancy`] and [`distance_field`], maps of cells.
 //!
-//! Particles: [`likelihood_field`], [`resampling`], [`kld`].
+//! Particles: [`likelihood_field`], [`resampling`], [`kld`], and [`mcl`].
 
 pub mod random;
 
@@ -33,6 +33,8 @@ pub mod occupancy;
 pub mod kld;
 pub mod likelihood_field;
 pub mod resampling;
+
+pub mod mcl;
 
 pub use beam_model::BeamModel;
 pub use beams::Beams;
