@@ -29,6 +29,7 @@
 //! Particles: [`likelihood_field`], [`resampling`], [`kld`].
 //!
 //! Maps: [`ray_walk`], [`occupancy_grid`], [`map_picture`], [`gridmap`].
+//! Particles: [`likelihood_field`], [`resampling`], [`kld`], and [`mcl`].
 
 pub mod random;
 
@@ -78,6 +79,8 @@ pub mod frontiers;
 
 pub use beams::Beams;
 pub use ekf::Ekf;
+pub mod mcl;
+
 pub use beam_model::BeamModel;
 pub use beams::Beams;
 pub use distance_field::DistanceField;

@@ -12,9 +12,11 @@
 //!   `base_log` plus so many steps of `step_log`, 255 of which lead from the
 //!   worst to the best. The sum of a scan is a sum of whole numbers, so it does
 //!   not depend on the order in which it is taken.
-//! * σ² has the variance of a place in a cell added to it: 1/12 of its side
-//!   squared for the end of the beam, and as much for the obstacle if cells are
-//!   all the map knows.
+//! * Between the centres of cells ln p is interpolated. A tracked robot's
+//!   particles are millimetres apart; if all within a cell were alike, the sum over
+//!   180 beams would be a rugged thing at that scale, by several units of ln p.
+//! * Where cells are all the map knows, σ² has the variance of a place in a cell
+//!   added to it, 1/12 of its side squared.
 //! * Beyond the map is nothing where it is a floor plan, and what nobody has seen
 //!   where it was drawn from scans.
 //!
@@ -37,6 +39,9 @@ const MOST_CELLS: usize = 1 << 22;
 
 /// How many beams are looked up together.
 const TOGETHER: usize = 16;
+
+/// Into how many parts the way from cell to cell is cut, and a step with it.
+const PARTS: u32 = 256;
 
 /// ln p of the end of a beam, for every cell of a grid.
 #[derive(Clone, Debug)]
@@ -127,7 +132,7 @@ impl LikelihoodField {
         blur_m: f64,
         cell_m: f64,
     ) -> Self {
-        let sigma_m = joint(&[model.sigma_hit_m, blur_m, cell_m / 12.0_f64.sqrt()]);
+        let sigma_m = joint(&[model.sigma_hit_m, blur_m]);
         let margin_m = 4.0 * sigma_m;
         let mut frame = GridFrame::covering(world.bounds(), margin_m, cell_m);
         while frame.cells() > MOST_CELLS {
@@ -146,7 +151,7 @@ impl LikelihoodField {
         range_max_m: f64,
         blur_m: f64,
     ) -> Self {
-        let sigma_m = joint(&[model.sigma_hit_m, blur_m, map.frame.cell_m / 6.0_f64.sqrt()]);
+        let sigma_m = joint(&[model.sigma_hit_m, blur_m, map.frame.cell_m / 12.0_f64.sqrt()]);
         let unseen = |cell: usize| map.cells[cell] == Cell::Unknown;
         Self::of_distances(distances, model, sigma_m, range_max_m, unseen, true)
     }
@@ -212,13 +217,13 @@ impl LikelihoodField {
         self.log_of_steps(self.steps_of_scan(ends, &pose.translation(), s, c), ends.count())
     }
 
-    /// ln p of `count` ends that come to so many steps together.
+    /// ln p of `count` ends that come to so many 256ths of a step together.
     #[must_use]
     pub fn log_of_steps(&self, steps: u32, count: usize) -> f64 {
-        self.base_log * count as f64 + self.step_log * f64::from(steps)
+        self.base_log * count as f64 + self.step_log / f64::from(PARTS) * f64::from(steps)
     }
 
-    /// The steps of all ends together, seen from a body at `position` (m) with
+    /// The steps of all ends together, in parts of 256, seen from a body at `position` (m) with
     /// this sine and cosine of its heading.
     #[must_use]
     pub fn steps_of_scan(&self, ends: &Ends, position: &Vector2<f64>, sin: f64, cos: f64) -> u32 {
@@ -230,21 +235,32 @@ impl LikelihoodField {
             y: (offset.y + 0.5) as f32,
             sin: (sin * per_cell) as f32,
             cos: (cos * per_cell) as f32,
-            last_x: (self.frame.width + 1) as f32,
-            last_y: (self.frame.height + 1) as f32,
+            last_x: self.frame.width as f32 + 0.5,
+            last_y: self.frame.height as f32 + 0.5,
             stride: self.stride as u32,
         };
         let (xs, _) = ends.x_m.as_chunks::<TOGETHER>();
         let (ys, _) = ends.y_m.as_chunks::<TOGETHER>();
         let (mut sum, mut left) = (0_u32, ends.count);
         for (x, y) in xs.iter().zip(ys) {
-            let places = view.places(x, y);
-            for place in &places[..left.min(TOGETHER)] {
-                sum += u32::from(self.steps[*place as usize]);
+            let spots = view.spots(x, y);
+            for k in 0..left.min(TOGETHER) {
+                sum += self.between(spots.place[k] as usize, spots.right[k], spots.up[k]);
             }
             left = left.saturating_sub(TOGETHER);
         }
         sum
+    }
+
+    /// Between four cells, the lower left of which is `place`: so far to the
+    /// right and up, in parts of 256. In such parts of a step.
+    #[inline(always)]
+    fn between(&self, place: usize, right: u32, up: u32) -> u32 {
+        let pair = |at: usize| {
+            let (a, b) = (u32::from(self.steps[at]), u32::from(self.steps[at + 1]));
+            a * (PARTS - right) + b * right
+        };
+        (pair(place) * (PARTS - up) + pair(place + self.stride) * up) / PARTS
     }
 }
 
@@ -260,28 +276,45 @@ struct View {
 }
 
 impl View {
-    /// The places of these ends in the table. Plain operations on several numbers
-    /// at a time, and a border takes whatever lies beyond.
+    /// The spots of these ends. Plain operations on several numbers at a time,
+    /// and a border takes whatever lies beyond.
     #[inline(always)]
-    fn places(&self, x_m: &[f32; TOGETHER], y_m: &[f32; TOGETHER]) -> [u32; TOGETHER] {
-        /// Added to a number below 2²², it leaves the nearest whole number in
-        /// the low bits.
-        const WHOLE: f32 = 12_582_912.0;
-        let within = |v: f32, last: f32| {
-            // Comparisons, so that what is no number becomes the border.
-            let v = if v > 0.0 { v } else { 0.0 };
-            if v < last { v } else { last }
-        };
-        let mut places = [0; TOGETHER];
+    fn spots(&self, x_m: &[f32; TOGETHER], y_m: &[f32; TOGETHER]) -> Spots {
+        let mut spots = Spots::default();
         for k in 0..TOGETHER {
             let x = self.x + (self.cos * x_m[k] - self.sin * y_m[k]);
             let y = self.y + (self.sin * x_m[k] + self.cos * y_m[k]);
-            let column = (within(x, self.last_x) + WHOLE).to_bits() - WHOLE.to_bits();
-            let row = (within(y, self.last_y) + WHOLE).to_bits() - WHOLE.to_bits();
-            places[k] = row.wrapping_mul(self.stride).wrapping_add(column);
+            let ((column, right), (row, up)) = (cut(x, self.last_x), cut(y, self.last_y));
+            spots.place[k] = row.wrapping_mul(self.stride).wrapping_add(column);
+            spots.right[k] = right;
+            spots.up[k] = up;
         }
-        places
+        spots
     }
+}
+
+/// Spots between cells: the cell to the lower left, and how far from its centre
+/// to the next ones, in parts of 256.
+#[derive(Default)]
+struct Spots {
+    place: [u32; TOGETHER],
+    right: [u32; TOGETHER],
+    up: [u32; TOGETHER],
+}
+
+/// A number of cells: whole ones, and parts of the next.
+#[inline(always)]
+fn cut(cells: f32, last: f32) -> (u32, u32) {
+    /// Added to a number below 2²², it leaves the nearest whole number in the low
+    /// bits.
+    const WHOLE: f32 = 12_582_912.0;
+    // Comparisons, so that what is no number becomes the border.
+    let cells = if cells > 0.5 { cells } else { 0.5 };
+    let cells = if cells < last { cells } else { last };
+    let whole = (cells - 0.5) + WHOLE;
+    // 0 to 256, both included: half-way the rounding may go either way.
+    let parts = (cells - (whole - WHOLE)) * PARTS as f32 + WHOLE;
+    (whole.to_bits() - WHOLE.to_bits(), parts.to_bits() - WHOLE.to_bits())
 }
 
 fn joint(sigmas_m: &[f64]) -> f64 {
