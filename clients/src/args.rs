@@ -42,6 +42,11 @@ pub struct ClientArgs {
     #[arg(long, value_name = "PATH")]
     pub out: Option<PathBuf>,
 
+    /// On a log, a filter writes what it holds possible (particles, a histogram)
+    /// to this file; a scorer reads such files and draws them
+    #[arg(long, value_name = "FILE", requires = "log")]
+    pub beliefs: Vec<PathBuf>,
+
     /// Read the key to the truth from this file (scorers and loggers; default:
     /// the file that `sim-server serve` left in the run's folder). With --log:
     /// the key of a blind log, which `sim-server seal` wrote

@@ -1,5 +1,6 @@
 //! What can go wrong for a participant.
 
+use rusty_contract::belief::BeliefFileError;
 use rusty_contract::{AnswerError, BlindKeyError, Exit, FieldError, KeyError, log::LogError};
 use rusty_link::LinkError;
 use thiserror::Error;
@@ -62,6 +63,20 @@ pub enum ClientError {
     /// The log has nobody of this name, or holds something unusable.
     #[error("{0}")]
     Unusable(String),
+    /// There is nothing to write with `--beliefs`.
+    #[error(
+        "{0} shows no belief: --beliefs FILE is for filters that hold more than one pose possible, \
+         on a log, and for `score --log LOG`; leave it out"
+    )]
+    ShowsNone(String),
+    /// A file of beliefs.
+    #[error("{path}: {error}")]
+    Beliefs {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        error: BeliefFileError,
+    },
     /// The estimator panicked; the panic itself is on stderr.
     #[error("the estimator panicked at tick {tick}; its message is above")]
     Panicked {
@@ -90,7 +105,7 @@ impl ClientError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
-            Self::Argument(_) => Exit::Usage,
+            Self::Argument(_) | Self::ShowsNone(_) => Exit::Usage,
             Self::Link(LinkError::Dropped { .. }) => Exit::Lost,
             _ => Exit::Failed,
         }

@@ -4,6 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rusty_contract::{BeliefKind, Exit, Reply, Start, WeightedPose};
 
+use crate::showing::Showing;
 use crate::{ClientArgs, ClientError, Session, Tick};
 
 /// A filter. [`run`] does everything else: command line, joining, answering,
@@ -20,12 +21,18 @@ pub trait Estimator: Sized {
 /// own, fail to begin, show what it holds possible, and leave something behind.
 /// [`run_from`] runs it.
 pub trait Filter: Sized {
+    /// Whether there is anything in [`belief`](Self::belief). A filter without
+    /// one says no and has no part in showing any.
+    const SHOWS_BELIEF: bool = true;
+
     /// Answers one tick: a pose, an `Estimate`, a command, or `Reply::Abstain`.
     fn tick(&mut self, tick: &Tick<'_>) -> Reply;
 
     /// Adds what it holds possible now to `poses`, for whoever looks on; `None`
-    /// if its answer says it all. Asked after a tick was answered, and only
-    /// while somebody looks; so nothing may depend on it.
+    /// if its answer says it all. Asked after a tick with a scan was answered
+    /// (after every tick before the first scan), and only while somebody looks;
+    /// so nothing may depend on it. Poses that are none are taken out, and of
+    /// more than [`MAX_POSES`](rusty_contract::belief::MAX_POSES) some are shown.
     fn belief(&self, poses: &mut Vec<WeightedPose>) -> Option<BeliefKind> {
         let _ = poses;
         None
@@ -41,6 +48,8 @@ pub trait Filter: Sized {
 }
 
 impl<E: Estimator> Filter for E {
+    const SHOWS_BELIEF: bool = false;
+
     fn tick(&mut self, tick: &Tick<'_>) -> Reply {
         Estimator::tick(self, tick)
     }
@@ -119,9 +128,15 @@ fn drive<F: Filter>(
     args: &ClientArgs,
     begin: impl FnOnce(&Start) -> Result<F, ClientError>,
 ) -> Result<Exit, ClientError> {
-    let mut session = Session::join(args)?;
+    if !F::SHOWS_BELIEF && !args.beliefs.is_empty() {
+        return Err(ClientError::ShowsNone(args.name()));
+    }
+    let mut session = Session::enter(args)?;
     let mut filter = begin(session.start()).inspect_err(|_| session.fail())?;
-    while let Some(mut tick) = session.next()? {
+    let showing = F::SHOWS_BELIEF.then(|| Showing::new(args, session.start()));
+    let mut showing = showing.transpose().inspect_err(|_| session.fail())?;
+    loop {
+        let Some(mut tick) = session.next()? else { break };
         // A panic is the estimator's own failure: the server hears of it at
         // once, and this process ends with a message and a code.
         let Ok(reply) = catch_unwind(AssertUnwindSafe(|| filter.tick(&tick))) else {
@@ -133,7 +148,13 @@ fn drive<F: Filter>(
             tick.fail();
             return Err(e);
         }
+        if let Some(showing) = &mut showing {
+            let moment = showing.moment(&tick);
+            drop(tick);
+            showing.show(&mut session, moment, &filter).inspect_err(|_| session.fail())?;
+        }
     }
+    showing.map_or(Ok(()), Showing::finish).inspect_err(|_| session.fail())?;
     filter.finish().inspect_err(|_| session.fail())?;
     Ok(if session.log_is_broken() { Exit::Lost } else { Exit::Done })
 }

@@ -33,6 +33,7 @@ pub mod report;
 pub mod scorer;
 pub mod scoring;
 mod session;
+mod showing;
 mod tick;
 pub mod witness;
 pub mod write_behind;

@@ -72,6 +72,9 @@ pub(crate) fn output_folder(brief: &Brief, args: &ClientArgs) -> Result<PathBuf,
 
 impl Witness for Logger {
     fn start(start: &Start, brief: &Brief, args: &ClientArgs) -> Result<Self, ClientError> {
+        if !args.beliefs.is_empty() {
+            return Err(ClientError::ShowsNone(args.name()));
+        }
         let path = output_folder(brief, args)?.join("run.log");
         if args.log.as_ref().is_some_and(|log| same_file(log, &path)) {
             let path = path.display();

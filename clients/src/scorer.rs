@@ -4,21 +4,29 @@
 //! It takes no more memory for a longer run: the figures are sums
 //! ([`Meter`]), and of a very long run not every tick is drawn ([`TraceKeeper`]).
 
+mod shown;
+
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use rusty_contract::belief::tidy;
 use rusty_contract::log::{LogHeader, Source};
 use rusty_contract::score::ScoreTable;
-use rusty_contract::{Brief, Effects, Exit, RunDigest, ScoreReport, Start};
+use rusty_contract::{BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport};
+use rusty_contract::{Start, WeightedPose};
 use rusty_plot::{PlotError, png};
 
 use crate::logger::output_folder;
 use crate::report::html;
 use crate::scoring::trace::Whole;
-use crate::scoring::{Given, Held, Meter, Moment, Planned, RunTrace, TraceKeeper, Yardstick, svg};
+use crate::scoring::{
+    BeliefKeeper, BeliefMoment, Given, Held, Meter, Moment, Planned, RunTrace, TraceKeeper,
+    Yardstick, svg,
+};
 use crate::witness::{Ending, Step, Witness};
 use crate::{ClientArgs, ClientError};
+use shown::Shown;
 
 /// Compares every estimate with the truth; at the end writes `score.json`,
 /// `report.html`, `report.svg` and `report.png`, and prints the table.
@@ -26,6 +34,9 @@ pub struct Scorer {
     folder: PathBuf,
     header: LogHeader,
     keeper: TraceKeeper,
+    beliefs: BeliefKeeper,
+    /// On a log: files of beliefs, whose frames must be those of the log.
+    shown: Vec<Shown>,
     meter: Meter,
     held: Option<Held>,
     seed: Option<u64>,
@@ -40,7 +51,19 @@ impl Witness for Scorer {
         Self::with(Yardstick::default(), brief, args)
     }
 
+    fn belief(&mut self, header: &BeliefHeader, poses: &mut Vec<WeightedPose>) {
+        // One that names nobody of this run is nobody's.
+        let name = header.name().filter(|name| self.header.answering().any(|p| p.name == *name));
+        let (Some(name), Some(kind)) = (name, BeliefKind::of_number(header.kind)) else { return };
+        if tidy(poses) > 0 {
+            let moment = BeliefMoment::of(header.tick, kind, header.whole.max(header.count), poses);
+            self.beliefs.offer(name, moment);
+        }
+    }
+
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
+        self.beliefs.close(step.frame.tick());
+        self.shown.iter_mut().try_for_each(|shown| shown.check(step.frame))?;
         // A late estimate is judged as late as it is.
         let (tick, has_scan) = (step.frame.tick(), step.frame.ranges_m().is_some());
         self.effects.close(tick, has_scan, step.replies.iter().copied());
@@ -69,7 +92,10 @@ impl Witness for Scorer {
         };
         // Without a truth there is no figure, and a distance of 0 m is none.
         let unscored = (whole.ticks_with_truth == 0).then(|| self.why_unscored());
+        let is_whole = matches!(ending, Ending::LogEnd);
+        self.shown.iter().try_for_each(|shown| shown.finish(is_whole))?;
         let mut trace = self.keeper.finish(whole);
+        trace.beliefs = self.beliefs.finish(&trace.names);
         let scores = if unscored.is_none() { self.meter.scores(&trace) } else { Vec::new() };
         trace.digest = self.digest.run_hex();
         let mut report = ScoreReport {
@@ -118,6 +144,9 @@ impl Scorer {
             let text = format!("{log} is blind, nothing in it can be scored: give its --key-file");
             return Err(ClientError::Unusable(text));
         }
+        let mut beliefs = BeliefKeeper::default();
+        let read = |file: &PathBuf| Shown::read(file, &brief.header.config.scenario, &mut beliefs);
+        let shown = args.beliefs.iter().map(read).collect::<Result<_, _>>()?;
         let names: Vec<String> = brief.header.answering().map(|p| p.name.clone()).collect();
         let kidnapped_at = brief.header.kidnappings().map(|k| k.tick).collect();
         // A simulation begins at 0; the stamps of a robot may be the time of day.
@@ -129,6 +158,8 @@ impl Scorer {
             folder: output_folder(brief, args)?,
             header: brief.header.clone(),
             keeper: TraceKeeper::new(&brief.header),
+            beliefs,
+            shown,
             held: Held::of(&brief.header),
             meter: Meter::new(&names, &planned, yardstick),
             seed: brief.header.seed(),

@@ -8,8 +8,10 @@ use std::time::Duration;
 
 use rusty_contract::answer::Message;
 use rusty_contract::config::check_seconds;
-use rusty_contract::{Brief, Exit, Frame, JoinRequest, Phase, Reply, Start, TruthKey};
-use rusty_link::{BorrowedTally, ClientLink, Domain, Incoming, LinkError, Peer};
+use rusty_contract::scenario::Role;
+use rusty_contract::{BeliefHeader, Brief, Exit, Frame, JoinRequest, Phase, Reply, Start};
+use rusty_contract::{TruthKey, WeightedPose};
+use rusty_link::{Beliefs, BorrowedTally, ClientLink, Domain, Incoming, LinkError, Peer};
 use signal_hook::flag::{register, register_conditional_shutdown};
 
 use crate::held_frame::{FrameHandle, HeldFrame};
@@ -62,6 +64,12 @@ impl Session {
     /// # Errors
     /// [`ClientError`], for instance the server's refusal in its own words.
     pub fn join(args: &ClientArgs) -> Result<Self, ClientError> {
+        without_beliefs(args)?;
+        Self::enter(args)
+    }
+
+    /// The same for one who knows what to do with `--beliefs`.
+    pub(crate) fn enter(args: &ClientArgs) -> Result<Self, ClientError> {
         let stop = Arc::new(AtomicBool::new(false));
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
             // Without a handler the signal ends the process, which the server
@@ -71,7 +79,7 @@ impl Session {
             let _ = register_conditional_shutdown(signal, code, Arc::clone(&stop));
             let _ = register(signal, Arc::clone(&stop));
         }
-        Self::join_until(args, stop)
+        Self::enter_until(args, stop)
     }
 
     /// The same without signal handlers: for a process that has its own. Once
@@ -81,6 +89,11 @@ impl Session {
     /// # Errors
     /// As [`join`](Self::join).
     pub fn join_until(args: &ClientArgs, stop: Arc<AtomicBool>) -> Result<Self, ClientError> {
+        without_beliefs(args)?;
+        Self::enter_until(args, stop)
+    }
+
+    fn enter_until(args: &ClientArgs, stop: Arc<AtomicBool>) -> Result<Self, ClientError> {
         let name = args.name();
         let (source, start) = match (&args.run, &args.log) {
             (Some(run), _) => {
@@ -243,6 +256,24 @@ impl Session {
         Ok((key, brief))
     }
 
+    /// The way by which beliefs are shown in a run; none on a log.
+    pub(crate) fn beliefs(&mut self) -> Option<&mut Beliefs> {
+        match &mut self.source {
+            Source::Live(link) => Some(link.beliefs()),
+            Source::Log(_) => None,
+        }
+    }
+
+    /// The next belief of this run that came, for scorers.
+    pub(crate) fn next_belief(&mut self, poses: &mut Vec<WeightedPose>) -> Option<BeliefHeader> {
+        let run_id = self.start.run_id;
+        if self.start.role != Role::Scorer {
+            return None;
+        }
+        let beliefs = self.beliefs()?;
+        std::iter::from_fn(|| beliefs.next(poses)).find(|header| header.run_id == run_id)
+    }
+
     /// What a log recorded beside the frame that was read last.
     pub(crate) fn recorded_replies(&self) -> Option<&[Reply]> {
         match &self.source {
@@ -291,6 +322,14 @@ impl Drop for Session {
 fn is_news(frame: &Frame, run_id: u64, last_tick: Option<u64>) -> bool {
     frame.run_id == run_id
         && (frame.phase() != Phase::Tick || last_tick.is_none_or(|last| frame.tick() > last))
+}
+
+/// `--beliefs` is for filters that show any, and for scorers.
+fn without_beliefs(args: &ClientArgs) -> Result<(), ClientError> {
+    match args.beliefs.is_empty() {
+        true => Ok(()),
+        false => Err(ClientError::ShowsNone(args.name())),
+    }
 }
 
 /// The key by the private channel: standard input, a file that was named, or

@@ -1,6 +1,6 @@
 //! `Tick`: one frame, and the duty to answer it.
 
-use rusty_contract::Reply;
+use rusty_contract::{Frame, Reply};
 use rusty_geometry::{EncoderTicks, Twist};
 
 use crate::held_frame::FrameHandle;
@@ -17,6 +17,10 @@ pub struct Tick<'a> {
 impl<'a> Tick<'a> {
     pub(crate) fn new(session: &'a mut Session, frame: FrameHandle) -> Self {
         Self { session, frame, answered: false }
+    }
+
+    pub(crate) fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     /// Number of the tick, from 0.

@@ -6,7 +6,8 @@
 
 use rustix::process::{DumpableBehavior, set_dumpable_behavior};
 use rusty_contract::tally::TallyEntry;
-use rusty_contract::{Brief, Exit, Frame, Phase, Reply, RunDigest, Start, TruthKey};
+use rusty_contract::{BeliefHeader, Brief, Exit, Frame, Phase, Reply, RunDigest, Start};
+use rusty_contract::{TruthKey, WeightedPose};
 use rusty_geometry::SE2;
 use rusty_link::{BorrowedTally, LinkError};
 
@@ -44,6 +45,12 @@ pub trait Witness: Sized {
     /// # Errors
     /// Whatever keeps it from working; the server is told.
     fn start(start: &Start, brief: &Brief, args: &ClientArgs) -> Result<Self, ClientError>;
+
+    /// Looks at a belief that somebody showed; scorers get those that came in
+    /// time, somewhere between the ticks. Anything may be in it.
+    fn belief(&mut self, header: &BeliefHeader, poses: &mut Vec<WeightedPose>) {
+        let _ = (header, poses);
+    }
 
     /// Looks at one complete tick.
     ///
@@ -99,7 +106,7 @@ fn drive<W: Witness>(
     args: &ClientArgs,
     begin: impl FnOnce(&Start, &Brief, &ClientArgs) -> Result<W, ClientError>,
 ) -> Result<Exit, ClientError> {
-    let mut session = Session::join(args)?;
+    let mut session = Session::enter(args)?;
     let result = watch(&mut session, args, begin);
     if result.is_err() {
         session.fail();
@@ -120,6 +127,7 @@ fn watch<W: Witness>(
         digest: RunDigest::default(),
         replies: Vec::with_capacity(answering),
         delays: Vec::with_capacity(answering),
+        poses: Vec::new(),
     };
     let mut waiting: Option<FrameHandle> = None;
     let broken = loop {
@@ -165,7 +173,12 @@ struct State {
     digest: RunDigest,
     replies: Vec<Reply>,
     delays: Vec<Option<Delay>>,
+    /// Those of a belief.
+    poses: Vec<WeightedPose>,
 }
+
+/// So many beliefs are taken in a tick: nobody showing without end holds it up.
+const BELIEFS_AT_ONCE: usize = 64;
 
 fn complete<W: Witness>(
     session: &mut Session,
@@ -202,6 +215,10 @@ fn complete<W: Witness>(
             "tick {}: what was read does not have the digest the server has; do not trust this run",
             frame.tick()
         )));
+    }
+    for _ in 0..BELIEFS_AT_ONCE {
+        let Some(header) = session.next_belief(&mut state.poses) else { break };
+        witness.belief(&header, &mut state.poses);
     }
     let State { replies, delays, .. } = state;
     witness.step(&Step { frame, truth, replies, delays, digest: state.digest })

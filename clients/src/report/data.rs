@@ -17,9 +17,10 @@ use rusty_geometry::trig;
 use rusty_plot::{Axes, Px, Rect};
 use serde::Serialize;
 
+use super::beliefs::{Beliefs, TrackData};
 use super::figures::{steps, units_per_m};
 use crate::scoring::bands;
-use crate::scoring::map::place_m;
+use crate::scoring::map::{HEAD, HEAD_SIZE, place_m};
 use crate::scoring::stops::Stop;
 use crate::scoring::timeline::Timeline;
 use crate::scoring::trace::RunTrace;
@@ -51,6 +52,16 @@ struct Data {
     map: [f64; 3],
     chart: [f64; 2],
     range_s: [f64; 2],
+    #[serde(flatten)]
+    beliefs: Option<BeliefData>,
+}
+
+/// Beliefs, and how an arrowhead is made; only pages that have any have it.
+#[derive(Serialize)]
+struct BeliefData {
+    beliefs: Vec<TrackData>,
+    corners: [[f64; 2]; 3],
+    head: f64,
 }
 
 impl Scans {
@@ -132,7 +143,7 @@ pub(super) fn json(
     trace: &RunTrace,
     time: &Timeline,
     axes: &Axes,
-    scans: &Scans,
+    (scans, beliefs): (&Scans, &Beliefs<'_>),
     chart: Rect,
 ) -> String {
     let origin_m = [0.5 * (axes.x[0] + axes.x[1]), 0.5 * (axes.y[0] + axes.y[1])];
@@ -161,8 +172,14 @@ pub(super) fn json(
         map: [x, y, steps(units_per_m(axes))],
         chart: [chart.left, chart.right].map(steps),
         range_s: time.range_s,
+        beliefs: (!beliefs.is_empty()).then(|| BeliefData {
+            beliefs: beliefs.data(axes),
+            corners: HEAD,
+            head: steps(HEAD_SIZE),
+        }),
     };
-    // Numbers alone: nothing in it can end the element that it stands in.
+    // Numbers, and names of letters, digits, '-' and '_': nothing in it can end
+    // the element that it stands in.
     serde_json::to_string(&data).unwrap_or_default()
 }
 

@@ -10,6 +10,7 @@ use rusty_plot::layers::STEPS_PER_UNIT;
 use rusty_plot::style::{INK, Look, WHITE};
 use rusty_plot::{Axes, Drawing, Layer, PlotError, Px, Rect};
 
+use super::beliefs::Beliefs;
 use super::data::{self, Scans};
 use crate::scoring::bands;
 use crate::scoring::chart::{Chart, Kind};
@@ -43,6 +44,10 @@ pub(super) struct Figures {
     pub now: String,
     /// Whether a believed path leaves the map.
     pub left_map: bool,
+    /// What is said of beliefs below the map, and of those shown at first; empty
+    /// where there are none.
+    pub possible: String,
+    pub possible_now: String,
 }
 
 /// Where something lies that shows the chosen tick; nowhere where it is not
@@ -72,7 +77,8 @@ impl Figures {
         let height = (width * view.aspect()).clamp(MAP_HEIGHTS[0], MAP_HEIGHTS[1]).round();
         let frame = Rect { left: 62.0, top: 10.0, right: MAP_WIDTH - 16.0, bottom: 10.0 + height };
         let axes = view.axes(frame);
-        let (map, left_map) = draw_map(trace, &time, &axes, &scans, shown)?;
+        let beliefs = Beliefs::of(trace);
+        let (map, left_map) = draw_map(trace, &time, &axes, (&scans, &beliefs), shown)?;
         let at_s = trace.stops.get(shown).and_then(|stop| time.place_s(stop.time_s));
         let chart = |kind| draw_chart(trace, &time, kind, at_s);
         let errors = [chart(Kind::Position)?, chart(Kind::Heading)?].map(|(text, _)| text);
@@ -81,10 +87,12 @@ impl Figures {
             map,
             errors,
             nees: (!nees.1).then_some(nees.0),
-            data: data::json(trace, &time, &axes, &scans, chart_frame()),
+            data: data::json(trace, &time, &axes, (&scans, &beliefs), chart_frame()),
             shown,
             now: data::now(trace, &time, shown),
             left_map,
+            possible: beliefs.caption(),
+            possible_now: beliefs.now(trace.stops.get(shown).map_or(0, |stop| stop.tick)),
         })
     }
 }
@@ -93,7 +101,7 @@ fn draw_map(
     trace: &RunTrace,
     time: &Timeline,
     axes: &Axes,
-    scans: &Scans,
+    (scans, beliefs): (&Scans, &Beliefs<'_>),
     shown: usize,
 ) -> Result<(String, bool), PlotError> {
     let frame = axes.frame;
@@ -103,6 +111,7 @@ fn draw_map(
     for i in (0..trace.names.len()).filter(|&i| trace.reports_covariance(i)) {
         draw_ellipse(&mut drawing, axes, stop, (i, trace.names.len()))?;
     }
+    beliefs.draw(&mut drawing, axes, stop.map_or(0, |stop| stop.tick))?;
     drawing.layer(&Layer::of("scan").within(frame), |canvas| {
         let nowhere = [-1000.0; 2];
         scans

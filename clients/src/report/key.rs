@@ -7,7 +7,9 @@ use rusty_plot::floor::draw_robot;
 use rusty_plot::style::{DOOR, GLASS, RGBColor, TRUTH, TRUTH_WIDTH, WALL};
 use rusty_plot::{Canvas, Drawing, Layer, PlotError};
 
-use crate::scoring::map::draw_echo;
+use super::beliefs::Beliefs;
+use crate::scoring::beliefs::Mark;
+use crate::scoring::map::{draw_echo, draw_possible};
 use crate::scoring::trace::RunTrace;
 
 /// Size of what stands before a word.
@@ -36,6 +38,13 @@ pub(super) fn list(trace: &RunTrace) -> Result<String, PlotError> {
                 [5.0, 12.0, 19.0, 26.0].into_iter().try_for_each(|x| draw_echo(canvas, [x, 11.0]))
             })?;
         }
+    }
+    for (name, look) in Beliefs::of(trace).entries() {
+        entry(&name, &|canvas| {
+            [6.0, 15.0, 24.0].into_iter().try_for_each(|x| {
+                draw_possible(canvas, &look, [x, 11.0], &Mark { share: 1.0, ..Mark::NOWHERE })
+            })
+        })?;
     }
     let has = |is_it: fn(Material) -> bool| trace.world.walls.iter().any(|w| is_it(w.material));
     if has(|m| m == Material::Wall) {

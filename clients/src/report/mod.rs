@@ -5,6 +5,7 @@
 //! * `figures`: the map and the charts over time, in layers that can be moved;
 //! * `compute`: how long answers took, as a chart;
 //! * `data`: what the page's script needs to move them;
+//! * `beliefs`: what filters held possible, on the map, with `beliefs.js`;
 //! * `table`: the scores; `key`: what is what on the map;
 //! * `page.css`, `page.js`: how it looks, and the few lines that move what is
 //!   drawn to the tick that a slider chooses. Without them the page is complete:
@@ -13,6 +14,7 @@
 //! The page asks nobody for anything: its policy forbids it. Names that others
 //! chose are shown, never run. The same run gives the same bytes.
 
+mod beliefs;
 mod compute;
 mod data;
 mod figures;
@@ -58,11 +60,12 @@ pub fn html(
         "<footer><p>Made by the scorer of {}. A link to a tick is this page's address and \
          <code>#tick=700</code>.</p></footer>\n\
          <script type=\"application/json\" id=\"data\">{}</script>\n\
-         <script nonce=\"{}\">\n{}</script>\n</body>\n</html>\n",
+         <script nonce=\"{}\">\n{}{}</script>\n</body>\n</html>\n",
         escaped(&header.writer),
         figures.data,
         nonce(trace),
-        include_str!("page.js")
+        include_str!("page.js"),
+        if figures.possible.is_empty() { "" } else { include_str!("beliefs.js") }
     );
     Ok(page)
 }
@@ -201,6 +204,7 @@ fn map_part(trace: &RunTrace, figures: &Figures) -> Result<String, PlotError> {
         caption
             .push_str(" The position lies in its ellipse with 95 %, by the covariance reported.");
     }
+    caption.push_str(&figures.possible);
     if figures.left_map {
         caption.push_str(" An estimate leaves the map.");
     }
@@ -214,6 +218,11 @@ fn map_part(trace: &RunTrace, figures: &Figures) -> Result<String, PlotError> {
         figures.shown,
         figures.now
     );
+    if !figures.possible.is_empty() {
+        part.push_str("<p class=\"now\"><output id=\"beliefs\" for=\"tick\">");
+        part.push_str(&escaped(&figures.possible_now));
+        part.push_str("</output></p>\n");
+    }
     part.push_str(&table::readout(trace, figures.shown)?);
     part.push_str(&key::list(trace)?);
     part.push_str("</div>\n</div>\n");
@@ -257,3 +266,5 @@ fn consistency_part(trace: &RunTrace, figures: &Figures) -> String {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_beliefs;

@@ -17,7 +17,7 @@ fn covariance(k: u32) -> [f64; 9] {
 
 /// A run of the first scenario's header: so many estimators, each with
 /// covariances if its number is even, along a circle.
-fn run(names: &[&str], ticks: u32) -> (LogHeader, RunTrace) {
+pub(super) fn run(names: &[&str], ticks: u32) -> (LogHeader, RunTrace) {
     let mut header = header();
     let model = header.roster[0].clone();
     header.roster = names
@@ -69,7 +69,7 @@ fn report(trace: &RunTrace) -> ScoreReport {
 }
 
 /// The page, with what must hold of every one.
-fn page(header: &LogHeader, trace: &RunTrace) -> String {
+pub(super) fn page(header: &LogHeader, trace: &RunTrace) -> String {
     let page = html(header, trace, &report(trace)).unwrap();
     assert_eq!(html(header, trace, &report(trace)).unwrap(), page, "the same run, other bytes");
     assert!(page.len() < 2 << 20, "{} bytes", page.len());

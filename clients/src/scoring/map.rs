@@ -8,6 +8,7 @@ use rusty_plot::style::{INK, Look, RGBColor, SCAN, TRUTH, TRUTH_WIDTH};
 use rusty_plot::{Anchor, Axes, Canvas, PlotError, Px, Rect, Step, polyline};
 
 use super::bands;
+use super::beliefs::Mark;
 use super::stops::Stop;
 use super::timeline::Timeline;
 use super::trace::RunTrace;
@@ -183,6 +184,50 @@ pub(crate) fn draw_ends(
     for (pose, started) in [(first, true), (last, false)] {
         if let Some(pose) = pose {
             draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), started)?;
+        }
+    }
+    Ok(())
+}
+
+/// How the poses of a filter's belief are drawn: in its colour, and one that is
+/// no estimator of this run in one of those after them.
+pub(crate) fn possible_look(trace: &RunTrace, track: usize) -> Look {
+    let known = trace.names.iter().position(|name| *name == trace.beliefs[track].name);
+    Look::of(known.unwrap_or(trace.names.len() + track), trace.names.len())
+}
+
+/// Corners of an arrowhead that looks along x, and its size, units of the page.
+pub(crate) const HEAD: [[f64; 2]; 3] = [[1.0, 0.0], [-0.8, 0.62], [-0.8, -0.62]];
+pub(crate) const HEAD_SIZE: f64 = 5.4;
+
+/// Draws a pose that is held possible.
+pub(crate) fn draw_possible(
+    canvas: &mut Canvas<'_>,
+    look: &Look,
+    at: Px,
+    mark: &Mark,
+) -> Result<(), PlotError> {
+    let (s, c) = trig::sin_cos(f64::from(mark.theta_rad));
+    let size = HEAD_SIZE * (0.3 + 0.7 * f64::from(mark.share).sqrt());
+    let corner =
+        |[u, v]: [f64; 2]| [at[0] + size * (c * u - s * v), at[1] - size * (s * u + c * v)];
+    canvas.wash(&HEAD.map(corner), &look.ink, 0.4)
+}
+
+/// Draws the last belief of each filter that showed any, as far as it lies in
+/// the map.
+pub(crate) fn draw_beliefs(
+    canvas: &mut Canvas<'_>,
+    axes: &Axes,
+    trace: &RunTrace,
+) -> Result<(), PlotError> {
+    for (k, track) in trace.beliefs.iter().enumerate() {
+        let look = possible_look(trace, k);
+        for mark in track.moments.last().iter().flat_map(|moment| &moment.marks) {
+            let at = axes.px([mark.x_m, mark.y_m].map(f64::from));
+            if axes.holds(at) {
+                draw_possible(canvas, &look, at, mark)?;
+            }
         }
     }
     Ok(())

@@ -6,6 +6,7 @@
 //! * [`trace`]: a run as it is drawn, filled tick by tick;
 //! * [`keeper`]: the same of a run of any length, in memory of a fixed size;
 //! * [`stops`]: fewer ticks, with covariances and scans;
+//! * [`beliefs`]: what filters held possible, at some ticks;
 //! * [`metrics`]: one [`Score`](rusty_contract::score::Score) per estimator; what
 //!   is in it lies in `statistics` (rows of errors), `trajectory`, `alignment`,
 //!   `consistency`, `batches`, `convergence` and `compute`;
@@ -21,6 +22,7 @@
 mod alignment;
 pub mod bands;
 mod batches;
+pub mod beliefs;
 pub(crate) mod chart;
 mod compute;
 mod consistency;
@@ -38,6 +40,7 @@ pub mod trace;
 mod trajectory;
 pub mod yardstick;
 
+pub use beliefs::{BeliefKeeper, BeliefMoment};
 pub use held::Held;
 pub use keeper::TraceKeeper;
 pub use metrics::{Given, Meter, Moment, Planned, score};

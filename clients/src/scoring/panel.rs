@@ -8,11 +8,14 @@ use rusty_plot::style::{
 };
 use rusty_plot::{Anchor, Canvas, PlotError, Px, Rect};
 
-use super::map::{View, draw_echo};
+use super::beliefs::Mark;
+use super::map::{View, draw_echo, draw_possible, possible_look};
 use super::timeline::Timeline;
 use super::trace::RunTrace;
 
 const LEGEND_ROW: f64 = 24.0;
+/// Longest entry that somebody else chose a part of, characters.
+const LONGEST_ENTRY: usize = 21;
 const TABLE_HEAD: f64 = 62.0;
 const NOTES: f64 = 88.0;
 const TABLE_ROW: f64 = 22.0;
@@ -24,6 +27,7 @@ enum Entry {
     Line(RGBColor, f64),
     Robot { started: bool },
     Scan,
+    Possible(Look),
 }
 
 /// The panel: entries of the legend, and where its parts begin.
@@ -45,6 +49,12 @@ impl<'a> Panel<'a> {
         if let Some(&at_s) = drawn.and_then(|(tick, _)| trace.time_s.get(*tick)) {
             let at_s = at_s - time.origin_s;
             entries.push((Entry::Scan, format!("scan at {at_s:.2} s")));
+        }
+        for (k, track) in trace.beliefs.iter().enumerate() {
+            let Some(moment) = track.moments.last() else { continue };
+            let words = format!("{}, {}", moment.kind, track.name);
+            let words = words.chars().take(LONGEST_ENTRY).collect();
+            entries.push((Entry::Possible(possible_look(trace, k)), words));
         }
         for (name, (ink, width), is_it) in [
             ("wall", WALL, (|m| m == Material::Wall) as fn(Material) -> bool),
@@ -178,6 +188,9 @@ impl<'a> Panel<'a> {
         if self.trace.has_covariances() {
             notes.push("Ellipses and bands: 95 %, by the covariances reported.".to_owned());
         }
+        if !self.trace.beliefs.is_empty() {
+            notes.push("Arrowheads: the last belief shown, as received.".to_owned());
+        }
         if left_map {
             notes.push("An estimate leaves the map.".to_owned());
         }
@@ -194,6 +207,9 @@ fn draw_entry(canvas: &mut Canvas<'_>, at: Px, entry: &Entry) -> Result<(), Plot
     match entry {
         Entry::Line(ink, width) => canvas.line(&[[x, y], [x + 32.0, y]], ink, *width),
         Entry::Robot { started } => draw_robot(canvas, [x + 12.0, y], 0.0, *started),
+        Entry::Possible(look) => [4.0, 14.0, 24.0].into_iter().try_for_each(|right| {
+            draw_possible(canvas, look, [x + right, y], &Mark { share: 1.0, ..Mark::NOWHERE })
+        }),
         Entry::Scan => {
             for k in 0..4 {
                 draw_echo(canvas, [x + 4.0 + 8.0 * f64::from(k), y])?;

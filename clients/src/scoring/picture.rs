@@ -104,6 +104,7 @@ fn draw_map(
 ) -> Result<bool, PlotError> {
     let axes = view.axes(frame);
     map::draw_ground(canvas, &axes, trace)?;
+    map::draw_beliefs(canvas, &axes, trace)?;
     view.draw_scan(canvas, &axes)?;
     let mut left = false;
     for i in 0..trace.names.len() {

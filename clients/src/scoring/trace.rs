@@ -4,6 +4,7 @@ use rusty_contract::config::LidarConfig;
 use rusty_contract::log::LogHeader;
 use rusty_geometry::{SE2, WorldSpec};
 
+use super::beliefs::BeliefTrack;
 use super::metrics::distance_driven_m;
 use super::stops::Stop;
 
@@ -40,6 +41,9 @@ pub struct RunTrace {
     /// Some of the ticks, with covariances and scans ([`super::stops`]); none
     /// unless a [`TraceKeeper`](super::TraceKeeper) put them here.
     pub stops: Vec<Stop>,
+    /// What filters showed of what they held possible, as far as it came
+    /// ([`super::beliefs`]); most runs have none.
+    pub beliefs: Vec<BeliefTrack>,
 }
 
 /// A run in figures.
@@ -72,6 +76,7 @@ impl RunTrace {
             last_scan: None,
             thinned_from: None,
             stops: Vec::new(),
+            beliefs: Vec::new(),
             names,
         }
     }
@@ -176,6 +181,7 @@ pub(crate) mod tests {
             last_scan: None,
             thinned_from: None,
             stops: Vec::new(),
+            beliefs: Vec::new(),
         }
     }
 

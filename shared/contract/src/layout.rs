@@ -71,7 +71,7 @@ pub fn tables() -> [Table; 4] {
     ]
 }
 
-const fn hash_fields(mut hash: u64, fields: &[Field]) -> u64 {
+pub(crate) const fn hash_fields(mut hash: u64, fields: &[Field]) -> u64 {
     let mut i = 0;
     while i < fields.len() {
         let f = fields[i];

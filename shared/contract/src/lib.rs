@@ -4,6 +4,7 @@
 //!
 //! * [`frame`]: what the world shows each tick, one fixed layout, read where it lies;
 //! * [`answer`]: what a participant says to a frame; the answer is the acknowledgement;
+//! * [`belief`]: what a filter holds possible, for whoever looks on;
 //! * [`tally`]: the answers of one tick, for those who score and log;
 //! * [`truth`]: the sealed pose, and the key without which it cannot be opened;
 //! * [`digest`]: the bits a run is known by;
@@ -73,6 +74,11 @@
 //!     with a code other than 0, and sweep folder and memory of the run (take
 //!     the lock first: who holds it may remove both).
 //!
+//! Beside all that, and no part of it: a filter may show what it holds possible
+//! on the service `beliefs` ([`belief`]), after its answer, if somebody
+//! subscribes there. Nothing is missed by who leaves it out; its structs are not
+//! part of the layout hash.
+//!
 //! Nothing in this crate reads a clock, an environment variable or a random
 //! number, and nothing in it knows how bytes travel.
 
@@ -97,7 +103,7 @@ pub mod timing;
 pub mod truth;
 
 pub use answer::Answer;
-pub use belief::{BeliefKind, WeightedPose};
+pub use belief::{BeliefHeader, BeliefKind, WeightedPose};
 pub use blind::{BlindKey, BlindKeyError};
 pub use config::ScriptConfig;
 pub use config::{FieldError, Kidnapping, LidarConfig, NominalRobot, RobotConfig, RunConfig};

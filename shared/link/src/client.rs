@@ -11,8 +11,10 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::Node;
 use iceoryx2::sample::Sample;
 use rusty_contract::answer::Message;
+use rusty_contract::scenario::Role;
 use rusty_contract::{Answer, Frame, JoinRequest, RunName, Start, Tally};
 
+use crate::belief::Beliefs;
 use crate::feed::{Refeed, is_last_word};
 use crate::lobby::Lobby;
 use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
@@ -35,13 +37,15 @@ pub struct ClientLink {
     refeed: Option<Refeed>,
     tallies: Option<Subscriber<Ipc, WireTally, ()>>,
     answers: Publisher<Ipc, WireAnswer, ()>,
+    /// Opened for those who look, and by the first look of those who show.
+    beliefs: Option<Beliefs>,
     wake_server: Notifier<Ipc>,
     woken: Listener<Ipc>,
     /// When the current wait for a frame began.
     waiting_since_ns: u64,
     /// The last frame was long in coming: the next will be, too.
     is_slow: bool,
-    _node: Node<Ipc>,
+    node: Node<Ipc>,
     domain: Domain,
 }
 
@@ -165,6 +169,8 @@ impl ClientLink {
             .max_loaned_samples(2)
             .create()
             .map_err(LinkError::transport("open the answers port"))?;
+        // Open before the first frame, so that no belief is too early.
+        let beliefs = (start.role == Role::Scorer).then(|| Beliefs::to_see(&node));
         let waiting_since_ns = monotonic_ns();
         let mut link = Self {
             start,
@@ -174,11 +180,12 @@ impl ClientLink {
             refeed,
             tallies,
             answers,
+            beliefs,
             wake_server,
             woken,
             waiting_since_ns,
             is_slow: false,
-            _node: node,
+            node,
             domain,
         };
         link.send_raw(Answer::carrying(&Message::Ready))?;
@@ -326,6 +333,11 @@ impl ClientLink {
             .send_copy(WireAnswer(answer))
             .map(|_| ())
             .map_err(LinkError::transport("send an answer"))
+    }
+
+    /// The way by which beliefs are shown, and seen by scorers.
+    pub fn beliefs(&mut self) -> &mut Beliefs {
+        self.beliefs.get_or_insert_with(|| Beliefs::to_show(&self.node))
     }
 
     /// The next tally, if there is one. Only scorers and loggers have any.

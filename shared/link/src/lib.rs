@@ -10,7 +10,8 @@
 //! * [`server`]: the side that loans frames and collects answers;
 //! * [`feed`]: how one who comes back is given the ticks it missed;
 //! * [`mod@control`]: how somebody else says when ticks may happen;
-//! * [`client`]: the side that borrows frames and answers.
+//! * [`client`]: the side that borrows frames and answers;
+//! * [`belief`]: what filters show, beside the run, to whoever looks on.
 //!
 //! For the bench, without a protocol: [`raw`], the transport alone, and
 //! [`floor`], the machine alone.
@@ -19,6 +20,7 @@
 //! wait the data is looked at. The clock is read to decide who might be
 //! asleep; it never reaches a digest.
 
+pub mod belief;
 pub mod client;
 pub mod control;
 pub mod domain;
@@ -36,6 +38,7 @@ mod services;
 mod sweep;
 pub mod wait;
 
+pub use belief::{Beliefs, Onlooker};
 pub use client::{BorrowedFrame, BorrowedTally, ClientLink, Incoming};
 pub use control::{ControlCall, control};
 pub use domain::{Domain, DomainError, RunState};

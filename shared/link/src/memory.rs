@@ -26,8 +26,18 @@ pub fn memory_state() -> MemoryState {
     state_of(SHARED_MEMORY)
 }
 
+/// Bytes of shared memory that this user may still fill; 0 where the kernel does
+/// not say.
+pub(crate) fn free_bytes() -> u64 {
+    free_at(SHARED_MEMORY)
+}
+
+fn free_at(path: &str) -> u64 {
+    statvfs(path).map_or(0, |room| room.f_bavail.saturating_mul(room.f_frsize))
+}
+
 fn state_of(path: &'static str) -> MemoryState {
-    let free_bytes = statvfs(path).map_or(0, |room| room.f_bavail.saturating_mul(room.f_frsize));
+    let free_bytes = free_at(path);
     let problem = write_a_page(Path::new(path)).err().map(|error| error.to_string());
     MemoryState { path, problem, free_bytes }
 }

@@ -18,7 +18,7 @@ use iceoryx2::unique_id_generator::{UniqueId, UniqueIdGenerator};
 use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally};
 
 use crate::control::ControlCall;
-use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
+use crate::services::{self, BeliefService, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
 use crate::{Domain, Feed, LinkError, Peer, WaitPolicy};
 
@@ -35,6 +35,8 @@ pub struct ServerLink {
     /// When the current wait began: at the last publication.
     waiting_since_ns: u64,
     waiter: Waiter,
+    /// Held for filters and onlookers; `None` takes nothing from the run.
+    _beliefs: Option<BeliefService>,
     node: Node<Ipc>,
     /// Answers of this turn, given back at its end; no others.
     heard: Vec<Sample<Ipc, WireAnswer, ()>>,
@@ -128,6 +130,7 @@ impl ServerLink {
             .map_err(LinkError::transport("open the answers port"))?;
         let wake_clients = services::notifier(&node, "wake-clients", true)?;
         let woken = services::listener(&node, "wake-server", true)?;
+        let beliefs = services::beliefs(&node, true).ok();
         // Last, because clients take it as the sign that all others exist.
         let controls = services::exchange(&node, "control", true)?
             .server_builder()
@@ -155,6 +158,7 @@ impl ServerLink {
             policy,
             waiting_since_ns,
             waiter,
+            _beliefs: beliefs,
             node,
             heard: Vec::with_capacity(ANSWERS_AT_ONCE),
         })

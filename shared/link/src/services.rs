@@ -7,14 +7,16 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{FileDescriptorBased as _, Node, NodeBuilder, ServiceName};
 use iceoryx2::prelude::{SignalHandlingMode, ZeroCopySend, ipc};
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
+use rusty_contract::belief::belief_hash;
 use rusty_contract::layout::layout_hash;
-use rusty_contract::{Answer, Frame, Tally};
+use rusty_contract::{Answer, BeliefHeader, Frame, Tally, WeightedPose};
 use std::os::fd::BorrowedFd;
 
 use crate::{Domain, LinkError};
 
 pub(crate) type Ipc = ipc::Service;
 pub(crate) type PubSub<T> = publish_subscribe::PortFactory<Ipc, T, ()>;
+pub(crate) type BeliefService = publish_subscribe::PortFactory<Ipc, [WirePose], WireBelief>;
 pub(crate) type Exchange = request_response::PortFactory<Ipc, [u8], (), [u8], ()>;
 pub(crate) type Wakes = event::PortFactory<Ipc>;
 
@@ -27,11 +29,16 @@ pub(crate) const BUFFER: usize = 4;
 /// for included.
 pub const MAX_HELD_FRAMES: usize = BUFFER;
 
-/// Declares a payload: a contract struct whose type name carries the layout
+/// Filters that show beliefs, and those who look on at a time. A port of a
+/// process that was killed keeps its place until the dead are forgotten.
+const MAX_SHOWING: usize = 16;
+const MAX_LOOKING: usize = 6;
+
+/// Declares a payload: a contract struct whose type name carries a layout
 /// hash, so that two builds with other layouts do not open each other's
 /// service even where the sizes are equal.
 macro_rules! payload {
-    ($name:ident($inner:ty) = $text:literal) => {
+    ($name:ident($inner:ty) = $text:literal, $hash:expr) => {
         #[derive(Clone, Copy, Debug)]
         #[repr(transparent)]
         pub(crate) struct $name(pub(crate) $inner);
@@ -49,7 +56,7 @@ macro_rules! payload {
                         name[i] = TEXT[i];
                         i += 1;
                     }
-                    let hash = layout_hash();
+                    let hash: u64 = $hash;
                     let mut digit = 0;
                     while digit < 16 {
                         let nibble = (hash >> (60 - 4 * digit)) as usize & 0xF;
@@ -68,9 +75,24 @@ macro_rules! payload {
     };
 }
 
-payload!(WireFrame(Frame) = "rusty.Frame.");
-payload!(WireAnswer(Answer) = "rusty.Answer.");
-payload!(WireTally(Tally) = "rusty.Tally.");
+payload!(WireFrame(Frame) = "rusty.Frame.", layout_hash());
+payload!(WireAnswer(Answer) = "rusty.Answer.", layout_hash());
+payload!(WireTally(Tally) = "rusty.Tally.", layout_hash());
+payload!(WireBelief(BeliefHeader) = "rusty.BeliefHeader.", belief_hash());
+payload!(WirePose(WeightedPose) = "rusty.WeightedPose.", belief_hash());
+
+#[allow(clippy::derivable_impls)] // what the macro derives is for all payloads
+impl Default for WireBelief {
+    fn default() -> Self {
+        Self(BeliefHeader::default())
+    }
+}
+
+/// Poses as they go through the service.
+pub(crate) fn wire_poses(poses: &[WeightedPose]) -> &[WirePose] {
+    // SAFETY: `WirePose` is a transparent wrapper of `WeightedPose`.
+    unsafe { std::slice::from_raw_parts(poses.as_ptr().cast(), poses.len()) }
+}
 
 /// A node in the run's domain, with our own signal handling.
 pub(crate) fn node(domain: &Domain) -> Result<Node<Ipc>, LinkError> {
@@ -107,6 +129,28 @@ pub(crate) fn pub_sub<T: ZeroCopySend + std::fmt::Debug>(
             .map_err(LinkError::transport("create a service"))
     } else {
         builder.open().map_err(LinkError::transport("open a service"))
+    }
+}
+
+/// Creates the service of beliefs, or opens it.
+pub(crate) fn beliefs(node: &Node<Ipc>, create: bool) -> Result<BeliefService, LinkError> {
+    let builder = node.service_builder(&name("beliefs")?).publish_subscribe::<[WirePose]>();
+    let builder = builder.user_header::<WireBelief>();
+    if create {
+        builder
+            .max_publishers(MAX_SHOWING)
+            .max_subscribers(MAX_LOOKING)
+            .max_nodes(2 * MAX_PORTS)
+            // Of a reader that keeps pace with the ticks, as scorers do, no
+            // more than three are on the way.
+            .subscriber_max_buffer_size(BUFFER)
+            .subscriber_max_borrowed_samples(1)
+            .history_size(0)
+            .enable_safe_overflow(true)
+            .create()
+            .map_err(LinkError::transport("create the service of beliefs"))
+    } else {
+        builder.open().map_err(LinkError::transport("open the service of beliefs"))
     }
 }
 

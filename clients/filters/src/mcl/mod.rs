@@ -213,7 +213,8 @@ impl Mcl {
         self.odometry.take();
         self.particles.clear();
         if let Some(initial) = self.initial {
-            let variances = [INITIAL_M * INITIAL_M, INITIAL_M * INITIAL_M, INITIAL_RAD * INITIAL_RAD];
+            let variances =
+                [INITIAL_M * INITIAL_M, INITIAL_M * INITIAL_M, INITIAL_RAD * INITIAL_RAD];
             let before = Matrix3::from_diagonal(&Vector3::from(variances));
             let mean = initial.compose(&motion.now_in_then);
             let covariance = motion.propagate(&before);

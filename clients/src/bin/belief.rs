@@ -1,0 +1,149 @@
+//! `belief`: looks on while filters think.
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use clap::Parser;
+use rusty_contract::belief::{Summary, tidy};
+use rusty_contract::{BeliefHeader, BeliefKind, Exit, RunName};
+use rusty_link::Onlooker;
+use serde::Serialize;
+
+/// Shows what the filters of a run hold possible, a line for each belief that
+/// comes: particles or histogram, how many poses, effective sample size, mean and
+/// spread.
+///
+/// It has no part in the run: nobody waits for it, no bit depends on it, and what
+/// it is too slow for it does not see. Filters that hold one pose possible show
+/// nothing; their covariance is in their answers.
+#[derive(Parser)]
+#[command(version)]
+struct Cli {
+    /// The run to look on at
+    #[arg(long, value_name = "NAME")]
+    run: RunName,
+
+    /// Only what this participant shows
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+
+    /// End after so many lines
+    #[arg(long, value_name = "N")]
+    lines: Option<u64>,
+
+    /// Print a JSON object a line
+    #[arg(long)]
+    json: bool,
+}
+
+/// One line.
+#[derive(Serialize)]
+struct Line<'a> {
+    tick: u64,
+    time_s: f64,
+    name: &'a str,
+    kind: String,
+    /// Poses that came, and those that the filter has.
+    count: u32,
+    whole: u32,
+    effective: f64,
+    mean_x_m: f64,
+    mean_y_m: f64,
+    mean_theta_rad: f64,
+    spread_m: f64,
+    heading_agreement: f64,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let exit = match look_on(&cli) {
+        Ok(()) => Exit::Done,
+        Err(e) => {
+            let _ = writeln!(io::stderr(), "belief: {e}");
+            Exit::Failed
+        }
+    };
+    ExitCode::from(exit as u8)
+}
+
+fn look_on(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    let onlooker = Onlooker::open(&cli.run)?;
+    let mut out = io::stdout();
+    if !cli.json {
+        let columns = "    tick    time s  name                      kind         poses  effective  \
+                       mean x m  mean y m   mean °  spread m";
+        told(writeln!(out, "{columns}"))?;
+    }
+    let (mut poses, mut lines) = (Vec::new(), 0);
+    while !stop.load(Ordering::Relaxed) && cli.lines.is_none_or(|most| lines < most) {
+        // Asked before the look, so that the last words of a run are seen.
+        let over = onlooker.is_over();
+        let Some(header) = onlooker.wait(Duration::from_millis(50), &mut poses) else {
+            if over {
+                break;
+            }
+            continue;
+        };
+        tidy(&mut poses);
+        let (Some(name), Some(summary)) = (header.name(), Summary::of(&poses)) else { continue };
+        if cli.name.as_deref().is_some_and(|wanted| wanted != name) {
+            continue;
+        }
+        if !told(print(&mut out, &header, name, &summary, cli.json))? {
+            break;
+        }
+        lines += 1;
+    }
+    Ok(())
+}
+
+fn print(
+    out: &mut impl Write,
+    header: &BeliefHeader,
+    name: &str,
+    summary: &Summary,
+    json: bool,
+) -> io::Result<()> {
+    let kind = BeliefKind::of_number(header.kind).map_or("?".to_owned(), |kind| kind.to_string());
+    let &BeliefHeader { tick, time_s, count, whole, .. } = header;
+    let Summary { effective, mean_m: [x_m, y_m], mean_rad, spread_m, agreement } = *summary;
+    if !json {
+        let degrees = mean_rad.to_degrees();
+        return writeln!(
+            out,
+            "{tick:8}  {time_s:8.2}  {name:24}  {kind:10}  {whole:6}  {effective:9.1}  {x_m:8.3}  \
+             {y_m:8.3}  {degrees:7.2}  {spread_m:8.3}"
+        );
+    }
+    let line = Line {
+        tick,
+        time_s,
+        name,
+        kind,
+        count,
+        whole,
+        effective,
+        mean_x_m: x_m,
+        mean_y_m: y_m,
+        mean_theta_rad: mean_rad,
+        spread_m,
+        heading_agreement: agreement,
+    };
+    writeln!(out, "{}", serde_json::to_string(&line).map_err(io::Error::from)?)
+}
+
+/// Whether somebody still reads: `belief … | head` is no failure.
+fn told(written: io::Result<()>) -> io::Result<bool> {
+    match written.and_then(|()| io::stdout().flush()) {
+        Ok(()) => Ok(true),
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+        Err(e) => Err(e),
+    }
+}

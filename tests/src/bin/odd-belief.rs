@@ -1,0 +1,55 @@
+//! A filter of dead reckoning whose beliefs are odd in the way it is told:
+//! `nan`, `many`, `empty`, `panic`, or `none`.
+
+use clap::Parser;
+use rusty_clients::prelude::*;
+use rusty_clients::{ClientArgs, Filter, run_from};
+use rusty_contract::{BeliefKind, WeightedPose};
+
+#[derive(Parser)]
+struct Cli {
+    #[command(flatten)]
+    args: ClientArgs,
+
+    #[arg(long, default_value = "none")]
+    odd: String,
+}
+
+struct Odd {
+    odd: String,
+    drive: DiffDrive,
+    pose_in_world: SE2,
+    last: EncoderTicks,
+}
+
+impl Filter for Odd {
+    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+        let moved = odometry_delta(self.last, tick.ticks(), &self.drive);
+        self.last = tick.ticks();
+        self.pose_in_world = self.pose_in_world.boxplus(&moved);
+        self.pose_in_world.into()
+    }
+
+    fn belief(&self, poses: &mut Vec<WeightedPose>) -> Option<BeliefKind> {
+        let sound = WeightedPose { x_m: 1.0, y_m: 2.0, theta_rad: 0.5, weight: 0.5 };
+        match self.odd.as_str() {
+            "nan" => {
+                poses.extend([sound, WeightedPose { x_m: f64::NAN, ..sound }]);
+                poses.push(WeightedPose { weight: -1.0, ..sound });
+            }
+            "many" => poses.resize(100_000, sound),
+            "panic" => panic!("on request"),
+            "none" => return None,
+            _ => {}
+        }
+        Some(BeliefKind::Histogram)
+    }
+}
+
+fn main() -> Exit {
+    let Cli { args, odd } = Cli::parse();
+    run_from(&args, |start| {
+        let (drive, last) = (start.robot.drive, EncoderTicks::default());
+        Ok(Odd { odd, drive, pose_in_world: start.initial_pose.unwrap_or_default(), last })
+    })
+}
