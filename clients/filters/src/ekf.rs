@@ -18,15 +18,17 @@
 //!   which stays symmetric and positive whatever is rounded (Bar-Shalom et al.,
 //!   *Estimation with Applications to Tracking and Navigation*, 2001, §5.2.3),
 //!   and is then carried to the tangent space at the updated pose.
+//! * Of a line, its direction and the place of its best known point are compared,
+//!   not α and ρ: see [`crate::line_map::LineInnovation`].
 //! * Matches are found before the first update, updates are one after the other,
 //!   each linearised where the last one led.
 
 use std::io::Write as _;
 
 use clap::Args;
-use nalgebra::{Matrix2, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Estimate, Reply, Start, reply::Innovation};
+use rusty_contract::{Estimate, Innovation, Reply, Start};
 use rusty_geometry::{EncoderTicks, SE2};
 
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
@@ -187,15 +189,10 @@ impl Ekf {
         let mut sum = Innovation { nis: 0.0, degrees: 0 };
         for (segment, line) in matches {
             let innovation = line.innovation(segment, &self.pose_in_world, &self.covariance);
-            let Some((pose, covariance)) = updated(
-                &self.pose_in_world,
-                &self.covariance,
-                &innovation,
-                &segment.line.covariance,
-            ) else {
+            let Some(updated) = updated(&self.pose_in_world, &self.covariance, &innovation) else {
                 continue;
             };
-            (self.pose_in_world, self.covariance) = (pose, covariance);
+            (self.pose_in_world, self.covariance) = updated;
             sum.nis += innovation.nis();
             sum.degrees += 2;
         }
@@ -234,30 +231,37 @@ impl Filter for Ekf {
     }
 }
 
-/// Pose and covariance after an update with noise `r`, in Joseph's form; `None`
-/// where a number is not finite.
+/// Pose and covariance after an update, in Joseph's form; `None` where a number is
+/// not finite.
 #[must_use]
 pub fn updated(
     pose_in_world: &SE2,
     covariance: &Matrix3<f64>,
     innovation: &LineInnovation,
-    r: &Matrix2<f64>,
 ) -> Option<(SE2, Matrix3<f64>)> {
-    let LineInnovation { nu, h, s } = innovation;
+    let LineInnovation { nu, h, r, s } = innovation;
     let gain = covariance * h.transpose() * s.try_inverse()?;
     let tau = gain * nu;
     let rest = Matrix3::identity() - gain * h;
     let joseph = rest * covariance * rest.transpose() + gain * r * gain.transpose();
-    // exp(τ + ε) = exp(τ) exp(Jr ε): the same error as seen from the new pose,
-    // Jr = I − ad(τ)/2 to first order in τ (Solà eq. 143 and its series).
-    let half = tau * 0.5;
-    let jr = Matrix3::new(1.0, half.z, -half.y, -half.z, 1.0, half.x, 0.0, 0.0, 1.0);
+    let jr = right_jacobian(&tau);
     let covariance = symmetric(&(jr * joseph * jr.transpose()));
     let whole = tau.iter().chain(covariance.iter()).all(|v| v.is_finite());
     whole.then(|| (pose_in_world.boxplus(&tau), covariance))
+}
+
+/// Jr with exp(τ + ε) = exp(τ) exp(Jr ε) for small ε: the same error, seen from
+/// the pose that τ leads to. I − ad(τ)/2, the first two terms of its series.
+fn right_jacobian(tau: &Vector3<f64>) -> Matrix3<f64> {
+    let half = tau * 0.5;
+    Matrix3::new(1.0, half.z, -half.y, -half.z, 1.0, half.x, 0.0, 0.0, 1.0)
 }
 
 /// The mean of a matrix and its transpose.
 fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     (matrix + matrix.transpose()) * 0.5
 }
+
+#[cfg(test)]
+#[path = "ekf_tests.rs"]
+mod tests;

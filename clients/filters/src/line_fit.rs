@@ -19,7 +19,7 @@
 //! * The covariance is that of the iteration's normal equations, which is the
 //!   same thing as Arras' propagation at the least of the sum.
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Point2, Vector2};
 use rusty_geometry::{SE2, trig, wrap_angle};
 
 /// A line seen at a flatter angle than this (its cosine) says nothing of its
@@ -118,6 +118,20 @@ impl Line {
         rays.iter().map(error_m).fold(0.0, f64::max)
     }
 
+    /// The point of the line whose distance across it is known best, and the
+    /// variance of that distance, m². Its error has nothing to do with that of α.
+    ///
+    /// A point s along the line (the normal turned to the left) is off by
+    /// δρ − s δα.
+    #[must_use]
+    pub fn firm_point(&self) -> (Point2<f64>, f64) {
+        let [alpha, both, rho] = [(0, 0), (0, 1), (1, 1)].map(|at| self.covariance[at]);
+        let s_m = if alpha > 0.0 { both / alpha } else { 0.0 };
+        let normal = self.normal();
+        let point = normal * self.rho_m + Vector2::new(-normal.y, normal.x) * s_m;
+        (Point2::from(point), (rho - both * s_m).max(0.0))
+    }
+
     /// The same line in the frame in which this one's has the pose `frame`. The
     /// normal keeps its direction in the plane; so ρ may become negative.
     #[must_use]
@@ -207,25 +221,22 @@ mod tests {
             let exact = rays(alpha_rad, rho_m, &bearings_rad);
             let said = Line::fit(&exact, std_m).unwrap();
             assert!((said.rho_m - rho_m).abs() < 1e-9, "{said:?}");
+            let said = [said.covariance[(0, 0)], said.firm_point().1];
             let (mut mean, mut sum) = (Vector2::zeros(), Matrix2::zeros());
             for _ in 0..count {
                 let mut noisy = exact.clone();
                 noisy.iter_mut().for_each(|ray| ray.range_m += std_m * random.normal());
                 let line = Line::fit(&noisy, std_m).unwrap();
-                let error =
-                    Vector2::new(wrap_angle(line.alpha_rad - alpha_rad), line.rho_m - rho_m);
+                let (s, c) = trig::sin_cos(alpha_rad);
+                let across_m = Vector2::new(c, s).dot(&line.firm_point().0.coords) - rho_m;
+                let turn_rad = wrap_angle(line.alpha_rad - alpha_rad);
+                let error = Vector2::new(turn_rad / said[0].sqrt(), across_m / said[1].sqrt());
                 mean += error / f64::from(count);
                 sum += error * error.transpose() / f64::from(count);
             }
-            for (i, j) in [(0, 0), (0, 1), (1, 1)] {
-                let scale = (said.covariance[(i, i)] * said.covariance[(j, j)]).sqrt();
-                let off = (sum[(i, j)] - said.covariance[(i, j)]) / scale;
-                assert!(off.abs() < 0.05, "({i}, {j}) off by {off} at ρ = {rho_m}");
-            }
-            for i in 0..2 {
-                let off = mean[i] / said.covariance[(i, i)].sqrt();
-                assert!(off.abs() < 0.05, "{i} biased by {off} σ at ρ = {rho_m}");
-            }
+            let off = (sum - Matrix2::identity()).abs().max();
+            assert!(off < 0.05, "off by {off} at ρ = {rho_m}: {sum}");
+            assert!(mean.abs().max() < 0.05, "biased by {mean} σ at ρ = {rho_m}");
         }
     }
 
