@@ -16,20 +16,18 @@
 //! What they share, in reading order: [`random`]; [`motion`], [`beams`]
 //! and [`beam_model`], what a filter believes of wheels, of the laser's geometry and
 //! of its readings; [`grid`], [`occupancy`] and [`distance_field`], maps of cells,
-//! and [`map_server`], the files they are kept in.
+//! and [`map_server`], the files they are kept in; [`tangent`], covariances of poses.
 //!
 //! The filters: [`ekf`], on straight walls ([`line_fit`], [`lines`], [`line_map`]);
-//! [`scan_match`], on [`icp`]; [`gridmap`] maps, on [`occupancy_grid`].
+//! [`mcl`], on particles ([`likelihood_field`], [`resampling`], [`kld`]);
+//! [`scan_match`], on [`icp`]; [`gridmap`], on an [`occupancy_grid`] ([`ray_walk`],
+//! [`map_picture`]).
 //!
 //! The drivers: [`surroundings`] keeps a robot off the walls, [`steering`] finds a
 //! free way, [`localiser`] is what they ask where they are; [`wander`] needs no
 //! more. [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them:
 //! [`goto`] on a map that is given, [`explore`] on one that it makes, to its
 //! [`frontiers`].
-//! Particles: [`likelihood_field`], [`resampling`], [`kld`].
-//!
-//! Maps: [`ray_walk`], [`occupancy_grid`], [`map_picture`], [`gridmap`].
-//! Particles: [`likelihood_field`], [`resampling`], [`kld`], and [`mcl`].
 
 pub mod random;
 
@@ -41,28 +39,25 @@ pub mod distance_field;
 pub mod grid;
 pub mod map_server;
 pub mod occupancy;
-
 pub mod tangent;
 
-pub mod icp;
-pub mod scan_match;
-
+pub mod ekf;
 pub mod line_fit;
 pub mod line_map;
 pub mod lines;
 
-pub mod ekf;
-
 pub mod kld;
 pub mod likelihood_field;
+pub mod mcl;
 pub mod resampling;
+
+pub mod icp;
+pub mod scan_match;
 
 pub mod gridmap;
 pub mod map_picture;
 pub mod occupancy_grid;
 pub mod ray_walk;
-
-pub mod gridmap;
 
 pub mod localiser;
 pub mod steering;
@@ -77,13 +72,10 @@ pub mod pursuit;
 pub mod explore;
 pub mod frontiers;
 
-pub use beams::Beams;
-pub use ekf::Ekf;
-pub mod mcl;
-
 pub use beam_model::BeamModel;
 pub use beams::Beams;
 pub use distance_field::DistanceField;
+pub use ekf::Ekf;
 pub use grid::GridFrame;
 pub use likelihood_field::LikelihoodField;
 pub use map_server::MapFileError;
