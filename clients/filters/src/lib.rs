@@ -21,6 +21,8 @@
 //! Particles: [`likelihood_field`], [`resampling`], [`kld`].
 //!
 //! Maps: [`ray_walk`], [`occupancy_grid`], [`map_picture`], [`gridmap`].
+//!
+//! The numbers of the models, from logs: [`fit_beam`], [`fit_motion`].
 
 pub mod random;
 
@@ -41,6 +43,9 @@ pub mod gridmap;
 pub mod map_picture;
 pub mod occupancy_grid;
 pub mod ray_walk;
+
+pub mod fit_beam;
+pub mod fit_motion;
 
 pub use beam_model::BeamModel;
 pub use beams::Beams;
