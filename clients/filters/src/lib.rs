@@ -28,6 +28,9 @@
 //! more. [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them:
 //! [`goto`] on a map that is given, [`explore`] on one that it makes, to its
 //! [`frontiers`].
+//! Maps: [`ray_walk`], [`occupancy_grid`], [`map_picture`], [`gridmap`].
+//!
+//! The numbers of the models, from logs: [`fit_beam`], [`fit_motion`].
 
 pub mod random;
 
@@ -71,6 +74,8 @@ pub mod pursuit;
 
 pub mod explore;
 pub mod frontiers;
+pub mod fit_beam;
+pub mod fit_motion;
 
 pub use beam_model::BeamModel;
 pub use beams::Beams;
