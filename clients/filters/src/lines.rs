@@ -15,11 +15,16 @@
 //!   line, as in the sources, lets through what lies beside a wall that is seen
 //!   at a grazing angle.
 //! * Beams that met nothing are left out before; so a dropout ends no wall.
-//! * Near the corner of two walls a range fits both. Those within a margin of
-//!   where the two lines cross are left to neither: a point of the one in the fit
-//!   of the other would bend it, always in the same direction.
+//! * Near the corner of two walls a range fits both. Where the two lines predict
+//!   nearly the same range, it is left to neither: a point of the one in the fit of
+//!   the other would bend it, always in the same direction.
+//! * What ends a piece may be too short to have a line, a door post of two points;
+//!   so the last two points at each end are left out of the fit. In the Apartment's
+//!   corridor the squared errors of lines are 1.017 times what they say with one
+//!   left out, 1.006 with two, and 0.999 with three, which makes a third of the
+//!   lines that one leaves too short.
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::Point2;
 use rusty_geometry::SE2;
 
 use crate::Beams;
@@ -27,11 +32,12 @@ use crate::line_fit::{Line, Ray};
 
 /// A range farther than this many standard deviations from a line is not its.
 const WORST_SIGMAS: f64 = 4.0;
-/// This near to a corner, in standard deviations of a range, a point is nobody's.
-const CORNER_SIGMAS: f64 = 5.0;
-/// Farther than this from the points on both sides, m, a crossing of two lines
-/// is no corner.
-const CORNER_REACH_M: f64 = 0.5;
+/// Where two neighbouring lines tell ranges that differ by less than this many
+/// standard deviations, a point is nobody's.
+const CORNER_SIGMAS: f64 = 7.0;
+
+/// So many points at each end of a piece are left out.
+const END_POINTS: usize = 2;
 
 /// What a piece of wall must have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +84,9 @@ impl Extraction {
             self.close(&mut rays, &mut pieces);
         }
         let cut = self.without_corners(&rays, &pieces, closed);
-        let found = cut.iter().filter_map(|&(from, to)| self.segment(&rays[from..to]));
+        let inner = cut.iter().filter(|(from, to)| to - from > 2 * END_POINTS);
+        let found =
+            inner.filter_map(|(from, to)| self.segment(&rays[from + END_POINTS..to - END_POINTS]));
         found.map(|segment| seen_from(&segment, &beams.sensor_in_body)).collect()
     }
 
@@ -157,37 +165,32 @@ impl Extraction {
             let (a, b) = (pieces[before_i], pieces[i]);
             let lines = (self.long(&rays[a.0..a.1]), self.long(&rays[b.0..b.1]));
             let (Some(before), Some(after)) = lines else { continue };
-            let Some(corner) = crossing(&before, &after) else { continue };
-            let (last, first) = (rays[a.1 - 1].end(), rays[b.0].end());
-            let is_far = |end: Vector2<f64>| (end - corner).norm() > CORNER_REACH_M;
-            if is_far(last) || is_far(first) {
+            // Two pieces of one wall have no corner.
+            if before.normal().perp(&after.normal()).abs() < 0.1 {
                 continue;
             }
-            // Where the line says that a beam ends: the noise of a range does not
-            // decide whether it is used.
-            let is_near = |line: &Line, ray: &Ray| {
-                let on = line.range_m(&ray.direction).map(|range_m| ray.direction * range_m);
-                on.is_none_or(|on| (on - corner).norm() < margin_m)
+            // By what the lines say, not by what was measured: the noise of a range
+            // does not decide whether it is used.
+            let is_nobodys = |ray: &Ray| {
+                let [here, there] = [&before, &after].map(|line| line.range_m(&ray.direction));
+                here.zip(there).is_some_and(|(here, there)| (here - there).abs() < margin_m)
             };
-            let beyond = |ray: &Ray| corner.perp(&ray.direction) >= 0.0;
-            while cut[before_i].1 > cut[before_i].0
-                && (beyond(&rays[cut[before_i].1 - 1])
-                    || is_near(&before, &rays[cut[before_i].1 - 1]))
-            {
+            while cut[before_i].1 > cut[before_i].0 && is_nobodys(&rays[cut[before_i].1 - 1]) {
                 cut[before_i].1 -= 1;
             }
-            while cut[i].0 < cut[i].1
-                && (!beyond(&rays[cut[i].0]) || is_near(&after, &rays[cut[i].0]))
-            {
+            while cut[i].0 < cut[i].1 && is_nobodys(&rays[cut[i].0]) {
                 cut[i].0 += 1;
             }
         }
         cut
     }
 
-    /// The line of a piece that is long enough to have corners.
+    /// The line of a piece that is long enough to have corners, by its inner
+    /// points where there are some.
     fn long(&self, rays: &[Ray]) -> Option<Line> {
-        if rays.len() < 3 { None } else { Line::fit(rays, self.range_std_m) }
+        let skip = if rays.len() > 2 * END_POINTS + 2 { END_POINTS } else { 0 };
+        let inner = &rays[skip..rays.len() - skip];
+        if inner.len() < 3 { None } else { Line::fit(inner, self.range_std_m) }
     }
 
     /// A wall in the sensor frame, if it is one.
@@ -240,15 +243,6 @@ fn farthest_from_chord(rays: &[Ray]) -> usize {
     farthest.unwrap_or(1)
 }
 
-/// Where two lines cross, unless they are nearly parallel.
-fn crossing(a: &Line, b: &Line) -> Option<Vector2<f64>> {
-    let (m, n) = (a.normal(), b.normal());
-    let sine = m.perp(&n);
-    let x = a.rho_m * n.y - b.rho_m * m.y;
-    let y = b.rho_m * m.x - a.rho_m * n.x;
-    (sine.abs() > 0.1).then(|| Vector2::new(x, y) / sine)
-}
-
 fn seen_from(segment: &Segment, sensor_in_body: &SE2) -> Segment {
     Segment {
         line: segment.line.seen_from(sensor_in_body),
@@ -262,6 +256,7 @@ fn seen_from(segment: &Segment, sensor_in_body: &SE2) -> Segment {
 mod tests {
     use super::*;
     use crate::Random;
+    use nalgebra::Vector2;
     use rusty_contract::LidarConfig;
     use rusty_geometry::{Scan, World, WorldSpec, trig};
 
@@ -320,11 +315,20 @@ mod tests {
         assert_eq!(segments.len(), 4, "{segments:?}");
         let mut points = [0; 4];
         for (k, wall) in met.iter().enumerate() {
-            let end = sensor.transform_point(&Point2::from(beams.direction(k) * ranges_m[k]));
-            let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]].map(Point2::from);
-            let away = corners.iter().all(|corner| (end - corner).norm() >= 0.1);
-            points[wall.unwrap()] += usize::from(away);
+            // Near a corner the next wall's line is at nearly the same range.
+            let direction = SE2::new(0.0, 0.0, sensor.theta())
+                .transform_point(&Point2::from(beams.direction(k)));
+            let to = |bound: f64, from: f64, along: f64| (bound - from) / along;
+            let lines = [
+                to(0.0, sensor.y(), direction.y),
+                to(4.0, sensor.x(), direction.x),
+                to(3.0, sensor.y(), direction.y),
+                to(0.0, sensor.x(), direction.x),
+            ];
+            let nobodys = |line: &f64| (line - ranges_m[k]).abs() < 7.0 * 0.02;
+            points[wall.unwrap()] += usize::from(lines.iter().filter(|l| nobodys(l)).count() == 1);
         }
+        points.iter_mut().for_each(|points| *points -= 2 * END_POINTS);
         // In the body frame, where the laser is not: the poses differ.
         for (wall, expected) in walls_from(&pose).into_iter().enumerate() {
             let found = has(&segments, expected, 1e-9);
@@ -381,8 +385,10 @@ mod tests {
             assert!(inside.iter().any(|w| w[0] - 1e-9 <= a && b <= w[1] + 1e-9), "{a} to {b}");
         }
         // The end of the corridor, between the walls of the corridor and no farther.
-        let end = segments.iter().find(|s| s.points == 11 && (s.from.x + 3.4).abs() < 1e-9);
-        assert!(end.is_some_and(|s| s.from.y < 0.6 && s.to.y > -0.6), "{segments:?}");
+        let is_end = |s: &&Segment| {
+            (s.from.x + 3.4).abs() < 1e-9 && s.from.y < 0.6 && s.to.y > -0.6 && s.points >= 6
+        };
+        assert_eq!(segments.iter().filter(is_end).count(), 1, "{segments:?}");
     }
 
     #[test]
