@@ -28,7 +28,13 @@ pub mod occupancy;
 pub mod tangent;
 
 pub mod icp;
+
+pub mod calibration;
 pub mod scan_match;
+
+pub mod pose_graph;
+pub mod slam;
+pub mod sparse;
 
 pub use beams::Beams;
 pub use grid::GridFrame;
