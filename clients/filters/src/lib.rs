@@ -20,15 +20,15 @@
 //!
 //! The filters: [`ekf`], on straight walls ([`line_fit`], [`lines`], [`line_map`]);
 //! [`mcl`], on particles ([`likelihood_field`], [`resampling`], [`kld`]);
-//! [`scan_match`], on [`icp`]; [`gridmap`], on an [`occupancy_grid`] ([`ray_walk`],
-//! [`map_picture`]).
+//! [`scan_match`], on [`icp`] and wheels that learn their errors ([`calibration`]);
+//! [`slam`], on it and a [`pose_graph`] ([`sparse`]); [`gridmap`], on an
+//! [`occupancy_grid`] ([`ray_walk`], [`map_picture`]).
 //!
 //! The drivers: [`surroundings`] keeps a robot off the walls, [`steering`] finds a
 //! free way, [`localiser`] is what they ask where they are; [`wander`] needs no
 //! more. [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them:
 //! [`goto`] on a map that is given, [`explore`] on one that it makes, to its
 //! [`frontiers`].
-//! Maps: [`ray_walk`], [`occupancy_grid`], [`map_picture`], [`gridmap`].
 //!
 //! The numbers of the models, from logs: [`fit_beam`], [`fit_motion`].
 
@@ -54,8 +54,13 @@ pub mod likelihood_field;
 pub mod mcl;
 pub mod resampling;
 
+pub mod calibration;
 pub mod icp;
 pub mod scan_match;
+
+pub mod pose_graph;
+pub mod slam;
+pub mod sparse;
 
 pub mod gridmap;
 pub mod map_picture;
@@ -74,6 +79,7 @@ pub mod pursuit;
 
 pub mod explore;
 pub mod frontiers;
+
 pub mod fit_beam;
 pub mod fit_motion;
 

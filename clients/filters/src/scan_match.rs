@@ -19,19 +19,51 @@
 //! sign). Taken as independent they add up to more than there is.
 
 use clap::Args;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{Filter, Tick};
 use rusty_contract::{Estimate, Innovation, Reply, Start};
 use rusty_geometry::{EncoderTicks, SE2, trig};
 
-use crate::icp::{IcpOptions, Laser, NoMatch, Ray, Surface, match_scans, positive};
+use crate::calibration::LearningWheels;
+use crate::icp::{
+    Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans, match_widely, positive,
+};
 use crate::motion::carried;
 use crate::tangent::{chained, rows, symmetric};
-use crate::{Motion, Odometry, OdometryNoise};
+use crate::{Motion, OdometryNoise};
 
 /// A match that surprises the wheels more than this (χ² of three numbers, once in
 /// ten thousand) says that they slipped.
 const SLIPPED_CHI2: f64 = 21.1;
+
+/// How far off a motion may be by wheels that slipped, or by a laser that is not
+/// quite where it is said to be, one deviation: m at least, m per rad of turn, m
+/// per m of way.
+const SLIPS_M: [f64; 3] = [0.005, 0.15, 0.01];
+/// The same for the heading: rad at least, rad per rad, rad per m.
+const SLIPS_RAD: [f64; 3] = [0.03, 0.1, 0.05];
+/// How far a search goes for a match (m and rad): a scan may have come late while
+/// the robot turned.
+const LOST_M: f64 = 0.25;
+const LOST_RAD: f64 = 0.5;
+/// What such a search finds must match by this much better.
+const BETTER_SHARE: f64 = 0.1;
+
+/// The motion by wheels that may have slipped.
+fn slipped(wheels: &Motion) -> Motion {
+    let moved = &wheels.now_in_then;
+    let (turn_rad, way_m) = (moved.theta().abs(), trig::hypot(moved.x(), moved.y()));
+    let of = |[least, per_rad, per_m]: [f64; 3]| least + per_rad * turn_rad + per_m * way_m;
+    let by = Vector3::new(of(SLIPS_M), of(SLIPS_M), of(SLIPS_RAD));
+    let covariance = wheels.covariance + Matrix3::from_diagonal(&by.component_mul(&by));
+    Motion { covariance, ..*wheels }
+}
+
+/// Whether one match is clearly better than another.
+fn better(new: &Result<Match, NoMatch>, old: &Result<Match, NoMatch>) -> bool {
+    let share = |found: &Result<Match, NoMatch>| found.as_ref().map_or(-1.0, |m| m.share);
+    share(new) > share(old) + BETTER_SHARE
+}
 
 /// How scans become motions.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
@@ -96,11 +128,9 @@ pub struct Told {
 pub struct Tracker {
     options: ScanMatchOptions,
     laser: Laser,
-    odometry: Odometry,
+    wheels: LearningWheels,
     /// The walls of the key scan.
     surface: Option<Surface>,
-    /// By the wheels alone, from the key scan to the last scan.
-    by_wheels: Motion,
     /// By wheels and matches, from the key scan to the last scan.
     to_scan: Motion,
     /// The same to now.
@@ -114,9 +144,8 @@ impl Tracker {
         Self {
             options: *options,
             laser: Laser::new(&start.lidar),
-            odometry: Odometry::new(start.robot.drive, options.wheels),
+            wheels: LearningWheels::new(start.robot.drive, options.wheels),
             surface: None,
-            by_wheels: Motion::default(),
             to_scan: Motion::default(),
             to_now: Motion::default(),
         }
@@ -136,34 +165,25 @@ impl Tracker {
 
     /// Takes the counts at the end of a tick.
     pub fn advance(&mut self, ticks: EncoderTicks) {
-        self.to_now = chained(&self.to_scan, self.odometry.advance(ticks));
+        self.wheels.advance(ticks);
+        self.to_now = chained(&self.to_scan, &self.wheels.since_scan());
     }
 
     /// Takes a scan made at the end of the tick.
     pub fn scan(&mut self, ranges_m: &[f64]) -> Told {
-        let moved = self.odometry.take();
-        self.by_wheels = chained(&self.by_wheels, &moved);
-        self.to_scan = chained(&self.to_scan, &moved);
+        self.to_scan = chained(&self.to_scan, &self.wheels.since_scan());
+        self.wheels.begin_scan();
         let rays = self.laser.rays(ranges_m);
         let mut told = Told::default();
         let Some(surface) = &self.surface else {
             told.key = self.begin_key(rays);
             return told;
         };
-        let (options, guess) = (&self.options.icp, self.to_scan.now_in_then);
-        let matched = match_scans(surface, &self.laser, &rays, &guess, &self.by_wheels, options);
-        let mut share = 0.0;
-        match matched.and_then(|m| {
-            Ok((m.share, m.evidence.fuse(&self.by_wheels).ok_or(NoMatch::NoSolution)?, m))
-        }) {
-            Ok((of_points, mut fused, found)) => {
-                let factor = fused.innovation.nis / SLIPPED_CHI2;
-                if factor > 1.0 {
-                    let mut wheels = self.by_wheels;
-                    wheels.covariance *= factor;
-                    fused.motion = found.evidence.fuse(&wheels).map_or(fused.motion, |f| f.motion);
-                }
-                share = of_points;
+        let (mut share, mut evidence) = (0.0, None);
+        match self.matched(surface, &rays) {
+            Ok((fused, found)) => {
+                share = found.share;
+                evidence = Some(found.evidence);
                 self.to_scan = fused.motion;
                 told.innovation = Some(fused.innovation);
             }
@@ -171,9 +191,61 @@ impl Tracker {
         }
         self.to_now = self.to_scan;
         if self.is_far() || share < self.options.key_share {
+            if let Some(evidence) = evidence.filter(|_| share >= self.options.key_share) {
+                self.wheels.learn(&evidence);
+            }
             told.key = self.begin_key(rays);
+            eprintln!("DBGQ {:?}", self.wheels.errors().0.as_slice());
         }
         told
+    }
+
+    /// The motion since the key scan by wheels and this scan, and the share of its
+    /// points that match: with the wheels as they should be, then with wheels that
+    /// slipped, then with a search around.
+    fn matched(&self, surface: &Surface, rays: &[Ray]) -> Result<(Fused, Match), NoMatch> {
+        let (options, guess) = (&self.options.icp, self.to_scan.now_in_then);
+        let with = |found: Match, wheels: &Motion| {
+            let fused = found.evidence.fuse(wheels).ok_or(NoMatch::NoSolution)?;
+            Ok((fused, found))
+        };
+        let fits = |(fused, found): &(Fused, Match)| {
+            found.share >= self.options.key_share && fused.innovation.nis <= SLIPPED_CHI2
+        };
+        let wheels = &self.wheels.since_key();
+        let by_the_book = match_scans(surface, &self.laser, rays, &guess, wheels, options)
+            .and_then(|found| with(found, wheels));
+        if by_the_book.as_ref().is_ok_and(fits) {
+            return by_the_book;
+        }
+        let slipped = slipped(wheels);
+        let mut found = match_scans(surface, &self.laser, rays, &guess, &slipped, options);
+        if found.as_ref().map_or(0.0, |found| found.share) < self.options.key_share {
+            let half = Vector3::new(LOST_M, LOST_M, LOST_RAD);
+            let mut lost = *wheels;
+            lost.covariance += Matrix3::from_diagonal(&half.component_mul(&half));
+            let wide = match_widely(surface, &self.laser, rays, &lost, &half, options);
+            if better(&wide, &found) {
+                found = wide;
+            }
+        }
+        let surprise = by_the_book.as_ref().ok().map(|(fused, _)| fused.innovation);
+        eprintln!(
+            "DBG {:?} NIS {:?} -> {:?}",
+            guess,
+            by_the_book.as_ref().map(|(f, s)| (f.motion.now_in_then, f.innovation.nis, s.share)),
+            found.as_ref().map(|f| (f.evidence.at, f.share, f.misfit, f.pairs))
+        );
+        match found.and_then(|found| with(found, &slipped)) {
+            // How surprising it was is told as the wheels should have been.
+            Ok((fused, found))
+                if by_the_book.as_ref().map_or(0.0, |(_, book)| book.share)
+                    <= found.share + 0.05 =>
+            {
+                Ok((Fused { innovation: surprise.unwrap_or(fused.innovation), ..fused }, found))
+            }
+            _ => by_the_book,
+        }
     }
 
     fn is_far(&self) -> bool {
@@ -190,7 +262,7 @@ impl Tracker {
             return None;
         }
         let since_last = std::mem::take(&mut self.to_scan);
-        self.by_wheels = Motion::default();
+        self.wheels.begin_key();
         self.to_now = Motion::default();
         self.surface = Some(surface.clone());
         Some(KeyScan { rays, surface, since_last })

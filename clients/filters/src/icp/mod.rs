@@ -26,6 +26,7 @@
 
 mod evidence;
 mod laser;
+mod search;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -37,6 +38,7 @@ use thiserror::Error;
 pub use self::evidence::{Evidence, Fused};
 use self::evidence::{Pair, pairs};
 pub use self::laser::{Laser, Ray};
+pub use self::search::match_widely;
 pub use self::surface::{Piece, Surface};
 use crate::Motion;
 
@@ -98,7 +100,8 @@ fn share(text: &str) -> Result<f64, String> {
 pub struct Match {
     /// What it says of the motion between them.
     pub evidence: Evidence,
-    /// Which share of the points that the first scan looked at lies on its walls.
+    /// Which share of the points that the first scan looked at lies on its walls,
+    /// within three deviations.
     pub share: f64,
     /// Root of the mean squared residual, in deviations: 1 for what the models
     /// say, more where walls are not what they were.
@@ -187,7 +190,8 @@ pub fn match_scans(
         return Err(NoMatch::Restless { deviations });
     }
     let pairs = trimmed(pairs(surface, rays, &viewpoint, &now, reach_m));
-    let share = enough(surface, rays, &now, pairs.len(), options.least_share)?;
+    let sure = pairs.iter().filter(|pair| pair.surprise() <= SURE_DEVIATIONS).count();
+    let share = enough(surface, rays, &now, sure, options.least_share)?;
     let squares: f64 = pairs.iter().map(|p| p.surprise() * p.surprise()).sum();
     let misfit = (squares / pairs.len() as f64).sqrt();
     let mut evidence = Evidence::of(surface, rays, &pairs, &now, true);
