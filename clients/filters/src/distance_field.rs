@@ -114,8 +114,7 @@ mod tests {
 
     fn map(width: usize, height: usize, share: f64, seed: u64) -> OccupancyMap {
         let origin_m = Point2::new(-1.0, 2.0);
-        let mut map =
-            OccupancyMap::unknown(GridFrame { origin_m, cell_m: 0.05, width, height });
+        let mut map = OccupancyMap::unknown(GridFrame { origin_m, cell_m: 0.05, width, height });
         let mut random = Random::new(seed, 1);
         for cell in &mut map.cells {
             let u = random.uniform();

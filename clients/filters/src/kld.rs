@@ -123,7 +123,8 @@ impl Bins {
                 there += 1;
             }
             if self.keys.get(there) == Some(&wanted) {
-                let (a, b) = (root(&mut self.parent, here as u32), root(&mut self.parent, there as u32));
+                let (a, b) =
+                    (root(&mut self.parent, here as u32), root(&mut self.parent, there as u32));
                 self.parent[a.max(b) as usize] = a.min(b);
             }
         }

@@ -58,9 +58,8 @@ impl Modes {
         let share = *self.shares.get(best)?;
         let members = |k: &usize| mode_of[*k] as usize == best && particles.weights[*k] > 0.0;
         let members: Vec<usize> = (0..particles.count()).filter(members).collect();
-        let heaviest = |a: &&usize, b: &&usize| {
-            particles.weights[**a].total_cmp(&particles.weights[**b])
-        };
+        let heaviest =
+            |a: &&usize, b: &&usize| particles.weights[**a].total_cmp(&particles.weights[**b]);
         let mut mean = particles.pose(*members.iter().max_by(heaviest)?);
         // The mean on the group is where the errors add up to nothing; two or
         // three steps come as near as numbers go.

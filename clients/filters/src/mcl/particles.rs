@@ -113,9 +113,9 @@ impl Particles {
     /// normal error with these standard deviations (m, rad).
     pub fn replace(&mut self, drawn: &[u32], spread: (f64, f64), random: &mut Random) {
         self.before.clear();
-        self.before.extend((0..self.x_m.len()).map(|k| {
-            SE2::new(self.x_m[k], self.y_m[k], self.theta_rad[k])
-        }));
+        self.before.extend(
+            (0..self.x_m.len()).map(|k| SE2::new(self.x_m[k], self.y_m[k], self.theta_rad[k])),
+        );
         let before = std::mem::take(&mut self.before);
         self.clear();
         for of in drawn {

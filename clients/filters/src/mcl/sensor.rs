@@ -117,9 +117,8 @@ impl Sensor {
         beams: Beams,
         how: Use,
     ) -> Self {
-        let field = |blur_m| {
-            LikelihoodField::of_map(map, distances, model, beams.range_max_m, blur_m)
-        };
+        let field =
+            |blur_m| LikelihoodField::of_map(map, distances, model, beams.range_max_m, blur_m);
         let fields = blurs(model.sigma_hit_m.max(map.frame.cell_m / 2.0)).map(field).collect();
         Self::new(fields, None, beams, how)
     }
