@@ -26,13 +26,15 @@ pub mod beam_model;
 pub mod beams;
 pub mod motion;
 
-pub mod distance_field;
 pub mod grid;
 pub mod occupancy;
 
-pub mod kld;
+pub mod distance_field;
 pub mod likelihood_field;
+
 pub mod resampling;
+
+pub mod kld;
 
 pub mod mcl;
 

@@ -287,3 +287,6 @@ impl Filter for Mcl {
         Some(BeliefKind::Particles)
     }
 }
+
+#[cfg(test)]
+mod tests;
