@@ -38,7 +38,6 @@ pub mod beam_model;
 pub mod beams;
 pub mod motion;
 
-pub mod distance_field;
 pub mod grid;
 pub mod map_server;
 pub mod occupancy;
@@ -49,7 +48,7 @@ pub mod line_fit;
 pub mod line_map;
 pub mod lines;
 
-pub mod kld;
+pub mod distance_field;
 pub mod likelihood_field;
 pub mod mcl;
 pub mod resampling;
@@ -82,6 +81,12 @@ pub mod frontiers;
 
 pub mod fit_beam;
 pub mod fit_motion;
+
+pub mod resampling;
+
+pub mod kld;
+
+pub mod mcl;
 
 pub use beam_model::BeamModel;
 pub use beams::Beams;

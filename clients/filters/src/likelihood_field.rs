@@ -40,6 +40,10 @@ const MOST_CELLS: usize = 1 << 22;
 /// How many beams are looked up together.
 const TOGETHER: usize = 16;
 
+/// Cells around the field that are no part of it: between two of them nothing of
+/// it is seen.
+const BORDER: usize = 2;
+
 /// Into how many parts the way from cell to cell is cut, and a step with it.
 const PARTS: u32 = 256;
 
@@ -47,7 +51,7 @@ const PARTS: u32 = 256;
 #[derive(Clone, Debug)]
 pub struct LikelihoodField {
     frame: GridFrame,
-    /// Steps above the worst, row by row, with a border of one cell that stands
+    /// Steps above the worst, row by row, with a border of two cells that stand
     /// for all beyond.
     steps: Vec<u8>,
     stride: usize,
@@ -170,14 +174,13 @@ impl LikelihoodField {
         let steps_of = |log: f64| ((log - base_log) / step_log).round() as u8;
         let unknown = steps_of(-trig::ln(range_max_m));
         let beyond = if unseen_beyond { unknown } else { 0 };
-        let stride = field.frame.width + 2;
-        let mut steps = vec![beyond; stride * (field.frame.height + 2)];
+        let stride = field.frame.width + 2 * BORDER;
+        let mut steps = vec![beyond; stride * (field.frame.height + 2 * BORDER)];
         for (cell, distance_m) in field.distances_m.iter().enumerate() {
             let (column, row) = (cell % field.frame.width, cell / field.frame.width);
             let log = || trig::ln(mixture.density(f64::from(*distance_m)));
-            // Of an obstacle's own cell it is known that it is one.
             let steps_there = if unseen(cell) { unknown } else { steps_of(log()) };
-            steps[(row + 1) * stride + column + 1] = steps_there;
+            steps[(row + BORDER) * stride + column + BORDER] = steps_there;
         }
         Self { frame: field.frame, steps, stride, base_log, step_log, mixture }
     }
@@ -230,13 +233,13 @@ impl LikelihoodField {
         let per_cell = 1.0 / self.frame.cell_m;
         let offset = (position - self.frame.origin_m.coords) * per_cell;
         let view = View {
-            // Half a cell back to its centre, one on for the border.
-            x: (offset.x + 0.5) as f32,
-            y: (offset.y + 0.5) as f32,
+            // Half a cell back to its centre, two on for the border.
+            x: (offset.x + 1.5) as f32,
+            y: (offset.y + 1.5) as f32,
             sin: (sin * per_cell) as f32,
             cos: (cos * per_cell) as f32,
-            last_x: self.frame.width as f32 + 0.5,
-            last_y: self.frame.height as f32 + 0.5,
+            last_x: self.frame.width as f32 + 2.5,
+            last_y: self.frame.height as f32 + 2.5,
             stride: self.stride as u32,
         };
         let (xs, _) = ends.x_m.as_chunks::<TOGETHER>();

@@ -5,6 +5,7 @@ use core::f64::consts::PI;
 use nalgebra::Point2;
 use rusty_geometry::{SE2, World};
 
+use super::Particles;
 use crate::occupancy::Cell;
 use crate::{DistanceField, GridFrame, OccupancyMap, Random};
 
@@ -65,6 +66,12 @@ impl FreeSpace {
         let mut within = || (random.uniform() - 0.5) * self.frame.cell_m;
         let (x, y) = (centre.x + within(), centre.y + within());
         Some(SE2::new(x, y, PI - 2.0 * PI * random.uniform()))
+    }
+
+    /// Adds so many of them to the particles.
+    pub fn fill(&self, particles: &mut Particles, count: usize, random: &mut Random) {
+        let poses = (0..count).filter_map(|_| self.pose(random));
+        poses.for_each(|pose| particles.push(&pose));
     }
 }
 

@@ -9,22 +9,26 @@
 //! Departures, and why:
 //! * The sensor is as sharp as the particles are dense, see [`sensor`].
 //! * Particles are drawn anew when their weights are worth less than half of
-//!   their number, or new ones are called for ([`recovery`]); the book does it at
-//!   every step, and says in §4.3.4 why not to.
+//!   their number; the book does it at every step, and says in §4.3.4 why not to.
 //! * How many are drawn follows from the bins that a low-variance sample of the
 //!   present size occupies (T. Li, S. Sun, T. P. Sattar, *Adapting sample size
 //!   in particle filters through KLD-resampling*, Electronics Letters 49(12),
 //!   2013). Table 8.4 counts while it draws, one particle after the other, which
 //!   the low-variance sampler does not. More particles never occupy fewer bins, so
 //!   where the number shrinks, it is on the safe side.
+//! * New particles from everywhere are not mixed with the old ones, see
+//!   [`search`].
 //! * The answer is one mode of the belief ([`mode`]), and there is none while
-//!   less than half of the belief can be said to be in one place.
+//!   less than half of the belief can be said to be in one place: the share of its
+//!   heaviest mode, times w_fast / w_slow of [`recovery`].
 
+mod cloud;
 mod free_space;
 pub mod mode;
 mod options;
 mod particles;
 pub mod recovery;
+pub mod search;
 pub mod sensor;
 
 use nalgebra::{Matrix3, Vector3};
@@ -38,30 +42,19 @@ pub use mode::Mode;
 pub use options::{Model, Options};
 pub use particles::Particles;
 
+use self::cloud::Cloud;
 use self::mode::Modes;
 use self::recovery::Recovery;
+use self::search::Search;
 use self::sensor::{Sensor, Use};
-use crate::kld::{Bins, sample_size};
-use crate::resampling::{effective_size, low_variance};
 use crate::{BeamModel, Beams, DistanceField, Motion, OccupancyMap, Odometry, Random};
 
-/// Side of the bins that particles are counted in, m, and their number in a turn.
-const BINS: (f64, u32) = (0.1, 36);
-/// ε of the KLD: how far the sample may be from the belief,
-const EPSILON: f64 = 0.05;
-/// and the quantile of the normal law for doing so in 99 of 100 cases.
-const QUANTILE: f64 = 2.326_347_874;
 /// Where an initial pose is given, it is believed to be right up to this, m
 const INITIAL_M: f64 = 0.05;
 /// and this, rad.
 const INITIAL_RAD: f64 = 0.05;
-/// Particles are drawn anew when their weights are worth less than this share.
-const WORTH: f64 = 0.5;
-/// A share of new particles that is worth a drawing of its own.
+/// From this share of Table 8.3 on, the robot is looked for elsewhere as well.
 const LOST: f64 = 0.1;
-/// The largest share of them: those that have found something have to last
-/// longer than a scan.
-const MOST_NEW: f64 = 0.2;
 /// An answer whose position has a larger σ than this, m, is none.
 const NOWHERE_M: f64 = 1.0;
 
@@ -94,17 +87,14 @@ pub struct Mcl {
     sensor: Sensor,
     space: FreeSpace,
     recovery: Recovery,
-    particles: Particles,
-    bins: Bins,
+    belief: Cloud,
+    search: Search,
     modes: Modes,
-    drawn: Vec<u32>,
     /// The heaviest mode after the last scan, if that is an answer.
     answer: Option<Mode>,
     /// Time of the first tick, s.
     began_s: Option<f64>,
     asleep: bool,
-    motions: Random,
-    draws: Random,
     places: Random,
 }
 
@@ -176,7 +166,6 @@ impl Mcl {
                  is it the right map?"
             )));
         }
-        let random = |purpose| Random::new(options.seed, purpose);
         Ok(Self {
             options: options.clone(),
             initial,
@@ -184,16 +173,13 @@ impl Mcl {
             sensor,
             space,
             recovery: Recovery::trusting(),
-            particles: Particles::default(),
-            bins: Bins::new(BINS.0, BINS.1),
+            belief: Cloud::new(options.seed, 2),
+            search: Search::new(options.seed),
             modes: Modes::default(),
-            drawn: Vec::new(),
             answer: None,
             began_s: None,
             asleep: true,
-            motions: random(1),
-            draws: random(2),
-            places: random(3),
+            places: Random::new(options.seed, 1),
         })
     }
 
@@ -211,21 +197,20 @@ impl Mcl {
     fn wake(&mut self, motion: &Motion) {
         let most = self.options.particles as usize;
         self.odometry.take();
-        self.particles.clear();
+        let particles = &mut self.belief.particles;
         if let Some(initial) = self.initial {
             let variances =
                 [INITIAL_M * INITIAL_M, INITIAL_M * INITIAL_M, INITIAL_RAD * INITIAL_RAD];
             let before = Matrix3::from_diagonal(&Vector3::from(variances));
             let mean = initial.compose(&motion.now_in_then);
             let covariance = motion.propagate(&before);
-            self.particles.push_normal(&mean, &covariance, most, &mut self.places);
+            particles.push_normal(&mean, &covariance, most, &mut self.places);
             self.answer = Some(Mode { pose_in_world: mean, covariance, share: 1.0 });
         } else {
-            let poses = (0..most).filter_map(|_| self.space.pose(&mut self.places));
-            poses.for_each(|pose| self.particles.push(&pose));
+            self.space.fill(particles, most, &mut self.places);
             self.recovery = Recovery::lost(self.sensor.expected_likelihood());
         }
-        self.particles.level();
+        self.belief.particles.level();
     }
 
     /// Takes a scan at the end of the tick that was advanced to last.
@@ -234,47 +219,31 @@ impl Mcl {
             return;
         }
         let motion = self.odometry.take();
-        self.particles.move_by(&motion, &mut self.motions);
+        self.belief.move_by(&motion);
+        self.search.move_by(&motion);
         if let Some(mode) = &mut self.answer {
             mode.covariance = motion.propagate(&mode.covariance);
             mode.pose_in_world = mode.pose_in_world.compose(&motion.now_in_then);
         }
-        let Some(weighed) = self.sensor.weigh(ranges_m, &mut self.particles) else {
+        if !self.belief.weigh(&mut self.sensor, ranges_m) {
             return;
-        };
-        self.recovery.update(weighed.beam_likelihood);
-        let lost = self.recovery.share();
-        let new = lost.min(MOST_NEW);
+        }
+        self.recovery.update(self.belief.beam_likelihood);
+        if self.recovery.share() > LOST {
+            let Self { belief, search, sensor, space, options, .. } = self;
+            if search.scan(belief, sensor, ranges_m, space, options) {
+                self.recovery.found(self.belief.beam_likelihood);
+            }
+        } else {
+            self.search.give_up();
+        }
+        let trusted = 1.0 - self.recovery.share();
         let known = |mode: &Mode| {
             let variance_m2 = mode.covariance[(0, 0)].max(mode.covariance[(1, 1)]);
-            mode.share * (1.0 - lost) >= 0.5 && variance_m2 <= NOWHERE_M * NOWHERE_M
+            mode.share * trusted >= 0.5 && variance_m2 <= NOWHERE_M * NOWHERE_M
         };
-        self.answer = self.modes.heaviest(&self.particles).filter(known);
-        let worth = effective_size(&self.particles.weights);
-        if worth < WORTH * self.particles.count() as f64 || new > LOST {
-            self.draw(new, weighed.spread);
-        }
-    }
-
-    /// Draws the next generation, `new` of which come from everywhere.
-    fn draw(&mut self, new: f64, spread: (f64, f64)) {
-        let (least, most) = (self.options.particles_min as usize, self.options.particles as usize);
-        let weights = &self.particles.weights;
-        low_variance(weights, weights.len(), self.draws.uniform(), &mut self.drawn);
-        let drawn = self.drawn.iter().map(|k| self.particles.pose(*k as usize));
-        let needed = sample_size(self.bins.fill(drawn), EPSILON, QUANTILE).max(least);
-        let count = ((needed as f64 / (1.0 - new).max(1e-3)) as usize).min(most).max(1);
-        let strangers = if self.space.is_empty() { 0.0 } else { new * count as f64 };
-        let strangers = (strangers + self.draws.uniform()) as usize;
-        let kept = count.saturating_sub(strangers);
-        low_variance(weights, kept, self.draws.uniform(), &mut self.drawn);
-        self.particles.replace(&self.drawn, spread, &mut self.draws);
-        for _ in kept..count {
-            if let Some(pose) = self.space.pose(&mut self.places) {
-                self.particles.push(&pose);
-            }
-        }
-        self.particles.level();
+        self.answer = self.modes.heaviest(&self.belief.particles).filter(known);
+        self.belief.draw(&self.options);
     }
 
     /// Where the robot is and how sure that is: after the last scan, carried on
@@ -295,7 +264,7 @@ impl Mcl {
     /// The particles as they are after the last scan.
     #[must_use]
     pub fn particles(&self) -> &Particles {
-        &self.particles
+        &self.belief.particles
     }
 }
 
@@ -310,10 +279,14 @@ impl Filter for Mcl {
 
     fn belief(&self, poses: &mut Vec<WeightedPose>) -> Option<BeliefKind> {
         let since = self.odometry.so_far().now_in_then;
-        poses.extend(self.particles.poses().zip(&self.particles.weights).map(|(pose, &weight)| {
+        let particles = &self.belief.particles;
+        poses.extend(particles.poses().zip(&particles.weights).map(|(pose, &weight)| {
             let now = pose.compose(&since);
             WeightedPose { x_m: now.x(), y_m: now.y(), theta_rad: now.theta(), weight }
         }));
         Some(BeliefKind::Particles)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -89,7 +89,7 @@ mod tests {
         let (mut particles, mut random) = (Particles::default(), Random::new(1, 1));
         let covariance = Matrix3::from_diagonal(&Vector3::new(4e-4, 1e-4, 9e-4));
         // One of them heads along the cut at half a turn.
-        let (light, heavy) = (SE2::new(1.0, 1.0, 0.0), SE2::new(5.0, 1.0, 3.1415));
+        let (light, heavy) = (SE2::new(1.0, 1.0, 0.0), SE2::new(5.0, 1.0, 3.1413));
         particles.push_normal(&light, &covariance, 6000, &mut random);
         particles.push_normal(&heavy, &covariance, 4000, &mut random);
         particles.weights[..6000].fill(0.3 / 6000.0);

@@ -25,7 +25,7 @@ pub struct Options {
     pub particles: u32,
 
     /// The fewest particles
-    #[arg(long, default_value_t = 500, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 1000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub particles_min: u32,
 
     /// Seed of its own random numbers
@@ -78,7 +78,7 @@ fn exponent(text: &str) -> Result<f64, String> {
 }
 
 fn sigma(text: &str) -> Result<f64, String> {
-    number(text, |v| v >= 1e-3 && v <= 10.0, "a distance from 0.001 to 10 m")
+    number(text, |v| (1e-3..=10.0).contains(&v), "a distance from 0.001 to 10 m")
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -89,7 +89,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             particles: 5000,
-            particles_min: 500,
+            particles_min: 1000,
             seed: 1,
             model: Model::Field,
             skip: 1,
