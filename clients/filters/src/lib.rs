@@ -16,7 +16,7 @@
 //! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
 //! a filter believes of wheels and of the laser's geometry; [`grid`] and
 //! [`occupancy`], maps of cells; [`line_fit`], [`lines`] and [`line_map`], straight
-//! walls. The filters: [`ekf`].
+//! walls. The filters: [`ekf`]; [`bayes_hallway`] with [`histogram`] and [`corridor`].
 
 pub mod random;
 
@@ -31,6 +31,10 @@ pub mod line_map;
 pub mod lines;
 
 pub mod ekf;
+
+pub mod bayes_hallway;
+pub mod corridor;
+pub mod histogram;
 
 pub use beams::Beams;
 pub use ekf::Ekf;
