@@ -22,6 +22,10 @@ const FEWEST_POINTS: usize = 5;
 /// A line farther than this from the direction of the body, rad, is no side wall.
 const SIDEWAYS_RAD: f64 = 0.5;
 
+/// A line whose distance is less certain than this, m, cannot be told from one
+/// as deep as a door.
+const SURE_M: f64 = 0.025;
+
 /// Whether there are doors beside the robot, as far as that can be told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Doors {
@@ -34,9 +38,9 @@ pub struct Doors {
 /// The side walls of a corridor in a scan, body frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sides {
-    /// The longest piece of wall to the left.
+    /// The nearest piece of wall to the left: not a door, which is deeper.
     pub left: Option<Segment>,
-    /// And to the right.
+    /// The same to the right.
     pub right: Option<Segment>,
 }
 
@@ -46,14 +50,16 @@ impl Sides {
     pub fn of_scan(extraction: &Extraction, beams: &Beams, ranges_m: &[f64]) -> Self {
         let segments = extraction.segments(beams, ranges_m);
         let quarter = std::f64::consts::FRAC_PI_2;
-        let longest = |bearing_rad: f64| {
+        let nearest = |bearing_rad: f64| {
             let beside = segments.iter().filter(|s| {
-                wrap_angle(s.line.alpha_rad - bearing_rad).abs() < SIDEWAYS_RAD
-                    && s.line.rho_m > 0.0
+                let line = &s.line;
+                wrap_angle(line.alpha_rad - bearing_rad).abs() < SIDEWAYS_RAD
+                    && line.rho_m > 0.0
+                    && line.covariance[(1, 1)] < SURE_M * SURE_M
             });
-            beside.max_by(|a, b| a.length_m().total_cmp(&b.length_m())).copied()
+            beside.min_by(|a, b| a.line.rho_m.total_cmp(&b.line.rho_m)).copied()
         };
-        Self { left: longest(quarter), right: longest(-quarter) }
+        Self { left: nearest(quarter), right: nearest(-quarter) }
     }
 
     /// The doors beside the robot.
