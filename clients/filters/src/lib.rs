@@ -31,6 +31,10 @@
 //! [`frontiers`].
 //!
 //! The numbers of the models, from logs: [`fit_beam`], [`fit_motion`].
+//! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
+//! a filter believes of wheels and of the laser's geometry; [`grid`] and
+//! [`occupancy`], maps of cells; [`line_fit`], [`lines`] and [`line_map`], straight
+//! walls. The filters: [`ekf`]; [`bayes_hallway`] with [`histogram`] and [`corridor`].
 
 pub mod random;
 
@@ -89,6 +93,10 @@ pub mod kld;
 pub mod mcl;
 
 pub use beam_model::BeamModel;
+pub mod bayes_hallway;
+pub mod corridor;
+pub mod histogram;
+
 pub use beams::Beams;
 pub use distance_field::DistanceField;
 pub use ekf::Ekf;
