@@ -46,8 +46,7 @@ struct Way {
 impl Way {
     fn push(&mut self, step: &Vector3<f64>, errors: &Vector4<f64>, of_step: &Matrix3<f64>) {
         let [a, b, c, _] = [errors.x, errors.y, errors.z, errors.w];
-        let believed =
-            Vector3::new((1.0 + a) * step.x, step.y, (1.0 + b) * step.z + c * step.x);
+        let believed = Vector3::new((1.0 + a) * step.x, step.y, (1.0 + b) * step.z + c * step.x);
         let back = SE2::exp(&believed).inverse().adjoint();
         self.motion.push(&believed, of_step);
         self.sensitivity = back * self.sensitivity;
@@ -180,7 +179,8 @@ mod tests {
                 right += v_m + 0.5 * turn_rad * drive.track_m;
                 let turn_rad = (1.0 + truth[1]) * turn_rad + truth[2] * v_m;
                 moved = moved.boxplus(&Vector3::new((1.0 + truth[0]) * v_m, 0.0, turn_rad));
-                let counts = drive.ticks_per_rev as f64 / (std::f64::consts::TAU * drive.wheel_radius_m);
+                let counts =
+                    drive.ticks_per_rev as f64 / (std::f64::consts::TAU * drive.wheel_radius_m);
                 let count = |way_m: f64| (way_m * counts).round() as i64;
                 wheels.advance(EncoderTicks { left: count(left), right: count(right) });
             }
@@ -226,8 +226,8 @@ mod tests {
             let mut by = Vector4::zeros();
             by[k] = 1e-6;
             let [more, less] = [at + by, at - by].map(|errors| driven(errors).0.now_in_then);
-            let found = (more.boxminus(&motion.now_in_then) - less.boxminus(&motion.now_in_then))
-                / 2e-6;
+            let found =
+                (more.boxminus(&motion.now_in_then) - less.boxminus(&motion.now_in_then)) / 2e-6;
             assert!((found - sensitivity.column(k)).norm() < 1e-6, "{k}: {found} {sensitivity}");
         }
     }

@@ -21,7 +21,7 @@
 
 use clap::Args;
 use nalgebra::{Matrix3, Point2, Vector3};
-use rusty_clients::{ClientError, Filter, Tick};
+use rusty_clients::{Filter, Tick};
 use rusty_contract::{Estimate, Reply, Start};
 use rusty_geometry::{EncoderTicks, SE2, trig};
 
@@ -31,8 +31,10 @@ use crate::pose_graph::{Constraint, Kind, PoseGraph};
 use crate::scan_match::{ScanMatchOptions, Told, Tracker, placed};
 use crate::tangent::{rows, symmetric};
 
-/// A loop that surprises the graph more (χ² of three numbers) is none.
-const LOOP_CHI2: f64 = 30.0;
+/// A loop that surprises the graph more (χ² of three numbers) is none. That is far
+/// beyond chance (16 once in a thousand), because motions through real rooms are
+/// less certain than they say; what is doubtful then loses weight.
+const LOOP_CHI2: f64 = 50.0;
 /// What part of a loop's information counts: three loops and a chain share a scan.
 const LOOP_SHARE: f64 = 0.5;
 /// A search begins only where the graph is not this sure (m, rad).
@@ -122,11 +124,8 @@ impl Slam {
         let since_last = key.since_last;
         let is_first = self.seen.is_empty();
         self.seen.push(Seen { rays: key.rays, surface: key.surface });
-        if is_first && since_last == Motion::default() {
-            return told;
-        }
         if is_first {
-            // The first scan that shows walls came after some way by the wheels.
+            // The first scan that shows walls may come after some way by the wheels.
             self.graph = PoseGraph::new(self.graph.poses()[0] * since_last.now_in_then);
             self.covariance = since_last.covariance;
             return told;
@@ -155,7 +154,13 @@ impl Slam {
             if let Some((motion, information)) = self.matched(old, expected) {
                 let information = information * LOOP_SHARE;
                 let kind = Kind::Loop;
-                self.graph.constrain(Constraint { from: old, to: newest, motion, information, kind });
+                self.graph.constrain(Constraint {
+                    from: old,
+                    to: newest,
+                    motion,
+                    information,
+                    kind,
+                });
                 closed = true;
             }
         }
@@ -251,10 +256,5 @@ impl Filter for Slam {
             innovation: told.innovation,
         }
         .into()
-    }
-
-    fn finish(self) -> Result<(), ClientError> {
-        eprintln!("DBG {} keys {} loops cost {}", self.seen.len(), self.loops(), self.graph.cost());
-        Ok(())
     }
 }

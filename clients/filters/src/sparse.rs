@@ -217,7 +217,8 @@ mod tests {
             let factor = Cholesky::of(&sparse).unwrap();
             let b = DVector::from_fn(3 * blocks, |k, _| 1.0 + k as f64);
             let expected = dense.clone().lu().solve(&b).unwrap();
-            let mut x: Vec<_> = (0..blocks).map(|k| b.fixed_rows::<3>(3 * k).into_owned()).collect();
+            let mut x: Vec<_> =
+                (0..blocks).map(|k| b.fixed_rows::<3>(3 * k).into_owned()).collect();
             factor.solve(&mut x);
             let scale = expected.norm();
             for (k, x) in x.iter().enumerate() {
@@ -237,9 +238,8 @@ mod tests {
 
     #[test]
     fn a_chain_fills_nothing_and_a_loop_little() {
-        let filled = |loops: &[(usize, usize)]| {
-            Cholesky::of(&matrix(60, loops).0).unwrap().filled()
-        };
+        let filled =
+            |loops: &[(usize, usize)]| Cholesky::of(&matrix(60, loops).0).unwrap().filled();
         assert_eq!(filled(&[]), 59);
         assert_eq!(filled(&[(0, 59)]), 59 + 58);
         assert!(filled(&[(0, 59), (10, 50), (30, 59)]) < 59 + 3 * 58);

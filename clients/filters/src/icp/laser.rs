@@ -129,7 +129,8 @@ mod tests {
                 let beam = laser.view.beam_towards(&ray.point);
                 let apart = (beam - ray.beam as f64).rem_euclid(TAU / laser.view.step_rad);
                 assert!(apart.min(TAU / laser.view.step_rad - apart) < 1e-9, "{ray:?}: {beam}");
-                let expected = sensor_in_body * SE2::new(0.0, 0.0, lidar.bearing_rad(ray.beam as u32));
+                let expected =
+                    sensor_in_body * SE2::new(0.0, 0.0, lidar.bearing_rad(ray.beam as u32));
                 let (s, c) = trig::sin_cos(expected.theta());
                 assert!((ray.direction - Vector2::new(c, s)).norm() < 1e-12);
             }

@@ -35,8 +35,8 @@ use clap::Args;
 use rusty_geometry::SE2;
 use thiserror::Error;
 
-use self::evidence::{Pair, pairs};
 pub use self::evidence::{Evidence, Fused};
+use self::evidence::{Pair, pairs};
 pub use self::laser::{Laser, Ray};
 pub use self::search::match_widely;
 pub use self::surface::{Piece, Surface};

@@ -159,7 +159,10 @@ impl Surface {
         best
     }
 
-    fn window(&self, (first, count): (usize, usize)) -> impl Iterator<Item = usize> + Clone + use<> {
+    fn window(
+        &self,
+        (first, count): (usize, usize),
+    ) -> impl Iterator<Item = usize> + Clone + use<> {
         let all = self.rays.len();
         (first..first + count).map(move |k| k % all)
     }
@@ -246,7 +249,16 @@ impl Surface {
         let extent_m = [from_m, to_m];
         Some((
             chi2 / free,
-            Piece { middle, normal, tangent, extent_m, tilt_variance, variance_m2, spread_m2, window },
+            Piece {
+                middle,
+                normal,
+                tangent,
+                extent_m,
+                tilt_variance,
+                variance_m2,
+                spread_m2,
+                window,
+            },
         ))
     }
 }
