@@ -13,21 +13,46 @@
 //! only at run time are written out: the library's use whatever instructions the
 //! processor has.
 //!
-//! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
-//! a filter believes of wheels and of the laser's geometry; [`grid`] and
-//! [`occupancy`], maps of cells.
+//! What they share, in reading order: [`random`]; [`motion`], [`beams`]
+//! and [`beam_model`], what a filter believes of wheels, of the laser's geometry and
+//! of its readings; [`grid`], [`occupancy`] and [`distance_field`], maps of cells,
+//! and [`map_server`], the files they are kept in.
+//!
+//! Particles: [`likelihood_field`], [`resampling`], [`kld`].
+//!
+//! Maps: [`ray_walk`], [`occupancy_grid`], [`map_picture`], [`gridmap`].
+//!
+//! The numbers of the models, from logs: [`fit_beam`], [`fit_motion`].
+//!
+//! Scans: [`tangent`], calculus on SE(2); [`icp`], which matches two of them;
+//! [`calibration`], wheels that learn from it; [`scan_match`], odometry from both;
+//! [`sparse`] and [`pose_graph`], which hold a path in one piece; [`slam`].
 
 pub mod random;
 
+pub mod beam_model;
 pub mod beams;
 pub mod motion;
 
+pub mod distance_field;
 pub mod grid;
+pub mod map_server;
 pub mod occupancy;
 
-pub mod tangent;
+pub mod kld;
+pub mod likelihood_field;
+pub mod resampling;
+
+pub mod gridmap;
+pub mod map_picture;
+pub mod occupancy_grid;
+pub mod ray_walk;
+
+pub mod fit_beam;
+pub mod fit_motion;
 
 pub mod icp;
+pub mod tangent;
 
 pub mod calibration;
 pub mod scan_match;
@@ -36,8 +61,13 @@ pub mod pose_graph;
 pub mod slam;
 pub mod sparse;
 
+pub use beam_model::BeamModel;
 pub use beams::Beams;
+pub use distance_field::DistanceField;
 pub use grid::GridFrame;
+pub use likelihood_field::LikelihoodField;
+pub use map_server::MapFileError;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
+pub use occupancy_grid::OccupancyGrid;
 pub use random::Random;
