@@ -19,7 +19,8 @@
 //! odometry self calibration for mobile robot*, Autonomous Robots 22 (2007).
 //!
 //! Departure: pose and numbers are one Gaussian for the length of a motion only.
-//! Between motions their correlation is dropped.
+//! Between motions their correlation is dropped, so that what is constant and not
+//! yet learned adds up over motions as if it were drawn anew for each.
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta, trig};

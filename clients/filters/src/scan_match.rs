@@ -331,3 +331,6 @@ impl Filter for ScanMatch {
         .into()
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests;

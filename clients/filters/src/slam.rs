@@ -154,10 +154,9 @@ impl Slam {
         let information = information.unwrap_or_else(Matrix3::identity);
         self.graph.extend(&since_last.now_in_then, &symmetric(&information));
         self.covariance = symmetric(&since_last.propagate(&self.covariance));
-        if self.close_loops() && self.graph.optimise().is_some() {
-            if let Some(covariance) = self.graph.last_covariance() {
-                self.covariance = covariance;
-            }
+        let optimised = self.close_loops() && self.graph.optimise().is_some();
+        if let Some(covariance) = self.graph.last_covariance().filter(|_| optimised) {
+            self.covariance = covariance;
         }
         told
     }
@@ -294,3 +293,6 @@ impl Filter for Slam {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -85,7 +85,7 @@ fn the_basin_is_what_the_module_says() {
     let (mut found, mut all) = (0, 0);
     for room in ROOMS {
         for k in 0..16 {
-            let (s, c) = rusty_geometry::trig::sin_cos(0.392_7 * f64::from(k));
+            let (s, c) = rusty_geometry::trig::sin_cos(std::f64::consts::FRAC_PI_8 * f64::from(k));
             let turn_rad = if k % 2 == 0 { 0.349 } else { -0.349 };
             let moved = SE2::new(0.1, 0.05, 0.1);
             let guess = SE2::new(0.1 + 0.4 * c, 0.05 + 0.4 * s, 0.1 + turn_rad);
