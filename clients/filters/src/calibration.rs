@@ -19,14 +19,15 @@
 //! odometry self calibration for mobile robot*, Autonomous Robots 22 (2007).
 //!
 //! Departure: pose and numbers are one Gaussian for the length of a motion only.
-//! Between motions their correlation is dropped.
+//! Between motions their correlation is dropped, so that what is constant and not
+//! yet learned adds up over motions as if it were drawn anew for each.
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta, trig};
 
 use crate::icp::Evidence;
 use crate::motion::{Motion, OdometryNoise, carried};
-use crate::tangent::{seen_from, symmetric};
+use crate::tangent::{right_jacobian, right_jacobian_inverse, seen_from, symmetric};
 
 /// Deviations of a, b, c and l before anything was learned: a tape measure's, and
 /// some play.
@@ -49,10 +50,11 @@ impl Way {
         let believed = Vector3::new((1.0 + a) * step.x, step.y, (1.0 + b) * step.z + c * step.x);
         let back = SE2::exp(&believed).inverse().adjoint();
         self.motion.push(&believed, of_step);
-        self.sensitivity = back * self.sensitivity;
-        self.sensitivity[(0, 0)] += step.x;
-        self.sensitivity[(2, 1)] += step.z;
-        self.sensitivity[(2, 2)] += step.x;
+        let mut of_twist = Matrix3x4::zeros();
+        of_twist[(0, 0)] = step.x;
+        of_twist[(2, 1)] = step.z;
+        of_twist[(2, 2)] = step.x;
+        self.sensitivity = back * self.sensitivity + right_jacobian(&believed) * of_twist;
     }
 }
 
@@ -135,10 +137,14 @@ impl LearningWheels {
         let surprise = evidence.measured - gain * mean;
         let chi2 = (surprise.transpose() * inverse * surprise).x;
         let inverse = inverse / (chi2 / USUAL_CHI2).max(1.0);
-        // How the four numbers and the end of the motion belong together.
-        let both = self.covariance * sensitivity.transpose() * gain;
-        let learned = self.errors + both * inverse * surprise;
-        let rest = self.covariance - both * inverse * both.transpose();
+        // How the four numbers show in what is measured.
+        let shown = gain * right_jacobian_inverse(&mean) * sensitivity;
+        let k = self.covariance * shown.transpose() * inverse;
+        let learned = self.errors + k * surprise;
+        // Joseph's form: what is left stays a covariance whatever k is.
+        let rest = Matrix4::identity() - k * shown;
+        let other = s - shown * self.covariance * shown.transpose();
+        let rest = rest * self.covariance * rest.transpose() + k * other * k.transpose();
         if learned.iter().chain(rest.iter()).all(|value| value.is_finite()) {
             self.errors = learned;
             self.covariance = (rest + rest.transpose()) * 0.5;

@@ -35,6 +35,10 @@
 //! a filter believes of wheels and of the laser's geometry; [`grid`] and
 //! [`occupancy`], maps of cells; [`line_fit`], [`lines`] and [`line_map`], straight
 //! walls. The filters: [`ekf`]; [`bayes_hallway`] with [`histogram`] and [`corridor`].
+//!
+//! Scans: [`tangent`], calculus on SE(2); [`icp`], which matches two of them;
+//! [`calibration`], wheels that learn from it; [`scan_match`], odometry from both;
+//! [`sparse`] and [`pose_graph`], which hold a path in one piece; [`slam`].
 
 pub mod random;
 
@@ -65,6 +69,11 @@ pub mod pose_graph;
 pub mod slam;
 pub mod sparse;
 
+
+pub mod kld;
+pub mod likelihood_field;
+pub mod resampling;
+
 pub mod gridmap;
 pub mod map_picture;
 pub mod occupancy_grid;
@@ -91,6 +100,15 @@ pub mod resampling;
 pub mod kld;
 
 pub mod mcl;
+pub mod icp;
+pub mod tangent;
+
+pub mod calibration;
+pub mod scan_match;
+
+pub mod pose_graph;
+pub mod slam;
+pub mod sparse;
 
 pub use beam_model::BeamModel;
 pub mod bayes_hallway;

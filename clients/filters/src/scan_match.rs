@@ -7,12 +7,13 @@
 //!
 //! All scans since the key scan are matched with it, not with the one before:
 //! errors add up from key scan to key scan only. Each match is one measurement
-//! of the motion since the key scan, and the wheels since then are its prior.
-//! Both are independent, so what comes out is as sure as it says; the matches
-//! before it have the noise of the key scan in common with it and are not used,
-//! except as the place to begin. Where a match surprises the wheels beyond
-//! chance, the wheels did something that they do not do (a bump, a wrong
-//! radius), and their covariance is taken as much larger as it takes.
+//! of the motion since the key scan, and the wheels since then are its prior
+//! ([`crate::calibration`]: they learn their constant errors). Both are
+//! independent, so what comes out is as sure as it says; the matches before it
+//! have the noise of the key scan in common with it and are not used, except as
+//! the place to begin. Where a match surprises the wheels beyond chance, they did
+//! something that they do not do (a bump, a door sill, a scan that came late), and
+//! it is matched again with a prior that allows for that.
 //!
 //! What it leaves out: one scan is the end of one motion and the beginning of
 //! the next, so errors of neighbouring motions are related (mostly of opposite
@@ -26,7 +27,8 @@ use rusty_geometry::{EncoderTicks, SE2, trig};
 
 use crate::calibration::LearningWheels;
 use crate::icp::{
-    Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans, match_widely, positive,
+    Evidence, FEWEST, Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans,
+    match_widely, positive,
 };
 use crate::motion::carried;
 use crate::tangent::{chained, rows, symmetric};
@@ -48,6 +50,10 @@ const LOST_M: f64 = 0.25;
 const LOST_RAD: f64 = 0.5;
 /// What such a search finds must match by this much better.
 const BETTER_SHARE: f64 = 0.1;
+/// With wheels that slipped, a match must not be worse by more than this.
+const WORSE_SHARE: f64 = 0.05;
+/// Where little matches, a key scan follows after this part of the way or turn.
+const EARLY: f64 = 0.2;
 
 /// The motion by wheels that may have slipped.
 fn slipped(wheels: &Motion) -> Motion {
@@ -59,10 +65,9 @@ fn slipped(wheels: &Motion) -> Motion {
     Motion { covariance, ..*wheels }
 }
 
-/// Whether one match is clearly better than another.
-fn better(new: &Result<Match, NoMatch>, old: &Result<Match, NoMatch>) -> bool {
-    let share = |found: &Result<Match, NoMatch>| found.as_ref().map_or(-1.0, |m| m.share);
-    share(new) > share(old) + BETTER_SHARE
+/// The share of points that match, 0 where nothing does.
+fn share(found: &Result<(Fused, Match), NoMatch>) -> f64 {
+    found.as_ref().map_or(0.0, |(_, found)| found.share)
 }
 
 /// How scans become motions.
@@ -176,7 +181,7 @@ impl Tracker {
         let rays = self.laser.rays(ranges_m);
         let mut told = Told::default();
         let Some(surface) = &self.surface else {
-            told.key = self.begin_key(rays);
+            told.key = self.new_key(rays, None);
             return told;
         };
         let (mut share, mut evidence) = (0.0, None);
@@ -190,12 +195,9 @@ impl Tracker {
             Err(why) => told.no_match = Some(why),
         }
         self.to_now = self.to_scan;
-        if self.is_far() || share < self.options.key_share {
-            if let Some(evidence) = evidence.filter(|_| share >= self.options.key_share) {
-                self.wheels.learn(&evidence);
-            }
-            told.key = self.begin_key(rays);
-            eprintln!("DBGQ {:?}", self.wheels.errors().0.as_slice());
+        let matches_well = share >= self.options.key_share;
+        if self.is_beyond(1.0) || (!matches_well && self.is_beyond(EARLY)) {
+            told.key = self.new_key(rays, evidence.filter(|_| matches_well));
         }
         told
     }
@@ -219,50 +221,49 @@ impl Tracker {
             return by_the_book;
         }
         let slipped = slipped(wheels);
-        let mut found = match_scans(surface, &self.laser, rays, &guess, &slipped, options);
-        if found.as_ref().map_or(0.0, |found| found.share) < self.options.key_share {
+        let mut again = match_scans(surface, &self.laser, rays, &guess, &slipped, options)
+            .and_then(|found| with(found, &slipped));
+        if share(&again) < self.options.key_share {
             let half = Vector3::new(LOST_M, LOST_M, LOST_RAD);
             let mut lost = *wheels;
             lost.covariance += Matrix3::from_diagonal(&half.component_mul(&half));
-            let wide = match_widely(surface, &self.laser, rays, &lost, &half, options);
-            if better(&wide, &found) {
-                found = wide;
+            let wide = match_widely(surface, &self.laser, rays, &lost, &half, options)
+                .and_then(|found| with(found, &lost));
+            if share(&wide) > share(&again) + BETTER_SHARE {
+                again = wide;
             }
         }
-        let surprise = by_the_book.as_ref().ok().map(|(fused, _)| fused.innovation);
-        eprintln!(
-            "DBG {:?} NIS {:?} -> {:?}",
-            guess,
-            by_the_book.as_ref().map(|(f, s)| (f.motion.now_in_then, f.innovation.nis, s.share)),
-            found.as_ref().map(|f| (f.evidence.at, f.share, f.misfit, f.pairs))
-        );
-        match found.and_then(|found| with(found, &slipped)) {
-            // How surprising it was is told as the wheels should have been.
-            Ok((fused, found))
-                if by_the_book.as_ref().map_or(0.0, |(_, book)| book.share)
-                    <= found.share + 0.05 =>
-            {
-                Ok((Fused { innovation: surprise.unwrap_or(fused.innovation), ..fused }, found))
-            }
-            _ => by_the_book,
+        if again.is_err() || share(&again) < share(&by_the_book) - WORSE_SHARE {
+            return by_the_book;
         }
+        // How surprising it was is told as the wheels should have been.
+        if let (Ok((fused, _)), Ok((book, _))) = (&mut again, &by_the_book) {
+            fused.innovation = book.innovation;
+        }
+        again
     }
 
-    fn is_far(&self) -> bool {
+    /// Whether it has come farther than this part of the way, or turned more than
+    /// this part of the turn, after which a key scan follows.
+    fn is_beyond(&self, part: f64) -> bool {
         let moved = &self.to_scan.now_in_then;
-        trig::hypot(moved.x(), moved.y()) > self.options.key_distance_m
-            || moved.theta().abs() > self.options.key_turn_deg.to_radians()
+        trig::hypot(moved.x(), moved.y()) > part * self.options.key_distance_m
+            || moved.theta().abs() > part * self.options.key_turn_deg.to_radians()
     }
 
-    /// Makes a key scan of what was met; `None` where that shows too little for
-    /// anything to be matched with it.
-    fn begin_key(&mut self, rays: Vec<Ray>) -> Option<KeyScan> {
+    /// Makes a key scan of what was met, and learns from what the scan said of the
+    /// motion to it; `None` where it shows too little for anything to be matched
+    /// with it.
+    fn new_key(&mut self, rays: Vec<Ray>, evidence: Option<Evidence>) -> Option<KeyScan> {
         let surface = Surface::new(&self.laser, &rays, self.options.icp.roughness_m);
-        if surface.pieces().len() < crate::icp::FEWEST {
+        if surface.pieces().len() < FEWEST {
             return None;
         }
-        let since_last = std::mem::take(&mut self.to_scan);
+        if let Some(evidence) = evidence {
+            self.wheels.learn(&evidence);
+        }
         self.wheels.begin_key();
+        let since_last = std::mem::take(&mut self.to_scan);
         self.to_now = Motion::default();
         self.surface = Some(surface.clone());
         Some(KeyScan { rays, surface, since_last })
@@ -330,3 +331,6 @@ impl Filter for ScanMatch {
         .into()
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests;

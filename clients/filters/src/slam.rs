@@ -16,8 +16,12 @@
 //!
 //! Departures: the answer of a tick is the newest key pose and the motion since
 //! then; earlier answers stay as they were given. Points never move within their
-//! scan. A scan takes part in several matches, whose errors are then related; a
+//! scan; the grid that is saved is made of key scans, from where the graph has them
+//! at the end. A scan takes part in several matches, whose errors are then related; a
 //! loop counts for a share of its information accordingly ([`LOOP_SHARE`]).
+
+use std::io::Write as _;
+use std::path::PathBuf;
 
 use clap::Args;
 use nalgebra::{Matrix3, Point2, Vector3};
@@ -26,13 +30,17 @@ use rusty_contract::{Estimate, Reply, Start};
 use rusty_geometry::{EncoderTicks, SE2, trig};
 
 use crate::Motion;
+use crate::gridmap::{self, Mapper, Poses};
 use crate::icp::{Ray, Surface, match_widely, positive};
+use crate::occupancy_grid::InverseModel;
 use crate::pose_graph::{Constraint, Kind, PoseGraph};
 use crate::scan_match::{ScanMatchOptions, Told, Tracker, placed};
 use crate::tangent::{rows, symmetric};
 
-/// A loop that surprises the graph more (χ² of three numbers) is none.
-const LOOP_CHI2: f64 = 30.0;
+/// A loop that surprises the graph more (χ² of three numbers) is none. That is far
+/// beyond chance (16 once in a thousand), because motions through real rooms are
+/// less certain than they say; what is doubtful then loses weight.
+const LOOP_CHI2: f64 = 50.0;
 /// What part of a loop's information counts: three loops and a chain share a scan.
 const LOOP_SHARE: f64 = 0.5;
 /// A search begins only where the graph is not this sure (m, rad).
@@ -67,8 +75,17 @@ impl Default for LoopOptions {
 }
 
 /// All options.
-#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct SlamOptions {
+    /// Write the map at the end: STEM.pgm and STEM.yaml, as map_server of ROS reads
+    /// them, and STEM.png, a picture
+    #[arg(long, value_name = "STEM")]
+    pub save_map: Option<PathBuf>,
+
+    /// What is believed of a reading, for that map.
+    #[command(flatten)]
+    pub model: InverseModel,
+
     /// The front end.
     #[command(flatten)]
     pub front: ScanMatchOptions,
@@ -81,13 +98,15 @@ pub struct SlamOptions {
 /// A key scan as the graph keeps it.
 #[derive(Clone, Debug)]
 struct Seen {
+    ranges_m: Vec<f64>,
     rays: Vec<Ray>,
     surface: Surface,
 }
 
 /// SLAM with a pose graph.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Slam {
+    start: Start,
     options: SlamOptions,
     tracker: Tracker,
     graph: PoseGraph,
@@ -102,7 +121,8 @@ impl Slam {
     #[must_use]
     pub fn new(start: &Start, options: &SlamOptions) -> Self {
         Self {
-            options: *options,
+            start: start.clone(),
+            options: options.clone(),
             tracker: Tracker::new(start, &options.front),
             graph: PoseGraph::new(start.initial_pose.unwrap_or_default()),
             seen: Vec::new(),
@@ -121,12 +141,9 @@ impl Slam {
         let Some(key) = told.key.take() else { return told };
         let since_last = key.since_last;
         let is_first = self.seen.is_empty();
-        self.seen.push(Seen { rays: key.rays, surface: key.surface });
-        if is_first && since_last == Motion::default() {
-            return told;
-        }
+        self.seen.push(Seen { ranges_m: ranges_m.to_vec(), rays: key.rays, surface: key.surface });
         if is_first {
-            // The first scan that shows walls came after some way by the wheels.
+            // The first scan that shows walls may come after some way by the wheels.
             self.graph = PoseGraph::new(self.graph.poses()[0] * since_last.now_in_then);
             self.covariance = since_last.covariance;
             return told;
@@ -137,10 +154,9 @@ impl Slam {
         let information = information.unwrap_or_else(Matrix3::identity);
         self.graph.extend(&since_last.now_in_then, &symmetric(&information));
         self.covariance = symmetric(&since_last.propagate(&self.covariance));
-        if self.close_loops() && self.graph.optimise().is_some() {
-            if let Some(covariance) = self.graph.last_covariance() {
-                self.covariance = covariance;
-            }
+        let optimised = self.close_loops() && self.graph.optimise().is_some();
+        if let Some(covariance) = self.graph.last_covariance().filter(|_| optimised) {
+            self.covariance = covariance;
         }
         told
     }
@@ -260,7 +276,23 @@ impl Filter for Slam {
     }
 
     fn finish(self) -> Result<(), ClientError> {
-        eprintln!("DBG {} keys {} loops cost {}", self.seen.len(), self.loops(), self.graph.cost());
+        let Some(stem) = &self.options.save_map else { return Ok(()) };
+        let grid = gridmap::Options {
+            poses: Poses::Odometry,
+            save: stem.clone(),
+            from: 0.0,
+            until: None,
+            model: self.options.model,
+        };
+        let mut mapper = Mapper::new(&self.start, &grid);
+        for (pose, seen) in self.graph.poses().iter().zip(&self.seen) {
+            mapper.tick(0.0, Some(&seen.ranges_m), Some(*pose))?;
+        }
+        let said = mapper.finish()?;
+        let _ = writeln!(std::io::stderr(), "{} loops; {said}", self.loops());
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

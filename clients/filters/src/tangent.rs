@@ -18,6 +18,20 @@ fn ad(tau: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -tau.z, tau.y, tau.z, 0.0, -tau.x, 0.0, 0.0, 0.0)
 }
 
+/// J_r(τ): exp(τ + δ) = exp(τ) ∘ exp(J_r(τ) δ) for small δ. In the same way,
+/// 1 − (1 − cos θ)/θ² · ad + (θ − sin θ)/θ³ · ad².
+#[must_use]
+pub fn right_jacobian(tau: &Vector3<f64>) -> Matrix3<f64> {
+    let (ad, theta_rad) = (ad(tau), tau.z);
+    let half = trig::sinc(0.5 * theta_rad);
+    let second = if theta_rad.abs() < 1e-2 {
+        1.0 / 6.0 - theta_rad * theta_rad / 120.0
+    } else {
+        (1.0 - trig::sinc(theta_rad)) / (theta_rad * theta_rad)
+    };
+    Matrix3::identity() - ad * (0.5 * half * half) + ad * ad * second
+}
+
 /// J_r⁻¹(τ): log(exp(τ) ∘ exp(δ)) = τ + J_r⁻¹(τ) δ for small δ.
 #[must_use]
 pub fn right_jacobian_inverse(tau: &Vector3<f64>) -> Matrix3<f64> {
@@ -74,6 +88,15 @@ pub fn rows(covariance: &Matrix3<f64>) -> [f64; 9] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_two_jacobians_undo_each_other() {
+        for theta_rad in [0.0, 1e-4, 0.009_9, 0.010_1, -0.8, 3.0] {
+            let tau = Vector3::new(0.7, -1.3, theta_rad);
+            let product = right_jacobian(&tau) * right_jacobian_inverse(&tau);
+            assert!((product - Matrix3::identity()).norm() < 1e-10, "{theta_rad}: {product}");
+        }
+    }
 
     #[test]
     fn the_inverse_jacobian_is_that_of_finite_differences() {

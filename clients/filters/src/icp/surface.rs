@@ -78,9 +78,9 @@ impl Surface {
             range_std_m: laser.range_std_m,
             roughness_m,
         };
-        for k in 0..rays.len() {
+        for (k, ray) in rays.iter().enumerate() {
             if let Some(piece) = surface.piece_at(k) {
-                surface.of_beam[rays[k].beam] = Some(surface.pieces.len());
+                surface.of_beam[ray.beam] = Some(surface.pieces.len());
                 surface.pieces.push(piece);
             }
         }
