@@ -6,7 +6,8 @@ use std::path::Path;
 
 use rusty_tests::*;
 
-const WITNESSES: &str = "[[participant]]\nname = \"logger\"\nrole = \"logger\"\n";
+const WITNESSES: &str = "[[participant]]\nname = \"logger\"\nrole = \"logger\"\n\
+    command = [\"logger\"]\n";
 
 /// A scenario in which a mapper writes where `stem` says.
 fn scenario(place: &Path, stem: &str, more: &str) -> String {

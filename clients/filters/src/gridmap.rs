@@ -210,6 +210,10 @@ impl Filter for GridMap {
     }
 
     fn finish(self) -> Result<(), ClientError> {
+        // A run that ended before it began is somebody else's failure.
+        if self.mapper.began_s.is_none() {
+            return Ok(());
+        }
         // What was mapped before is written all the same.
         let written = self.mapper.finish();
         if let Some(problem) = self.problem {

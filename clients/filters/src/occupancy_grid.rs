@@ -16,7 +16,8 @@
 //!   when a door opens (Yguel et al., *Update Policy of Dense Maps*, 2008;
 //!   OctoMap's bounds are the ones here).
 //! * A beam that met nothing clears, in the book, up to z_max. Where the laser
-//!   drops readings, that is clearing through walls: [`NothingMet`].
+//!   drops readings, that is clearing through walls ([`NothingMet`]), and real
+//!   ones have a z_max of 80 m: it clears up to 8 m, unless told otherwise.
 
 use clap::{Args, ValueEnum};
 use nalgebra::Point2;
@@ -78,6 +79,10 @@ pub struct InverseModel {
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = Self::default().nothing_met)]
     pub nothing_met: NothingMet,
 
+    /// up to this length, m
+    #[arg(long, value_name = "METRES", default_value_t = Self::default().nothing_m, value_parser = side)]
+    pub nothing_m: f64,
+
     /// Use beams up to this length, m; longer ones clear as far as that
     /// [default: the laser's longest]
     #[arg(long, value_name = "METRES", value_parser = side)]
@@ -94,6 +99,7 @@ impl Default for InverseModel {
             p_least: 0.1192,
             thickness_m: 0.0,
             nothing_met: NothingMet::Stops,
+            nothing_m: 8.0,
             reach_m: None,
         }
     }
@@ -265,7 +271,12 @@ impl OccupancyGrid {
             if is_nothing && self.model.nothing_met == NothingMet::Ignored {
                 continue;
             }
-            let free_to = at(if is_hit { (range_m - half_m).max(0.0) } else { reach_m });
+            let free_m = match (is_hit, is_nothing) {
+                (true, _) => (range_m - half_m).max(0.0),
+                (false, true) => reach_m.min(self.model.nothing_m),
+                (false, false) => reach_m,
+            };
+            let free_to = at(free_m);
             let occupied_to = is_hit.then(|| at(range_m + half_m));
             self.readings.push(Reading { free_to, occupied_to, is_nothing });
         }

@@ -27,6 +27,7 @@ const COARSE: InverseModel = InverseModel {
     p_least: 0.001,
     thickness_m: 0.0,
     nothing_met: NothingMet::Clears,
+    nothing_m: 100.0,
     reach_m: None,
 };
 
@@ -88,6 +89,9 @@ fn a_beam_that_met_nothing_clears_and_occupies_nothing() {
     assert!(near(odds(NothingMet::Stops, 1.05), trig::ln(0.8_f64 / 0.2)));
     assert!(near(odds(NothingMet::Stops, 5.05), 0.0));
     assert!(near(odds(NothingMet::Ignored, 0.55), free));
+    let near_only = InverseModel { nothing_m: 3.0, ..COARSE };
+    let grid = one_beam(near_only, &scans);
+    assert!(near(odds_at(&grid, 2.95, 0.05), free) && near(odds_at(&grid, 3.25, 0.05), 0.0));
     // Beyond the reach something was met, so there is none of it before.
     let short = InverseModel { reach_m: Some(0.6), ..COARSE };
     let grid = one_beam(short, &scans[..1]);
