@@ -57,6 +57,8 @@ impl FromStr for Waypoint {
 
 /// Where to go, and how.
 #[derive(Args, Clone, Debug)]
+// Whoever flattens these beside those of a filter has two of this name.
+#[group(skip)]
 pub struct Options {
     /// A place to go to, m, world frame; give it once for each [default: in the
     /// Apartment the middle of every room, and back to the start]

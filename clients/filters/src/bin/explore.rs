@@ -30,3 +30,14 @@ fn main() -> Exit {
     let matching = ScanMatchOptions { wheels, ..ScanMatchOptions::default() };
     run_from(&args, |start| Ok(Explore::new(start, &options, ScanMatch::new(start, &matching))))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_has_no_word_twice() {
+        Cli::command().debug_assert();
+    }
+}

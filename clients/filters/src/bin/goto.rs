@@ -28,3 +28,14 @@ fn main() -> Exit {
     let Cli { args, options, ekf } = Cli::parse();
     run_from(&args, |start| Goto::new(start, &options, Ekf::new(start, &ekf)?))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_has_no_word_twice() {
+        Cli::command().debug_assert();
+    }
+}

@@ -24,3 +24,14 @@ fn main() -> Exit {
     let Cli { args, options } = Cli::parse();
     run_from(&args, |start| Ok(Wander::new(start, &options)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_has_no_word_twice() {
+        Cli::command().debug_assert();
+    }
+}
