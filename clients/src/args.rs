@@ -44,7 +44,7 @@ pub struct ClientArgs {
 
     /// On a log, a filter writes what it holds possible (particles, a histogram)
     /// to this file; a scorer reads such files and draws them
-    #[arg(long, value_name = "FILE", requires = "log")]
+    #[arg(long, value_name = "FILE", conflicts_with = "run")]
     pub beliefs: Vec<PathBuf>,
 
     /// Read the key to the truth from this file (scorers and loggers; default:
@@ -122,6 +122,10 @@ mod tests {
         assert_eq!(args.run.unwrap().as_str(), "lab");
         let help = parse(&["x.py", "--help"]).unwrap_err();
         assert!(help.code == 0 && help.text.contains("--join-timeout"), "{help}");
+        let both = parse(&["x.py", "--run", "lab", "--beliefs", "b"]).unwrap_err();
+        assert!(both.code == 2 && both.text.contains("cannot be used with"), "{both}");
+        let files = parse(&["score", "--log", "l", "--beliefs", "a", "--beliefs", "b"]).unwrap();
+        assert_eq!(files.beliefs.len(), 2);
         let nothing = parse(&["x.py"]).unwrap_err();
         assert!(nothing.code == 2 && nothing.text.contains("--run <NAME>"), "{nothing}");
     }

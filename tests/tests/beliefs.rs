@@ -152,8 +152,9 @@ fn whoever_looks_on_changes_nothing_and_leaves_nothing() {
     still.signal(Signal::STOP);
     killed.signal(Signal::KILL);
     let run = live.run.clone();
-    let after = live.ends_with(0);
-    assert_eq!(after.report["digest"], report["digest"]);
+    // Onlookers are no participants: the run's end does not wait for them.
+    let Live { server, out: _out, .. } = live;
+    assert_eq!(server.wait().expect(0).json()["digest"], report["digest"]);
     let lines = awake.wait().expect(0).stdout;
     let lines: Vec<Value> = lines.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     assert!(lines.len() > 3, "{} lines", lines.len());
@@ -164,6 +165,8 @@ fn whoever_looks_on_changes_nothing_and_leaves_nothing() {
     assert!(lines[lines.len() - 1]["spread_m"].as_f64() > lines[0]["spread_m"].as_f64());
     still.signal(Signal::CONT);
     still.wait().expect(0);
+    killed.wait();
+    assert_eq!(participants(&run), []);
     nothing_left(&run);
 }
 
