@@ -22,7 +22,8 @@
 //! [`mcl`], on particles ([`likelihood_field`], [`resampling`], [`kld`]);
 //! [`scan_match`], on [`icp`] and wheels that learn their errors ([`calibration`]);
 //! [`slam`], on it and a [`pose_graph`] ([`sparse`]); [`gridmap`], on an
-//! [`occupancy_grid`] ([`ray_walk`], [`map_picture`]).
+//! [`occupancy_grid`] ([`ray_walk`], [`map_picture`]); [`bayes_hallway`], on a
+//! [`histogram`] and what a [`corridor`] shows.
 //!
 //! The drivers: [`surroundings`] keeps a robot off the walls, [`steering`] finds a
 //! free way, [`localiser`] is what they ask where they are; [`wander`] needs no
@@ -31,14 +32,6 @@
 //! [`frontiers`].
 //!
 //! The numbers of the models, from logs: [`fit_beam`], [`fit_motion`].
-//! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
-//! a filter believes of wheels and of the laser's geometry; [`grid`] and
-//! [`occupancy`], maps of cells; [`line_fit`], [`lines`] and [`line_map`], straight
-//! walls. The filters: [`ekf`]; [`bayes_hallway`] with [`histogram`] and [`corridor`].
-//!
-//! Scans: [`tangent`], calculus on SE(2); [`icp`], which matches two of them;
-//! [`calibration`], wheels that learn from it; [`scan_match`], odometry from both;
-//! [`sparse`] and [`pose_graph`], which hold a path in one piece; [`slam`].
 
 pub mod random;
 
@@ -46,6 +39,7 @@ pub mod beam_model;
 pub mod beams;
 pub mod motion;
 
+pub mod distance_field;
 pub mod grid;
 pub mod map_server;
 pub mod occupancy;
@@ -56,7 +50,7 @@ pub mod line_fit;
 pub mod line_map;
 pub mod lines;
 
-pub mod distance_field;
+pub mod kld;
 pub mod likelihood_field;
 pub mod mcl;
 pub mod resampling;
@@ -69,15 +63,14 @@ pub mod pose_graph;
 pub mod slam;
 pub mod sparse;
 
-
-pub mod kld;
-pub mod likelihood_field;
-pub mod resampling;
-
 pub mod gridmap;
 pub mod map_picture;
 pub mod occupancy_grid;
 pub mod ray_walk;
+
+pub mod bayes_hallway;
+pub mod corridor;
+pub mod histogram;
 
 pub mod localiser;
 pub mod steering;
@@ -95,26 +88,7 @@ pub mod frontiers;
 pub mod fit_beam;
 pub mod fit_motion;
 
-pub mod resampling;
-
-pub mod kld;
-
-pub mod mcl;
-pub mod icp;
-pub mod tangent;
-
-pub mod calibration;
-pub mod scan_match;
-
-pub mod pose_graph;
-pub mod slam;
-pub mod sparse;
-
 pub use beam_model::BeamModel;
-pub mod bayes_hallway;
-pub mod corridor;
-pub mod histogram;
-
 pub use beams::Beams;
 pub use distance_field::DistanceField;
 pub use ekf::Ekf;
