@@ -21,8 +21,8 @@ use crate::logger::output_folder;
 use crate::report::html;
 use crate::scoring::trace::Whole;
 use crate::scoring::{
-    BeliefKeeper, BeliefMoment, Given, Meter, Moment, Planned, RunTrace, TraceKeeper, Yardstick,
-    svg,
+    BeliefKeeper, BeliefMoment, Given, Held, Meter, Moment, Planned, RunTrace, TraceKeeper,
+    Yardstick, svg,
 };
 use crate::witness::{Ending, Step, Witness};
 use crate::{ClientArgs, ClientError};
@@ -38,6 +38,7 @@ pub struct Scorer {
     /// On a log: files of beliefs, whose frames must be those of the log.
     shown: Vec<Shown>,
     meter: Meter,
+    held: Option<Held>,
     seed: Option<u64>,
     blind: bool,
     digest: RunDigest,
@@ -74,6 +75,9 @@ impl Witness for Scorer {
         });
         let moment = Moment { tick, time_s: frame.time_s(), truth: step.truth };
         self.meter.push(&moment, given);
+        if let Some(held) = &mut self.held {
+            held.push(tick, step.truth, frame.command());
+        }
         let estimates = effects.replies().map(|r| r.estimate().copied());
         self.keeper.push(frame.time_s(), step.truth, frame.ranges_m(), estimates);
         self.digest = step.digest;
@@ -99,6 +103,7 @@ impl Witness for Scorer {
             seed: self.seed,
             ticks: whole.ticks,
             ticks_with_truth: whole.ticks_with_truth,
+            blocked_ticks: self.held.as_ref().filter(|_| unscored.is_none()).map(Held::ticks),
             digest: trace.digest.clone(),
             scores,
             unscored,
@@ -155,6 +160,7 @@ impl Scorer {
             keeper: TraceKeeper::new(&brief.header),
             beliefs,
             shown,
+            held: Held::of(&brief.header),
             meter: Meter::new(&names, &planned, yardstick),
             seed: brief.header.seed(),
             digest: RunDigest::default(),

@@ -69,6 +69,12 @@ pub struct RunReport {
     pub remarks: Vec<String>,
     /// One per estimator.
     pub scores: Vec<Score>,
+    /// Ticks in which a wall kept the robot where it was; null without a scorer
+    /// that can tell.
+    pub blocked_ticks: Option<u64>,
+    /// Whether a participant drove.
+    #[serde(skip)]
+    driven: bool,
     /// Why there are none, where the scorer has no truth to compare with.
     pub unscored: Option<String>,
     /// For a replay: how the answers compare with the recorded ones.
@@ -113,6 +119,7 @@ impl RunReport {
             remarks.push("there are no scores of this run".to_owned());
         }
         let scores_file = scores_file.filter(|_| scored.is_some());
+        let blocked_ticks = scored.as_ref().and_then(|s| s.blocked_ticks);
         let (scores, unscored, pictures, report) =
             scored.map(|s| (s.scores, s.unscored, s.pictures, s.report)).unwrap_or_default();
         let ended = match outcome.phase {
@@ -147,6 +154,8 @@ impl RunReport {
             timings: outcome.timings.clone(),
             remarks,
             scores,
+            blocked_ticks,
+            driven: has(rusty_contract::Role::Driver),
             unscored,
             comparison: source.comparison().cloned(),
             fork: source.fork().cloned(),
@@ -198,6 +207,9 @@ impl std::fmt::Display for RunReport {
         }
         if let Some(why) = &self.unscored {
             writeln!(f, "unscored {why}")?;
+        }
+        if let Some(ticks) = self.blocked_ticks.filter(|ticks| self.driven || *ticks > 0) {
+            writeln!(f, "walls    held the robot in {ticks} of {} ticks", self.ticks)?;
         }
         if self.ended != "done" {
             writeln!(f, "{} after {} of {} ticks", self.ended, self.ticks, self.ticks_planned)?;

@@ -114,6 +114,7 @@ fn drawn_run(header: &LogHeader, names: &[&str], ticks: u32) -> String {
         seed: trace.seed,
         ticks: ticks.into(),
         ticks_with_truth: ticks.into(),
+        blocked_ticks: None,
         digest: trace.digest.clone(),
         scores,
         unscored: None,

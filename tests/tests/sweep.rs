@@ -93,11 +93,30 @@ fn with_clients_the_rows_are_the_same() {
     sweep(&[&args[..], &with].concat(), &clients, 0);
     let (a, b) = (Lines::of(&inside), Lines::of(&clients));
     assert_eq!(a.lines.len(), 4);
-    for name in a.names.iter().filter(|n| *n != "blocked_ticks") {
+    for name in &a.names {
         assert_eq!(a.column(name), b.column(name), "{name}");
     }
-    assert_eq!((a.column("blocked_ticks")[0], b.column("blocked_ticks")[0]), ("0", ""));
     assert!(runs.join("cell-1-seed-4/run.log").exists());
+}
+
+#[test]
+fn ticks_that_a_wall_held_are_counted_inside_and_by_the_scorer() {
+    let place = folder();
+    let [inside, clients] = ["a.csv", "b.csv"].map(|n| place.path().join(n));
+    // An open loop with much slip: it runs into the corridor's walls.
+    let set = ["script.kind=patrol", "robot.slip_std=0.1", "scan_every=0"];
+    let set = set.map(|set| ["--set", set]).concat();
+    let args = [&["apartment", "--seeds", "0..4", "--ticks", "900"], &set[..]].concat();
+    sweep(&args, &inside, 0);
+    sweep(&[&args[..], &["--clients"]].concat(), &clients, 0);
+    let (a, b) = (Lines::of(&inside), Lines::of(&clients));
+    assert_eq!(a.column("blocked_ticks"), b.column("blocked_ticks"));
+    assert_eq!(a.column("digest"), b.column("digest"));
+    assert!(
+        a.numbers("blocked_ticks").iter().sum::<f64>() > 0.0,
+        "{:?}",
+        a.column("blocked_ticks")
+    );
 }
 
 #[test]

@@ -13,20 +13,89 @@
 //! only at run time are written out: the library's use whatever instructions the
 //! processor has.
 //!
-//! What they share, in reading order: [`random`]; [`motion`] and [`beams`], what
-//! a filter believes of wheels and of the laser's geometry; [`grid`] and
-//! [`occupancy`], maps of cells.
+//! What they share, in reading order: [`random`]; [`motion`], [`beams`]
+//! and [`beam_model`], what a filter believes of wheels, of the laser's geometry and
+//! of its readings; [`grid`], [`occupancy`] and [`distance_field`], maps of cells,
+//! and [`map_server`], the files they are kept in; [`tangent`], covariances of poses.
+//!
+//! The filters: [`ekf`], on straight walls ([`line_fit`], [`lines`], [`line_map`]);
+//! [`mcl`], on particles ([`likelihood_field`], [`resampling`], [`kld`]);
+//! [`scan_match`], on [`icp`] and wheels that learn their errors ([`calibration`]);
+//! [`slam`], on it and a [`pose_graph`] ([`sparse`]); [`gridmap`], on an
+//! [`occupancy_grid`] ([`ray_walk`], [`map_picture`]); [`bayes_hallway`], on a
+//! [`histogram`] and what a [`corridor`] shows.
+//!
+//! The drivers: [`surroundings`] keeps a robot off the walls, [`steering`] finds a
+//! free way, [`localiser`] is what they ask where they are; [`wander`] needs no
+//! more. [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them:
+//! [`goto`] on a map that is given, [`explore`] on one that it makes, to its
+//! [`frontiers`].
+//!
+//! The numbers of the models, from logs: [`fit_beam`], [`fit_motion`].
 
 pub mod random;
 
+pub mod beam_model;
 pub mod beams;
 pub mod motion;
 
+pub mod distance_field;
 pub mod grid;
+pub mod map_server;
 pub mod occupancy;
+pub mod tangent;
 
+pub mod ekf;
+pub mod line_fit;
+pub mod line_map;
+pub mod lines;
+
+pub mod kld;
+pub mod likelihood_field;
+pub mod mcl;
+pub mod resampling;
+
+pub mod calibration;
+pub mod icp;
+pub mod scan_match;
+
+pub mod pose_graph;
+pub mod slam;
+pub mod sparse;
+
+pub mod gridmap;
+pub mod map_picture;
+pub mod occupancy_grid;
+pub mod ray_walk;
+
+pub mod bayes_hallway;
+pub mod corridor;
+pub mod histogram;
+
+pub mod localiser;
+pub mod steering;
+pub mod surroundings;
+pub mod wander;
+
+pub mod goto;
+pub mod pilot;
+pub mod planning;
+pub mod pursuit;
+
+pub mod explore;
+pub mod frontiers;
+
+pub mod fit_beam;
+pub mod fit_motion;
+
+pub use beam_model::BeamModel;
 pub use beams::Beams;
+pub use distance_field::DistanceField;
+pub use ekf::Ekf;
 pub use grid::GridFrame;
+pub use likelihood_field::LikelihoodField;
+pub use map_server::MapFileError;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
+pub use occupancy_grid::OccupancyGrid;
 pub use random::Random;

@@ -138,6 +138,12 @@ impl Odometry {
         &self.since
     }
 
+    /// The motion since the last [`take`](Self::take).
+    #[must_use]
+    pub fn so_far(&self) -> &Motion {
+        &self.since
+    }
+
     /// The motion since the last call, and begins the next.
     pub fn take(&mut self) -> Motion {
         std::mem::take(&mut self.since)

@@ -59,6 +59,7 @@ fn report(trace: &RunTrace) -> ScoreReport {
         seed: trace.seed,
         ticks: trace.whole().ticks,
         ticks_with_truth: trace.whole().ticks_with_truth,
+        blocked_ticks: None,
         digest: trace.digest.clone(),
         scores,
         unscored: None,

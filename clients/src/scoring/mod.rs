@@ -10,6 +10,7 @@
 //! * [`metrics`]: one [`Score`](rusty_contract::score::Score) per estimator; what
 //!   is in it lies in `statistics` (rows of errors), `trajectory`, `alignment`,
 //!   `consistency`, `batches`, `convergence` and `compute`;
+//! * [`Held`]: in how many ticks a wall held the robot;
 //! * [`yardstick`]: what the estimates are judged by;
 //! * [`bands`]: what a covariance promises;
 //! * [`picture`]: the run on one page, as SVG; its parts are `map`, `chart` and
@@ -26,6 +27,7 @@ pub(crate) mod chart;
 mod compute;
 mod consistency;
 mod convergence;
+mod held;
 pub mod keeper;
 pub(crate) mod map;
 pub mod metrics;
@@ -39,6 +41,7 @@ mod trajectory;
 pub mod yardstick;
 
 pub use beliefs::{BeliefKeeper, BeliefMoment};
+pub use held::Held;
 pub use keeper::TraceKeeper;
 pub use metrics::{Given, Meter, Moment, Planned, score};
 pub use picture::svg;

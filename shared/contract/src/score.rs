@@ -15,7 +15,7 @@ pub use consistency::{Consistency, Verdict};
 pub use convergence::{Convergence, Recovery, Within};
 pub use errors::{Errors, Figures, PathLength, heading_error_rad, position_error_m};
 pub use quantile::Quantiles;
-pub use table::ScoreTable;
+pub use table::{ScoreTable, duration};
 pub use trajectory::{AbsoluteErrors, PoseErrors, RelativeErrors, Statistics};
 
 use serde::{Deserialize, Serialize};
@@ -32,6 +32,10 @@ pub struct ScoreReport {
     pub ticks: u64,
     /// Ticks for which a true pose is known.
     pub ticks_with_truth: u64,
+    /// Ticks in which a wall kept the robot where it was, by truth and command;
+    /// `None` where the run was not simulated, or no tick has a truth.
+    #[serde(default)]
+    pub blocked_ticks: Option<u64>,
     /// Run digest, 32 hexadecimal digits.
     pub digest: String,
     /// One per estimator, in roster order.

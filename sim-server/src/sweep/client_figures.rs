@@ -1,7 +1,7 @@
 //! The figures that only a run with clients has: those of the scorer that the
 //! rows made inside lack.
 
-use rusty_contract::score::{Durations, PoseErrors, Score};
+use rusty_contract::score::{Convergence, Durations, PoseErrors, Score};
 use serde::{Deserialize, Serialize};
 
 /// What [`Score`] says beyond the figures of every row. NaN where nothing was
@@ -45,6 +45,44 @@ pub struct ClientFigures {
     pub compute_observed_p50_s: f64,
     /// The same, 99th percentile, s.
     pub compute_observed_p99_s: f64,
+    /// How it did once it had found the robot. A journal has these behind the
+    /// record, which is older.
+    #[serde(skip)]
+    pub found: Found,
+}
+
+/// How an estimator did once it had found the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Found {
+    /// Rmse of the position from there on, m; NaN where it never had.
+    pub position_rmse_m: f64,
+    /// The same for the heading, rad.
+    pub heading_rmse_rad: f64,
+    /// How often the robot was carried away.
+    pub kidnapped: u64,
+    /// How often it was found again.
+    pub recovered: u64,
+}
+
+impl Default for Found {
+    /// Of a run of which nothing is known.
+    fn default() -> Self {
+        let nan = f64::NAN;
+        Self { position_rmse_m: nan, heading_rmse_rad: nan, kidnapped: 0, recovered: 0 }
+    }
+}
+
+impl Found {
+    fn of(convergence: Option<&Convergence>) -> Self {
+        let Some(c) = convergence else { return Self::default() };
+        let recovered = c.recoveries.iter().filter(|r| r.after_s.is_some());
+        Self {
+            position_rmse_m: c.position_rmse_m.unwrap_or(f64::NAN),
+            heading_rmse_rad: c.heading_rmse_rad.unwrap_or(f64::NAN),
+            kidnapped: c.recoveries.len() as u64,
+            recovered: recovered.count() as u64,
+        }
+    }
 }
 
 impl ClientFigures {
@@ -85,6 +123,7 @@ impl ClientFigures {
             compute_reported_p99_s: took(reported, |d| d.p99_s),
             compute_observed_p50_s: took(observed, |d| d.p50_s),
             compute_observed_p99_s: took(observed, |d| d.p99_s),
+            found: Found::of(convergence),
         }
     }
 }

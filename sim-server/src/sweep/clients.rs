@@ -35,6 +35,7 @@ struct Report {
     ended: String,
     digest: String,
     scores: Vec<Score>,
+    blocked_ticks: Option<u64>,
     losses: Vec<Loss>,
     remarks: Vec<String>,
 }
@@ -122,6 +123,7 @@ impl<'p> Clients<'p> {
             row.ticks = report.ticks;
             row.time_s = report.ticks.checked_sub(1).map_or(0.0, |tick| config.time_s(tick));
             row.distance_m = score.map_or(f64::NAN, |s| s.distance_m);
+            row.blocked_ticks = report.blocked_ticks;
             row.digest.clone_from(&report.digest);
             row.clients = Some(ClientFigures::of(score));
             rows.push(row);

@@ -2,7 +2,8 @@
 //!
 //! A file beside the table, `FILE.part`: the settings as one line of JSON, then
 //! a record per run in the order in which they ended: length and CRC-32 (4
-//! bytes each, little-endian), then a [`Record`] as postcard. The uppermost bit
+//! bytes each, little-endian), then a [`Record`] as postcard and behind it what
+//! its rows did not have when that form was made ([`Found`]). The uppermost bit
 //! of a length says which form of it: without, it is one of
 //! [before](super::record_before). Wherever it is cut, it is good up to the last
 //! complete record. The kernel's lock on it says that somebody is at work.
@@ -12,6 +13,7 @@ use std::io::{BufRead as _, BufReader, BufWriter, Read as _, Seek as _, SeekFrom
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use super::client_figures::Found;
 use super::error::SweepError;
 use super::record::Record;
 use super::record_before::RecordBefore;
@@ -103,7 +105,9 @@ impl Journal {
 /// record lacks.
 #[must_use]
 pub fn encoded(record: &Record) -> Vec<u8> {
-    let body = postcard::to_allocvec(record).unwrap_or_default();
+    let mut body = postcard::to_allocvec(record).unwrap_or_default();
+    let found: Vec<Option<Found>> = record.rows.iter().map(|r| Some(r.clients?.found)).collect();
+    body.extend(postcard::to_allocvec(&found).unwrap_or_default());
     let mut bytes = Vec::with_capacity(8 + body.len());
     bytes.extend((body.len() as u32 | PRESENT).to_le_bytes());
     bytes.extend(crc32fast::hash(&body).to_le_bytes());
@@ -163,7 +167,7 @@ fn next(reader: &mut BufReader<File>) -> std::io::Result<Option<(Record, u64)>> 
         Ok(if word & PRESENT == 0 {
             postcard::from_bytes::<RecordBefore>(&body).ok().map(Record::from)
         } else {
-            postcard::from_bytes(&body).ok()
+            decoded(&body)
         })
     };
     match part(reader) {
@@ -173,8 +177,25 @@ fn next(reader: &mut BufReader<File>) -> std::io::Result<Option<(Record, u64)>> 
     }
 }
 
+/// A record, and behind it what its rows were not made for; records of before
+/// end without.
+fn decoded(body: &[u8]) -> Option<Record> {
+    let (mut record, behind): (Record, _) = postcard::take_from_bytes(body).ok()?;
+    if !behind.is_empty() {
+        let found: Vec<Option<Found>> = postcard::from_bytes(behind).ok()?;
+        let clients = record.rows.iter_mut().map(|r| r.clients.as_mut());
+        for (figures, found) in clients.zip(found) {
+            if let (Some(figures), Some(found)) = (figures, found) {
+                figures.found = found;
+            }
+        }
+    }
+    Some(record)
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::client_figures::ClientFigures;
     use super::*;
     use crate::sweep::{Row, fixtures, record_before};
 
@@ -228,6 +249,24 @@ mod tests {
         let other = Settings::read(br#"{"seeds":"0..8"}"#).unwrap();
         let error = Journal::open(&path, &other, &(0..9)).err().unwrap().to_string();
         assert!(error.contains("seeds: \"0..9\" and \"0..8\""), "{error}");
+    }
+
+    #[test]
+    fn what_came_later_stands_behind_the_record() {
+        let found =
+            Found { position_rmse_m: 0.02, heading_rmse_rad: 0.01, kidnapped: 2, recovered: 1 };
+        // No NaN, which equals nothing.
+        let text = serde_json::to_value(ClientFigures::of(None)).unwrap();
+        let numbers = text.as_object().unwrap().keys().map(|k| (k.clone(), 1.into()));
+        let clients: ClientFigures =
+            serde_json::from_value(serde_json::Value::Object(numbers.collect())).unwrap();
+        let row = |clients| Row { parameters: [].into(), clients, ..fixtures::row(0, 3, "ekf") };
+        let rows = vec![row(None), row(Some(ClientFigures { found, ..clients }))];
+        let whole = Record { rows, ..record(3) };
+        assert_eq!(decoded(&encoded(&whole)[8..]), Some(whole.clone()));
+        let before = decoded(&postcard::to_allocvec(&whole).unwrap()).unwrap();
+        assert!(before.rows[1].clients.unwrap().found.position_rmse_m.is_nan());
+        assert_eq!(before.rows[1].clients.unwrap().nees_mean, 1.0);
     }
 
     #[test]

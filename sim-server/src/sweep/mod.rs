@@ -12,7 +12,8 @@
 //! * [`sweeping`]: all of it together;
 //! * [`mod@summary`] with its [`band`]s, [`mod@growth`], [`mod@anees`], [`paired`]: what
 //!   the rows and tracks say: means, spreads over distance ([`growth_text`] for
-//!   people), whether covariances are right, differences on the same seeds;
+//!   people), whether covariances are right, [`mod@overview`] of estimators, differences
+//!   on the same seeds;
 //! * [`drawing`]: the fan and the growth, drawn;
 //! * [`report`]: what a person is told;
 //! * [`error`].
@@ -31,6 +32,7 @@ pub mod growth;
 pub mod growth_text;
 pub mod inside;
 pub mod journal;
+pub mod overview;
 pub mod paired;
 pub mod plan;
 pub mod record;
@@ -53,6 +55,7 @@ pub use error::SweepError;
 pub use grid::Axis;
 pub use growth::growth;
 pub use growth_text::GrowthText;
+pub use overview::{OverviewText, overview};
 pub use paired::ab;
 pub use plan::{Plan, Request};
 pub use report::Report;

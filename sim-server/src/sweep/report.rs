@@ -10,10 +10,11 @@ use serde::Serialize;
 use super::anees::Anees;
 use super::error::SweepError;
 use super::growth::Growth;
+use super::overview::Overview;
 use super::paired::Paired;
 use super::summary::SummaryRow;
-use super::{AneesText, Bands, GrowthText, Summary, Swept};
-use super::{ab, anees, drawing, growth, summary};
+use super::{AneesText, Bands, GrowthText, OverviewText, Summary, Swept};
+use super::{ab, anees, drawing, growth, overview, summary};
 
 /// What a sweep says.
 #[derive(Debug, Serialize)]
@@ -24,6 +25,8 @@ pub struct Report {
     pub growth: Vec<Growth>,
     /// Whether their covariances are right, of runs with clients.
     pub consistency: Vec<Anees>,
+    /// All of it that one asks for first, of runs with clients.
+    pub overview: Vec<Overview>,
     /// Differences of two cells that share every seed, where asked for.
     pub paired: Vec<Paired>,
 }
@@ -33,10 +36,12 @@ impl Report {
     /// to be `compared`, neighbouring cells are.
     #[must_use]
     pub fn of(swept: &Swept, compared: bool) -> Self {
+        let consistency = anees(swept);
         Self {
             table: summary(&swept.rows),
             growth: growth(&swept.tracks),
-            consistency: anees(swept),
+            overview: overview(swept, &consistency),
+            consistency,
             paired: if compared { ab(swept) } else { Vec::new() },
         }
     }
@@ -50,6 +55,9 @@ impl fmt::Display for Report {
         }
         if !self.consistency.is_empty() {
             writeln!(f, "\n{}", AneesText(&self.consistency))?;
+        }
+        if !self.overview.is_empty() {
+            writeln!(f, "\n{}", OverviewText(&self.overview))?;
         }
         self.paired.iter().try_for_each(|pair| write!(f, "\n{pair}"))
     }

@@ -42,8 +42,8 @@ pub struct Row {
     pub rmse_heading_error_rad: f64,
     /// The greatest heading error, rad, 0 to π.
     pub max_heading_error_rad: f64,
-    /// Ticks in which a wall kept the robot where it was; not known of runs
-    /// with clients.
+    /// Ticks in which a wall kept the robot where it was; of runs with clients
+    /// as the scorer finds it.
     pub blocked_ticks: Option<u64>,
     /// Run digest, 32 hexadecimal digits: that of `launch` with this seed,
     /// this configuration and these estimators.

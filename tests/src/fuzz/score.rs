@@ -31,6 +31,7 @@ pub fn score(bytes: &[u8]) -> bool {
         seed: trace.seed,
         ticks: trace.whole().ticks,
         ticks_with_truth: trace.whole().ticks_with_truth,
+        blocked_ticks: None,
         digest: trace.digest.clone(),
         scores: figures,
         unscored: None,

@@ -123,7 +123,8 @@ fn compute(score: &Score, of: fn(&ComputeTimes) -> f64) -> String {
 }
 
 /// A duration in the unit in which it has one to three digits before the point.
-fn duration(time_s: f64) -> String {
+#[must_use]
+pub fn duration(time_s: f64) -> String {
     let (value, unit) = match time_s {
         s if s < 999.5e-9 => (s * 1e9, "ns"),
         s if s < 999.5e-6 => (s * 1e6, "µs"),

@@ -97,8 +97,10 @@ fn of_clients(rows: &[Row]) -> Vec<Column> {
         ("nis_sum", |c| c.nis_sum),
         ("nis_degrees", |c| c.nis_degrees),
     ];
-    let times: [(&str, Get<f64>); 6] = [
+    let times: [(&str, Get<f64>); 8] = [
         ("converged_after_s", |c| c.converged_after_s),
+        ("converged_position_rmse_m", |c| c.found.position_rmse_m),
+        ("converged_heading_rmse_rad", |c| c.found.heading_rmse_rad),
         ("recovered_after_s", |c| c.recovered_after_s),
         ("compute_reported_p50_s", |c| c.compute_reported_p50_s),
         ("compute_reported_p99_s", |c| c.compute_reported_p99_s),
@@ -108,6 +110,8 @@ fn of_clients(rows: &[Row]) -> Vec<Column> {
     let mut columns: Vec<Column> = errors.map(number).into();
     columns.push(whole(("nees_samples", |c| c.nees_samples)));
     columns.push(whole(("nis_samples", |c| c.nis_samples)));
+    columns.push(whole(("kidnapped", |c| c.found.kidnapped)));
+    columns.push(whole(("recovered", |c| c.found.recovered)));
     columns.extend(consistency.map(number));
     columns.extend(times.map(number));
     columns

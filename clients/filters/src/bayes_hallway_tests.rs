@@ -1,0 +1,176 @@
+//! The book's story of the doors, told by numbers.
+
+use rusty_contract::{LidarConfig, NominalRobot, Role};
+use rusty_geometry::{DiffDrive, Scan, tick_length};
+
+use super::*;
+use crate::Random;
+
+fn start() -> Start {
+    Start {
+        run_id: 0,
+        scenario: "test".to_owned(),
+        participant: 0,
+        name: "bayes-hallway".to_owned(),
+        ticket: 0,
+        catch_up: None,
+        role: Role::Estimator,
+        awaited: true,
+        server_pid: 0,
+        ticks: 0,
+        dt_s: 0.02,
+        scan_every: 5,
+        robot: NominalRobot {
+            drive: DiffDrive::rusty(),
+            body_radius_m: 0.11,
+            wheel_limit_rad_s: 20.0,
+        },
+        lidar: LidarConfig::default(),
+        map: Some(rusty_geometry::hallway().spec().clone()),
+        initial_pose: None,
+        server_awake_ns: 0,
+        sealed_brief: None,
+    }
+}
+
+/// Middles, m, of the runs of cells with more than half of the mode's mass:
+/// those that face east, and those that face west.
+fn peaks(filter: &BayesHallway) -> [Vec<f64>; 2] {
+    let (belief, cells) = (filter.histogram().cells(), filter.corridor().doors.len());
+    let high = 0.5 * belief[filter.histogram().mode()];
+    [0..cells, cells..2 * cells].map(|row| {
+        let mut found: Vec<[f64; 2]> = Vec::new();
+        for k in row.clone() {
+            let x_m = filter.x_m(k);
+            match (belief[k] > high, k > row.start && belief[k - 1] > high) {
+                (true, true) => found.last_mut().unwrap()[1] = x_m,
+                (true, false) => found.push([x_m, x_m]),
+                _ => {}
+            }
+        }
+        found.into_iter().map(|[a, b]| 0.5 * (a + b)).collect()
+    })
+}
+
+#[test]
+fn the_map_s_doors_are_where_they_are() {
+    let corridor = Corridor::new(rusty_geometry::hallway().spec(), 0.05).unwrap();
+    assert_eq!((corridor.doors.len(), corridor.from_x_m), (240, 0.0));
+    assert!((corridor.middle_y_m - 0.8).abs() < 1e-9 && (corridor.width_m - 1.6).abs() < 1e-9);
+    for (cell, [north, south]) in corridor.doors.iter().enumerate() {
+        let x_m = corridor.x_m(cell);
+        let edge_m = [1.5, 2.5, 4.1, 5.1, 8.5, 9.5]
+            .iter()
+            .fold(f64::INFINITY, |near: f64, edge| near.min((x_m - edge).abs()));
+        let door = [2.0, 4.6, 9.0].iter().any(|middle: &f64| (x_m - middle).abs() < 0.5);
+        assert_eq!(*south, 0.0);
+        // A stretch that is half a door is either.
+        assert!(edge_m < 0.051 || *north == f64::from(u8::from(door)), "{x_m}: {north}");
+    }
+    // Both sides, both headings, by hand: right 19 times in 20.
+    let door = Doors { left: Some(true), right: Some(false) };
+    let at = |x_m: f64, east| corridor.likelihood(&door, (x_m / 0.05) as usize, east, 0.05);
+    assert!((at(2.0, true) - 0.95 * 0.95).abs() < 1e-12);
+    assert!((at(3.0, true) - 0.05 * 0.95).abs() < 1e-12);
+    assert!((at(2.0, false) - 0.05 * 0.05).abs() < 1e-12);
+    assert!((at(3.0, false) - 0.05 * 0.95).abs() < 1e-12);
+    assert_eq!(corridor.likelihood(&Doors::default(), 3, true, 0.05), 1.0);
+}
+
+#[test]
+fn three_peaks_until_the_way_tells_the_doors_apart() {
+    let mut filter = BayesHallway::new(&start(), &Options::default()).unwrap();
+    assert!(filter.histogram().cells().iter().all(|mass| *mass == 1.0 / 480.0));
+    let counts_per_m = 1.0 / tick_length(&DiffDrive::rusty());
+    let (mut way_m, mut after_one, mut after_two) = (0.0, None, None);
+    // Seven looks at a wall, ten at a door, and so on, as from x = 0.8 on.
+    for look in 0..50 {
+        let x_m = 0.85 + 0.1 * f64::from(look);
+        let door = [2.0, 4.6, 9.0].iter().any(|middle| f64::abs(x_m - middle) < 0.5);
+        filter.see(&Doors { left: Some(door), right: Some(false) });
+        match look {
+            12 => after_one = Some(peaks(&filter)),
+            40 => after_two = Some(peaks(&filter)),
+            _ => {}
+        }
+        for _ in 0..10 {
+            way_m += 0.01;
+            let counts = (way_m * counts_per_m) as i64;
+            filter.advance(EncoderTicks { left: counts, right: counts });
+        }
+        let sum: f64 = filter.histogram().cells().iter().sum();
+        assert!((sum - 1.0).abs() < 1e-12);
+    }
+    // Half a metre behind the beginning of a door: one of the three.
+    let [east, west] = after_one.unwrap();
+    assert_eq!((east.len(), west.len()), (3, 0), "{east:?} {west:?}");
+    for (peak_m, expected_m) in east.iter().zip([2.05, 4.65, 9.05]) {
+        assert!((peak_m - expected_m).abs() < 0.15, "{east:?}");
+    }
+    // 2.6 m from one to the next: only the first two are that near to each other.
+    let [east, west] = after_two.unwrap();
+    assert_eq!((east.len(), west.len()), (1, 0), "{east:?} {west:?}");
+    assert!((east[0] - 4.85).abs() < 0.1, "{east:?}");
+}
+
+/// A robot that slips drives from a pose; where it is at the end, and the filter.
+fn drive(seed: u64, from: SE2) -> (SE2, BayesHallway) {
+    let (world, config) = (rusty_geometry::hallway(), LidarConfig::default());
+    let (mut scan, mut random) = (Scan::new(config.fan()), Random::new(seed, 9));
+    let mut filter = BayesHallway::new(&start(), &Options::default()).unwrap();
+    let (drive, mut pose, mut counts) = (DiffDrive::rusty(), from, 0.0);
+    let mut ranges_m = vec![0.0; config.beams as usize];
+    for tick in 0..1000 {
+        counts += 0.01 / tick_length(&drive);
+        let mut side = || 0.01 * (1.0 + 0.02 * random.normal());
+        pose = pose.boxplus(&drive.tangent(side(), side()));
+        filter.advance(EncoderTicks { left: counts as i64, right: counts as i64 });
+        if tick % 5 == 0 {
+            scan.take(&world, &pose, config.range_max_m);
+            scan.write_distances_m(&mut ranges_m);
+            ranges_m.iter_mut().for_each(|range_m| {
+                *range_m = (*range_m + 0.02 * random.normal()).min(config.range_max_m);
+                if random.uniform() < 0.02 {
+                    *range_m = config.range_max_m;
+                }
+            });
+            filter.scan(&ranges_m);
+        }
+    }
+    (pose, filter)
+}
+
+#[test]
+fn it_finds_a_robot_that_faces_either_way() {
+    for (seed, from) in [(1, SE2::new(0.8, 0.8, 0.0)), (2, SE2::new(11.2, 0.8, 3.141))] {
+        let (truth, filter) = drive(seed, from);
+        let (found, covariance) = filter.estimate();
+        let tau = truth.boxminus(&found);
+        assert!(tau.x.abs() < 0.15 && tau.y.abs() < 0.05 && tau.z.abs() < 0.05, "{tau} {truth:?}");
+        assert_eq!(covariance, covariance.transpose());
+        assert!(covariance.iter().all(|v| v.is_finite()) && covariance[(0, 0)] < 0.2 * 0.2);
+        let again = drive(seed, from).1;
+        assert_eq!(again.histogram(), filter.histogram());
+        let mut poses = Vec::new();
+        assert_eq!(filter.belief(&mut poses), Some(BeliefKind::Histogram));
+        assert!((poses.iter().map(|pose| pose.weight).sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn nonsense_is_refused_or_borne() {
+    let refused =
+        |start: &Start| BayesHallway::new(start, &Options::default()).unwrap_err().to_string();
+    let said = refused(&Start { map: None, ..start() });
+    assert!(said.contains("map = \"given\""), "{said}");
+    for place in [rusty_geometry::open(), rusty_geometry::apartment()] {
+        let said = refused(&Start { map: Some(place.spec().clone()), ..start() });
+        assert!(said.contains("\"hallway\""), "{said}");
+    }
+    let mut filter = BayesHallway::new(&start(), &Options::default()).unwrap();
+    for ranges_m in [vec![], vec![f64::NAN; 180], vec![8.0; 180], vec![0.0; 180], vec![1.0; 7]] {
+        filter.scan(&ranges_m);
+        let (pose, covariance) = filter.estimate();
+        assert!(pose.is_finite() && covariance.iter().all(|v| v.is_finite()));
+    }
+}

@@ -1,0 +1,267 @@
+//! EKF localisation: where on this floor plan, by straight walls.
+//!
+//! Source: *Probabilistic Robotics*, §7.4 and §7.5, Tables 7.2 and 7.3 (EKF
+//! localisation with unknown correspondences): predict by the odometry; find the
+//! features of the scan; match each to the map by the Mahalanobis distance of its
+//! innovation, within a gate (§7.5.2); update. The features are lines, as in
+//! R. Siegwart, I. Nourbakhsh, *Introduction to Autonomous Mobile Robots* (2004),
+//! §5.6.3: [`crate::lines`] finds them, [`crate::line_map`] knows the map's.
+//!
+//! Departures, and why:
+//! * The state is a pose of SE(2), and its error a tangent vector at it: truth =
+//!   estimate ⊞ τ (J. Solà et al., arXiv:1812.01537). No angle is ever subtracted
+//!   from another across ±π, and the covariance is in the robot's own axes.
+//! * The book takes the likeliest match. A piece of wall that two lines of the
+//!   map could be is left out: a wrong match is worse than none.
+//! * A match must also lie where the map has a wall, not only on its line.
+//! * The covariance is updated in Joseph's form, (I − KH) P (I − KH)ᵀ + K R Kᵀ,
+//!   which stays symmetric and positive whatever is rounded (Bar-Shalom et al.,
+//!   *Estimation with Applications to Tracking and Navigation*, 2001, §5.2.3),
+//!   and is then carried to the tangent space at the updated pose.
+//! * Of a line, its direction and the place of its best known point are compared,
+//!   not α and ρ: see [`crate::line_map::LineInnovation`].
+//! * Matches are found before the first update, updates are one after the other,
+//!   each linearised where the last one led.
+
+use std::io::Write as _;
+
+use clap::Args;
+use nalgebra::{Matrix3, Vector3};
+use rusty_clients::{ClientError, Filter, Tick};
+use rusty_contract::{Estimate, Innovation, Reply, Start};
+use rusty_geometry::{EncoderTicks, SE2};
+
+use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
+use crate::lines::{Extraction, Segment};
+use crate::{Beams, Odometry, OdometryNoise};
+
+/// The smallest σ that is believed of a range, m: a laser without any error
+/// would leave nothing to divide by.
+const LEAST_RANGE_STD_M: f64 = 1e-4;
+
+/// What the filter believes.
+#[derive(Args, Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// What is believed of the wheels.
+    #[command(flatten)]
+    pub odometry: OdometryNoise,
+
+    /// What is believed of the walls and of the start.
+    #[command(flatten)]
+    pub walls: WallOptions,
+}
+
+/// What is believed of the walls in a scan, and of the start.
+#[derive(Args, Clone, Copy, Debug, PartialEq)]
+#[command(next_help_heading = "What is believed of walls and start")]
+pub struct WallOptions {
+    /// Standard deviation of a range, m [default: what the laser's maker says]
+    #[arg(long, value_name = "METRES", value_parser = positive)]
+    pub range_std_m: Option<f64>,
+
+    /// The fewest points of a piece of wall
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u64).range(3..))]
+    pub min_points: u64,
+
+    /// The shortest piece of wall, m
+    #[arg(long, value_name = "METRES", default_value_t = 0.4, value_parser = positive)]
+    pub min_length_m: f64,
+
+    /// A right match is let through with this probability
+    #[arg(long, value_name = "P", default_value_t = 0.999, value_parser = probability)]
+    pub gate: f64,
+
+    /// So much of a piece must lie where the map has a wall
+    #[arg(long, value_name = "SHARE", default_value_t = 0.75, value_parser = probability)]
+    pub covered: f64,
+
+    /// Standard deviation of the start, each way, m
+    #[arg(long, value_name = "METRES", default_value_t = 0.02, value_parser = positive)]
+    pub start_std_m: f64,
+
+    /// Standard deviation of the first heading, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 1.0, value_parser = positive)]
+    pub start_std_deg: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        let walls = WallOptions {
+            range_std_m: None,
+            min_points: 6,
+            min_length_m: 0.4,
+            gate: 0.999,
+            covered: 0.75,
+            start_std_m: 0.02,
+            start_std_deg: 1.0,
+        };
+        Self { odometry: OdometryNoise::default(), walls }
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("give a number greater than 0".to_owned()),
+    }
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
+        _ => Err("give a number between 0 and 1".to_owned()),
+    }
+}
+
+/// EKF localisation by straight walls.
+#[derive(Clone, Debug)]
+pub struct Ekf {
+    odometry: Odometry,
+    beams: Beams,
+    extraction: Extraction,
+    map: LineMap,
+    gate: Gate,
+    pose_in_world: SE2,
+    covariance: Matrix3<f64>,
+}
+
+impl Ekf {
+    /// Begins at the pose that is told. Without a map it only predicts, and says
+    /// so on stderr.
+    ///
+    /// # Errors
+    /// [`ClientError::Unusable`] where no pose is told: this filter follows a
+    /// robot, it does not find one.
+    pub fn new(start: &Start, options: &Options) -> Result<Self, ClientError> {
+        let Some(pose_in_world) = start.initial_pose else {
+            return Err(ClientError::Unusable(format!(
+                "{:?} is not told where the robot starts, and an EKF cannot find it: give it \
+                 initial_pose = \"given\" in the scenario, or take `mcl`",
+                start.name
+            )));
+        };
+        let map = start.map.as_ref().map(LineMap::new).unwrap_or_default();
+        if map.lines.is_empty() {
+            let name = &start.name;
+            // Nothing depends on whether anybody reads it.
+            let _ = writeln!(
+                std::io::stderr(),
+                "{name}: there is no map with walls, so this is odometry with a growing covariance"
+            );
+        }
+        let walls = &options.walls;
+        let range_std_m = walls.range_std_m.unwrap_or(start.lidar.range_std_m);
+        let extraction = Extraction {
+            range_std_m: range_std_m.max(LEAST_RANGE_STD_M),
+            min_points: walls.min_points as usize,
+            min_length_m: walls.min_length_m,
+        };
+        let (place, heading) = (walls.start_std_m, walls.start_std_deg.to_radians());
+        let variances = Vector3::new(place * place, place * place, heading * heading);
+        Ok(Self {
+            odometry: Odometry::new(start.robot.drive, options.odometry),
+            beams: Beams::new(&start.lidar),
+            extraction,
+            map,
+            gate: Gate::of_probability(walls.gate, walls.covered),
+            pose_in_world,
+            covariance: Matrix3::from_diagonal(&variances),
+        })
+    }
+
+    /// Predicts: takes the encoder counts at the end of a tick (Table 7.2, lines
+    /// 2 to 7).
+    pub fn advance(&mut self, ticks: EncoderTicks) {
+        self.odometry.advance(ticks);
+        let motion = self.odometry.take();
+        self.covariance = symmetric(&motion.propagate(&self.covariance));
+        self.pose_in_world = self.pose_in_world.compose(&motion.now_in_then);
+    }
+
+    /// Corrects by the scan that was taken at the end of the tick (Table 7.3):
+    /// how surprising its walls were, `None` if none was recognised.
+    pub fn scan(&mut self, ranges_m: &[f64]) -> Option<Innovation> {
+        if self.map.lines.is_empty() {
+            return None;
+        }
+        let segments = self.extraction.segments(&self.beams, ranges_m);
+        let matches = self.matches(&segments);
+        let mut sum = Innovation { nis: 0.0, degrees: 0 };
+        for (segment, line) in matches {
+            let innovation = line.innovation(segment, &self.pose_in_world, &self.covariance);
+            let Some(updated) = updated(&self.pose_in_world, &self.covariance, &innovation) else {
+                continue;
+            };
+            (self.pose_in_world, self.covariance) = updated;
+            sum.nis += innovation.nis();
+            sum.degrees += 2;
+        }
+        (sum.degrees > 0).then_some(sum)
+    }
+
+    /// Pieces of wall with the line of the map that each is, as far as that is
+    /// certain.
+    fn matches<'a>(&self, segments: &'a [Segment]) -> Vec<(&'a Segment, MapLine)> {
+        let (pose, covariance) = (&self.pose_in_world, &self.covariance);
+        let line = |s| self.map.match_of(s, pose, covariance, &self.gate).cloned();
+        segments.iter().filter_map(|s| Some((s, line(s)?))).collect()
+    }
+
+    /// The believed pose of the body in the world frame.
+    #[must_use]
+    pub fn pose_in_world(&self) -> SE2 {
+        self.pose_in_world
+    }
+
+    /// Covariance (m, m, rad) of the error τ: truth = [`pose_in_world`](Self::pose_in_world) ⊞ τ.
+    #[must_use]
+    pub fn covariance(&self) -> Matrix3<f64> {
+        self.covariance
+    }
+}
+
+impl Filter for Ekf {
+    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+        self.advance(tick.ticks());
+        let innovation = tick.ranges_m().and_then(|ranges_m| self.scan(ranges_m));
+        let p = &self.covariance;
+        let rows = std::array::from_fn(|i| p[(i / 3, i % 3)]);
+        let estimate = Estimate::new(self.pose_in_world).with_covariance(rows);
+        Reply::Estimate(Estimate { innovation, ..estimate })
+    }
+}
+
+/// Pose and covariance after an update, in Joseph's form; `None` where a number is
+/// not finite.
+#[must_use]
+pub fn updated(
+    pose_in_world: &SE2,
+    covariance: &Matrix3<f64>,
+    innovation: &LineInnovation,
+) -> Option<(SE2, Matrix3<f64>)> {
+    let LineInnovation { nu, h, r, s } = innovation;
+    let gain = covariance * h.transpose() * s.try_inverse()?;
+    let tau = gain * nu;
+    let rest = Matrix3::identity() - gain * h;
+    let joseph = rest * covariance * rest.transpose() + gain * r * gain.transpose();
+    let jr = right_jacobian(&tau);
+    let covariance = symmetric(&(jr * joseph * jr.transpose()));
+    let whole = tau.iter().chain(covariance.iter()).all(|v| v.is_finite());
+    whole.then(|| (pose_in_world.boxplus(&tau), covariance))
+}
+
+/// Jr with exp(τ + ε) = exp(τ) exp(Jr ε) for small ε: the same error, seen from
+/// the pose that τ leads to. I − ad(τ)/2, the first two terms of its series.
+fn right_jacobian(tau: &Vector3<f64>) -> Matrix3<f64> {
+    let half = tau * 0.5;
+    Matrix3::new(1.0, half.z, -half.y, -half.z, 1.0, half.x, 0.0, 0.0, 1.0)
+}
+
+/// The mean of a matrix and its transpose.
+fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
+    (matrix + matrix.transpose()) * 0.5
+}
+
+#[cfg(test)]
+#[path = "ekf_tests.rs"]
+mod tests;

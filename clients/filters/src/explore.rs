@@ -1,0 +1,326 @@
+//! A driver without a map that makes one: always to the nearest place where what
+//! it knows ends.
+//!
+//! Source: B. Yamauchi, *A frontier-based approach for autonomous exploration*
+//! (IEEE CIRA 1997). The map is an occupancy grid ([`crate::occupancy_grid`]) from
+//! the poses of the filter that it carries ([`Localiser`]); [`crate::frontiers`]
+//! finds the edges of what is known; the way to the nearest is found over free
+//! cells and followed like any other ([`crate::planning`], [`crate::pilot`]).
+//!
+//! Departures, and why:
+//! * *Nearest* is by what the way costs, not by its length: a frontier behind a
+//!   narrow door is farther off than one as far away in the open.
+//! * A frontier is given up for another as soon as it is none any more: a laser
+//!   sees most of a room from its door.
+//! * Yamauchi's robot stops at a frontier to look around; a laser with a full
+//!   circle need not.
+//! * A beam that met nothing is believed where its neighbours met nothing either:
+//!   lasers lose beams.
+//! * A frontier that is still there after the robot has been as near as it can
+//!   get, or that it cannot get to, is left out from then on, as Yamauchi leaves
+//!   out what was not reached. Where none is left, the map is done.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use nalgebra::Point2;
+use rusty_clients::{ClientError, Filter, Tick};
+use rusty_contract::{Reply, Start};
+use rusty_geometry::{EncoderTicks, SE2, Twist};
+
+use crate::frontiers::{Frontier, frontiers};
+use crate::localiser::Localiser;
+use crate::occupancy_grid::InverseModel;
+use crate::pilot::{Pilot, Progress};
+use crate::planning::{Chart, Room, Routes, Unknown};
+use crate::surroundings::{Caution, length};
+use crate::{Beams, Cell, OccupancyGrid, OccupancyMap};
+
+/// So many scans are in the map before anything is concluded from it.
+const FIRST_SCANS: u32 = 10;
+
+/// The map is looked at again so often, s.
+const LOOK_S: f64 = 1.0;
+
+/// It has arrived when it is this near, m.
+const WITHIN_M: f64 = 0.2;
+
+/// A frontier is as good as reached from a place this near, m.
+const NEAR_M: f64 = 0.6;
+
+/// What is this near to a place that was tried is left out, m.
+const TRIED_M: f64 = 0.5;
+
+/// What an explorer wants.
+#[derive(Args, Clone, Debug)]
+pub struct Options {
+    /// Where the map goes at the end: STEM.pgm and STEM.yaml, as map_server of ROS
+    /// reads them [default: nowhere]
+    #[arg(long, value_name = "STEM")]
+    pub save: Option<PathBuf>,
+
+    /// The smallest frontier, m: what is narrower is no opening
+    #[arg(long, value_name = "METRES", default_value_t = 0.3, value_parser = length)]
+    pub frontier_m: f64,
+
+    /// Distance from walls that it likes to keep, m
+    #[arg(long, value_name = "METRES", default_value_t = 0.4, value_parser = length)]
+    pub liked_m: f64,
+
+    /// How careful it is.
+    #[command(flatten)]
+    pub caution: Caution,
+
+    /// What is believed of a reading
+    #[command(flatten)]
+    pub model: InverseModel,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        let (caution, model) = (Caution::default(), InverseModel::default());
+        Self { save: None, frontier_m: 0.3, liked_m: 0.4, caution, model }
+    }
+}
+
+/// Drives to where its map ends.
+#[derive(Debug)]
+pub struct Explore<L> {
+    name: String,
+    dt_s: f64,
+    options: Options,
+    localiser: L,
+    beams: Beams,
+    pilot: Pilot,
+    room: Room,
+    grid: OccupancyGrid,
+    /// Place on the edge of the known that it is on its way to.
+    target: Option<Point2<f64>>,
+    /// Places that were tried.
+    tried: Vec<Point2<f64>>,
+    look_ticks: u64,
+    since_look: u64,
+    ticks: u64,
+    done_at: Option<u64>,
+    /// Frontiers that are left, none of which it can get any nearer to.
+    left: usize,
+}
+
+impl<L: Localiser> Explore<L> {
+    /// Begins where it stands, with nothing known, and a filter that says where
+    /// that is.
+    #[must_use]
+    pub fn new(start: &Start, options: &Options, localiser: L) -> Self {
+        Self {
+            name: start.name.clone(),
+            dt_s: start.dt_s,
+            localiser,
+            beams: Beams::new(&start.lidar),
+            pilot: Pilot::new(start, &options.caution),
+            room: Room::on_cells(start, &options.caution, options.liked_m, options.model.cell_m),
+            grid: OccupancyGrid::new(options.model),
+            options: options.clone(),
+            target: None,
+            tried: Vec::new(),
+            look_ticks: (LOOK_S / start.dt_s).ceil() as u64,
+            since_look: 0,
+            ticks: 0,
+            done_at: None,
+            left: 0,
+        }
+    }
+
+    /// A tick: encoder counts and, if there is one, the scan at its end. The
+    /// answer to it.
+    pub fn step(&mut self, ticks: EncoderTicks, ranges_m: Option<&[f64]>) -> Reply {
+        self.ticks += 1;
+        self.localiser.advance(ticks);
+        let innovation = ranges_m.and_then(|ranges_m| self.localiser.scan(ranges_m));
+        self.pilot.tick(ticks, ranges_m);
+        let pose = self.localiser.pose_in_world();
+        if let Some(ranges_m) = ranges_m {
+            // A scan from a pose that is none, or too far off for any grid, is
+            // left out: the map stays as it was.
+            let ranges_m = believed(ranges_m, self.beams.range_max_m);
+            let _ = self.grid.add(&pose, &ranges_m, &self.beams);
+        }
+        let command = self.command(&pose, ranges_m.is_some());
+        Reply::Both(self.localiser.estimate(innovation), command)
+    }
+
+    fn command(&mut self, pose: &SE2, has_scan: bool) -> Twist {
+        if self.done_at.is_some() || self.grid.scans() < FIRST_SCANS {
+            return Twist::default();
+        }
+        self.since_look += 1;
+        let (command, progress) = self.pilot.command(pose, WITHIN_M);
+        match (progress, self.target) {
+            (Progress::Arrived | Progress::Stuck, Some(target)) => {
+                self.tried.push(target);
+                self.target = None;
+            }
+            (Progress::NoWay, _) => self.target = None,
+            _ => {}
+        }
+        if has_scan && (self.target.is_none() || self.since_look >= self.look_ticks) {
+            self.look(pose);
+            self.since_look = 0;
+        }
+        command
+    }
+
+    /// Looks at the map: on to the old target, to a new one, or done.
+    fn look(&mut self, pose: &SE2) {
+        let map = by_the_prior(&self.grid);
+        let least_cells = (self.options.frontier_m / map.frame.cell_m).ceil() as usize;
+        let edges = frontiers(&map, least_cells.max(1));
+        let here = Point2::from(pose.translation());
+        let chart = Chart::new(&map, Unknown::Shut, self.room);
+        let Some(routes) = chart.routes_from(here) else {
+            return self.without_ways(edges.len());
+        };
+        let fresh = edges.iter().map(|f| self.fresh(&map, f));
+        let goals = fresh.filter_map(|cells| goal(&cells, &map, &chart, &routes));
+        let kept = self.target.filter(|target| {
+            let near = |cell: &usize| (map.frame.centre(*cell) - target).norm() < TRIED_M;
+            edges.iter().any(|f| f.cells.iter().any(near))
+        });
+        // The old one first: who turns back each time that something else is a
+        // little nearer gets nowhere.
+        let best = goals.min_by(|a, b| {
+            let order = |g: &Goal| (kept.is_some_and(|t| (t - g.edge).norm() > TRIED_M), g.cost);
+            let (a, b) = (order(a), order(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        match best {
+            Some(goal) => {
+                let corners = chart.corners(&routes, goal.cell);
+                match self.target {
+                    Some(_) => self.pilot.follow_on(corners),
+                    None => self.pilot.follow(corners),
+                }
+                self.target = Some(goal.edge);
+            }
+            None => self.without_ways(edges.len()),
+        }
+    }
+
+    /// The cells of a frontier that are away from all places that were tried.
+    fn fresh(&self, map: &OccupancyMap, frontier: &Frontier) -> Vec<usize> {
+        let fresh = |cell: &usize| {
+            let at = map.frame.centre(*cell);
+            self.tried.iter().all(|tried| (at - tried).norm() > TRIED_M)
+        };
+        frontier.cells.iter().copied().filter(fresh).collect()
+    }
+
+    fn without_ways(&mut self, left: usize) {
+        self.pilot.follow(Vec::new());
+        (self.target, self.left) = (None, left);
+        self.done_at = Some(self.ticks);
+    }
+
+    /// The map as it is now.
+    #[must_use]
+    pub fn map(&self) -> OccupancyMap {
+        self.grid.to_map()
+    }
+
+    /// In which tick no frontier was left, from 1.
+    #[must_use]
+    pub fn done_at(&self) -> Option<u64> {
+        self.done_at
+    }
+}
+
+/// Ranges without the beams that alone among their neighbours met nothing: a
+/// beam that was lost would clear a way through walls that are not in the map yet,
+/// and make frontiers out of doors.
+fn believed(ranges_m: &[f64], range_max_m: f64) -> Vec<f64> {
+    let count = ranges_m.len();
+    let is_lost = |k: usize| ranges_m[k % count] >= range_max_m;
+    let believed = |k: usize| match is_lost(k) && !(is_lost(k + 1) && is_lost(k + count - 1)) {
+        true => f64::NAN,
+        false => ranges_m[k],
+    };
+    (0..count).map(believed).collect()
+}
+
+/// A cell is unknown as long as no reading ever said anything about it, and
+/// otherwise what is more likely: Yamauchi's classes. The map that is written
+/// asks for more certainty, and between it and the walls there would be a seam of
+/// cells that never become certain.
+fn by_the_prior(grid: &OccupancyGrid) -> OccupancyMap {
+    let cell = |cell: usize| match grid.log_odds(cell) {
+        odds if odds > 0.0 => Cell::Occupied,
+        odds if odds < 0.0 => Cell::Free,
+        _ => Cell::Unknown,
+    };
+    let frame = *grid.frame();
+    OccupancyMap { frame, cells: (0..frame.cells()).map(cell).collect() }
+}
+
+/// A place from which a frontier is reached.
+struct Goal {
+    /// What the way there costs.
+    cost: f64,
+    /// The place.
+    cell: usize,
+    /// The point of the frontier nearest to it.
+    edge: Point2<f64>,
+}
+
+/// The cheapest place near these cells of a frontier; `None` if there is none.
+fn goal(edges: &[usize], map: &OccupancyMap, chart: &Chart, routes: &Routes) -> Option<Goal> {
+    let frame = map.frame;
+    let reach = (NEAR_M / frame.cell_m).ceil() as i64;
+    let mut best: Option<Goal> = None;
+    // Every cell of a large frontier, with all around it, would be many.
+    for &edge in edges.iter().step_by(1 + edges.len() / 40) {
+        let (column, row) = ((edge % frame.width) as i64, (edge / frame.width) as i64);
+        let at = frame.centre(edge);
+        for near in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy))) {
+            let Some(cell) = frame.index(column + near.0, row + near.1) else { continue };
+            let off_m = (frame.centre(cell) - at).norm();
+            if off_m > NEAR_M {
+                continue;
+            }
+            // To be nearer is worth what it takes to get there.
+            let cost = routes.cost(cell) + 2.0 * off_m;
+            if best.as_ref().is_none_or(|b| cost < b.cost) && cost.is_finite() {
+                best = Some(Goal { cost, cell, edge: at });
+            }
+        }
+    }
+    best.filter(|goal| chart.clearance.at(goal.cell) > 0.0)
+}
+
+impl<L: Localiser> Filter for Explore<L> {
+    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+        self.step(tick.ticks(), tick.ranges_m())
+    }
+
+    /// Writes the map, and says what is in it.
+    fn finish(self) -> Result<(), ClientError> {
+        let map = self.map();
+        let free = map.cells.iter().filter(|cell| **cell == Cell::Free).count();
+        let (name, area_m2) = (&self.name, free as f64 * map.frame.cell_m * map.frame.cell_m);
+        let (when, ticks) = match self.done_at {
+            Some(ticks) => ("done in", ticks),
+            None => ("not done in", self.ticks),
+        };
+        let time_s = ticks as f64 * self.dt_s;
+        let left = self.left;
+        // Nothing depends on whether anybody reads it.
+        let _ = writeln!(
+            std::io::stderr(),
+            "{name}: {when} {ticks} ticks ({time_s:.1} s), {area_m2:.1} m² free, {left} edges that \
+             cannot be reached"
+        );
+        match &self.options.save {
+            Some(stem) => Ok(map.save(stem)?),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Where a map ends: free cells beside cells that nobody knows.
+//!
+//! Source: B. Yamauchi, *A frontier-based approach for autonomous exploration*
+//! (IEEE CIRA 1997): cells at the edge of open space are grouped into regions by
+//! their neighbours; a region larger than the robot is a frontier.
+
+use crate::{Cell, OccupancyMap};
+
+/// A region at the edge of what is known.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frontier {
+    /// Its cells, which are free, in the order in which they were found.
+    pub cells: Vec<usize>,
+}
+
+/// The frontiers of a map that have this many cells or more, in the order of
+/// their first cell.
+#[must_use]
+pub fn frontiers(map: &OccupancyMap, least_cells: usize) -> Vec<Frontier> {
+    let edge: Vec<bool> = (0..map.cells.len()).map(|cell| is_edge(map, cell)).collect();
+    let mut seen = vec![false; edge.len()];
+    let mut found = Vec::new();
+    for first in 0..edge.len() {
+        if !edge[first] || seen[first] {
+            continue;
+        }
+        let mut cells = vec![first];
+        seen[first] = true;
+        let mut next = 0;
+        while let Some(cell) = cells.get(next).copied() {
+            next += 1;
+            for (dx, dy) in AROUND {
+                if let Some(beside) = beside(map, cell, dx, dy)
+                    && edge[beside]
+                    && !seen[beside]
+                {
+                    seen[beside] = true;
+                    cells.push(beside);
+                }
+            }
+        }
+        if cells.len() >= least_cells {
+            found.push(Frontier { cells });
+        }
+    }
+    found
+}
+
+/// Whether a cell is free and has one beside it, not across a corner, that
+/// nobody knows.
+#[must_use]
+pub fn is_edge(map: &OccupancyMap, cell: usize) -> bool {
+    let unknown = |(dx, dy): &(i64, i64)| {
+        // Beyond the map nobody knows anything.
+        beside(map, cell, *dx, *dy).is_none_or(|other| map.cells[other] == Cell::Unknown)
+    };
+    map.cells[cell] == Cell::Free && AROUND[..4].iter().any(unknown)
+}
+
+fn beside(map: &OccupancyMap, cell: usize, dx: i64, dy: i64) -> Option<usize> {
+    let (column, row) = (cell % map.frame.width, cell / map.frame.width);
+    map.frame.index(column as i64 + dx, row as i64 + dy)
+}
+
+/// The neighbours of a cell, those across a corner last.
+const AROUND: [(i64, i64); 8] =
+    [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::GridFrame;
+    use nalgebra::Point2;
+
+    /// A map drawn in letters, the top row first: `.` free, `#` occupied, else
+    /// unknown.
+    fn drawn(rows: &[&str]) -> OccupancyMap {
+        let (width, height) = (rows[0].len(), rows.len());
+        let frame = GridFrame { origin_m: Point2::origin(), cell_m: 1.0, width, height };
+        let cell = |c: u8| match c {
+            b'.' => Cell::Free,
+            b'#' => Cell::Occupied,
+            _ => Cell::Unknown,
+        };
+        OccupancyMap { frame, cells: rows.iter().rev().flat_map(|r| r.bytes().map(cell)).collect() }
+    }
+
+    #[test]
+    fn regions_at_the_edge_are_found_and_grouped() {
+        let map = drawn(&[
+            "########", //
+            "#....?.#", "#...?..#", "#......#", "#......#", "#......#", "#.##?###", "########",
+        ]);
+        let found = frontiers(&map, 1);
+        assert_eq!(found.len(), 2, "{found:?}");
+        // The one above the gap in the wall, and those around the pair.
+        let sizes: Vec<usize> = found.iter().map(|f| f.cells.len()).collect();
+        assert_eq!(sizes, [1, 5], "{found:?}");
+        for cell in found.iter().flat_map(|f| &f.cells) {
+            assert!(is_edge(&map, *cell));
+        }
+        assert_eq!(frontiers(&map, 2).len(), 1);
+    }
+
+    #[test]
+    fn the_end_of_the_map_is_an_edge_and_a_closed_room_has_none() {
+        assert_eq!(frontiers(&drawn(&["...", "...", "..."]), 1)[0].cells.len(), 8);
+        assert!(frontiers(&drawn(&["####", "#..#", "####"]), 1).is_empty());
+        assert!(frontiers(&OccupancyMap::unknown(drawn(&["??"]).frame), 1).is_empty());
+    }
+}

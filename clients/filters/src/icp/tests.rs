@@ -1,0 +1,219 @@
+//! Matching in the Apartment, in a corridor, and of scans that are none.
+
+use nalgebra::{Matrix3, Vector3};
+use rusty_contract::config::LidarConfig;
+use rusty_geometry::{SE2, Scan, World, WorldSpec, apartment};
+
+use super::*;
+use crate::Random;
+
+/// Where the Apartment shows walls in both directions.
+const ROOMS: [[f64; 3]; 6] = [
+    [1.3, 2.5, 0.3],
+    [5.0, 2.6, -2.0],
+    [9.5, 3.0, 1.2],
+    [10.0, 7.5, 3.0],
+    [5.2, 7.0, -0.7],
+    [1.6, 7.0, 2.2],
+];
+
+/// A laser in a world.
+struct Eye {
+    world: World,
+    lidar: LidarConfig,
+    laser: Laser,
+    random: Random,
+}
+
+impl Eye {
+    fn new(world: World, beams: u32, range_std_m: f64, seed: u64) -> Self {
+        let lidar = LidarConfig { beams, range_std_m, ..LidarConfig::default() };
+        Self { world, laser: Laser::new(&lidar), lidar, random: Random::new(seed, 1) }
+    }
+
+    fn rays(&mut self, pose: &SE2) -> Vec<Ray> {
+        let mut scan = Scan::new(self.lidar.fan());
+        scan.take(&self.world, pose, self.lidar.range_max_m);
+        let (max_m, std_m) = (self.lidar.range_max_m, self.lidar.range_std_m);
+        let noisy = |(range_m, wall): (f64, Option<usize>)| {
+            wall.map_or(max_m, |_| range_m + std_m * self.random.normal())
+        };
+        let ranges_m: Vec<f64> = scan.distances_and_walls().map(noisy).collect();
+        self.laser.rays(&ranges_m)
+    }
+
+    fn surface(&mut self, pose: &SE2) -> Surface {
+        let rays = self.rays(pose);
+        Surface::new(&self.laser, &rays, IcpOptions::default().roughness_m)
+    }
+
+    /// The scan from `then` beside the scan from `then ∘ moved`, begun at `guess`.
+    fn matched(&mut self, then: &SE2, moved: &SE2, guess: &SE2) -> Result<Match, NoMatch> {
+        let options = IcpOptions::default();
+        let surface = self.surface(then);
+        let rays = self.rays(&(*then * *moved));
+        match_scans(&surface, &self.laser, &rays, guess, &loose(guess), &options)
+    }
+}
+
+/// A belief that says nothing.
+fn loose(guess: &SE2) -> Motion {
+    Motion { now_in_then: *guess, covariance: Matrix3::identity() * 1e4 }
+}
+
+fn pose([x, y, theta]: [f64; 3]) -> SE2 {
+    SE2::new(x, y, theta)
+}
+
+#[test]
+fn without_noise_the_motion_is_found() {
+    let mut eye = Eye::new(apartment(), 360, 1e-4, 1);
+    eye.lidar.range_std_m = 0.0;
+    for room in ROOMS {
+        for moved in [[0.0, 0.0, 0.0], [0.3, 0.1, 0.2], [-0.2, 0.25, -0.3]] {
+            let found = eye.matched(&pose(room), &pose(moved), &SE2::identity()).unwrap();
+            let error = found.evidence.constraint().unwrap().0.boxminus(&pose(moved));
+            assert!(error.norm() < 1e-3, "{room:?} {moved:?}: {error} of {found:?}");
+        }
+    }
+}
+
+#[test]
+fn the_basin_is_what_the_module_says() {
+    // 0.4 m and 20° off in every direction, with noise, 180 beams.
+    let mut eye = Eye::new(apartment(), 180, 0.02, 2);
+    let (mut found, mut all) = (0, 0);
+    for room in ROOMS {
+        for k in 0..16 {
+            let (s, c) = rusty_geometry::trig::sin_cos(std::f64::consts::FRAC_PI_8 * f64::from(k));
+            let turn_rad = if k % 2 == 0 { 0.349 } else { -0.349 };
+            let moved = SE2::new(0.1, 0.05, 0.1);
+            let guess = SE2::new(0.1 + 0.4 * c, 0.05 + 0.4 * s, 0.1 + turn_rad);
+            let came = eye.matched(&pose(room), &moved, &guess);
+            let close = |m: Match| m.evidence.at.boxminus(&moved).norm() < 0.05;
+            found += u32::from(came.is_ok_and(close));
+            all += 1;
+        }
+    }
+    assert!(f64::from(found) >= 0.95 * f64::from(all), "{found} of {all}");
+}
+
+#[test]
+fn the_covariance_is_that_of_noise_that_is_drawn() {
+    let mut eye = Eye::new(apartment(), 180, 0.02, 3);
+    for room in &ROOMS[1..4] {
+        let moved = SE2::new(0.15, 0.05, 0.1);
+        let (mut drawn, mut said, count) = (Matrix3::zeros(), Matrix3::zeros(), 300);
+        for _ in 0..count {
+            let found = eye.matched(&pose(*room), &moved, &moved).unwrap();
+            let (z, information) = found.evidence.constraint().unwrap();
+            let error = moved.boxminus(&z);
+            drawn += error * error.transpose() / f64::from(count);
+            said += information.try_inverse().unwrap() / f64::from(count);
+        }
+        for k in 0..3 {
+            let ratio = said[(k, k)] / drawn[(k, k)];
+            assert!((0.5..2.0).contains(&ratio), "{room:?}, {k}: {ratio}, {said} for {drawn}");
+        }
+    }
+}
+
+/// Two parallel walls, 40 m long.
+fn corridor() -> World {
+    let text = r#"{"name":"corridor","bounds":[-20.0,-1.0,20.0,1.0],"walls":[
+        {"a":[-20.0,-0.6],"b":[20.0,-0.6],"material":"Wall"},
+        {"a":[-20.0,0.6],"b":[20.0,0.6],"material":"Wall"}]}"#;
+    World::new(WorldSpec::from_json_str(text).unwrap()).unwrap()
+}
+
+#[test]
+fn a_corridor_says_nothing_along_itself() {
+    let mut eye = Eye::new(corridor(), 180, 0.02, 4);
+    let options = IcpOptions::default();
+    let moved = SE2::new(0.5, 0.02, 0.03);
+    // What wheels say: 1 cm of 50 along, and little about the rest.
+    let wheels = Motion {
+        now_in_then: SE2::new(0.51, 0.0, 0.0),
+        covariance: Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-2, 1e-2)),
+    };
+    for _ in 0..20 {
+        let surface = eye.surface(&SE2::identity());
+        let rays = eye.rays(&moved);
+        let guess = wheels.now_in_then;
+        let found = match_scans(&surface, &eye.laser, &rays, &guess, &wheels, &options).unwrap();
+        let fused = found.evidence.fuse(&wheels).unwrap().motion;
+        let deviation = |k: usize| fused.covariance[(k, k)].sqrt();
+        // Along it stays the wheels' business; across and round it is measured.
+        assert!(deviation(0) > 0.009, "{fused:?}");
+        assert!(deviation(1) < 0.01 && deviation(2) < 0.01, "{fused:?}");
+        assert!((fused.now_in_then.x() - 0.51).abs() < 0.006, "{fused:?}");
+        assert!((fused.now_in_then.y() - 0.02).abs() < 0.02, "{fused:?}");
+        assert!((fused.now_in_then.theta() - 0.03).abs() < 0.02, "{fused:?}");
+    }
+}
+
+#[test]
+fn scans_that_are_none_are_named() {
+    let mut eye = Eye::new(apartment(), 180, 0.02, 5);
+    let options = IcpOptions::default();
+    let here = pose(ROOMS[1]);
+    let surface = eye.surface(&here);
+    let prior = loose(&SE2::identity());
+    let with = |surface: &Surface, rays: &[Ray], guess: &SE2| {
+        match_scans(surface, &eye.laser, rays, guess, &prior, &options)
+    };
+    // Nothing met, two points, a NaN everywhere, no reference.
+    let mut two = vec![8.0; 180];
+    (two[3], two[90]) = (1.0, 2.0);
+    for (ranges_m, found) in [(vec![8.0; 180], 0), (two, 2), (vec![f64::NAN; 180], 0), (vec![], 0)]
+    {
+        let rays = eye.laser.rays(&ranges_m);
+        assert_eq!(with(&surface, &rays, &SE2::identity()), Err(NoMatch::FewEnds { found }));
+        let nothing = Surface::new(&eye.laser, &rays, options.roughness_m);
+        assert_eq!(nothing.pieces().len(), 0);
+        let rays = surface.rays();
+        assert_eq!(with(&nothing, rays, &SE2::identity()), Err(NoMatch::FewPieces { found: 0 }));
+    }
+    // Another room, and a guess that is none.
+    let away = with(&surface, surface.rays(), &SE2::new(30.0, 0.0, 0.0));
+    assert!(matches!(away, Err(NoMatch::FewPairs { pairs: 0, .. })), "{away:?}");
+    let none = with(&surface, surface.rays(), &SE2::new(f64::NAN, 0.0, 0.0));
+    assert!(none.is_err(), "{none:?}");
+    let mut other = Eye::new(apartment(), 180, 0.02, 6);
+    let elsewhere = other.rays(&pose(ROOMS[3]));
+    let words = with(&surface, &elsewhere, &SE2::identity());
+    assert!(words.is_err() || words.is_ok_and(|m| m.share < 0.7), "{words:?}");
+}
+
+#[test]
+fn a_search_finds_what_is_far_off() {
+    let mut eye = Eye::new(apartment(), 180, 0.02, 7);
+    let options = IcpOptions::default();
+    for room in ROOMS {
+        let surface = eye.surface(&pose(room));
+        let moved = SE2::new(0.1, 0.1, 0.55);
+        let rays = eye.rays(&(pose(room) * moved));
+        let half = Vector3::new(0.25, 0.25, 0.6);
+        let prior = loose(&SE2::identity());
+        let found = match_widely(&surface, &eye.laser, &rays, &prior, &half, &options).unwrap();
+        assert!(found.evidence.at.boxminus(&moved).norm() < 0.03, "{room:?}: {found:?}");
+    }
+}
+
+#[test]
+fn the_bits_are_pinned() {
+    let mut eye = Eye::new(apartment(), 180, 0.02, 8);
+    let found = eye.matched(&pose(ROOMS[2]), &pose([0.1, 0.0, 0.1]), &SE2::identity()).unwrap();
+    let at = found.evidence.at;
+    let bits = [at.x(), at.y(), at.theta(), found.evidence.noise[(2, 1)]].map(f64::to_bits);
+    assert_eq!(
+        bits,
+        [
+            0x3fb8_584c_e9bd_5e90,
+            0xbf15_0637_e22c_675e,
+            0x3fb9_742b_ecaa_c28e,
+            0x410f_d6d1_0d99_740d
+        ],
+        "{bits:#x?}"
+    );
+}

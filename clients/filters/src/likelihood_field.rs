@@ -1,0 +1,449 @@
+//! What a filter believes of the ends of beams: the likelihood field.
+//!
+//! Source: *Probabilistic Robotics*, §6.4, Table 6.3. A reading is the better,
+//! the nearer its end lies to an obstacle of the map:
+//! p = z_hit · N(d; 0, σ) + z_rand / z_max, with d from a distance field. Readings
+//! of z_max say nothing and are left out. An end in a part of the map that nobody
+//! has seen has the probability 1 / z_max (§6.4, towards its end).
+//!
+//! Departures, and why:
+//! * The logarithm of p is kept for every cell, so that a scan is a sum, and in a
+//!   byte, so that all of a building stays in the processor's own memory: ln p is
+//!   `base_log` plus so many steps of `step_log`, 255 of which lead from the
+//!   worst to the best. The sum of a scan is a sum of whole numbers, so it does
+//!   not depend on the order in which it is taken.
+//! * Between the centres of cells ln p is interpolated. A tracked robot's
+//!   particles are millimetres apart; if all within a cell were alike, the sum over
+//!   180 beams would be a rugged thing at that scale, by several units of ln p.
+//! * Where cells are all the map knows, σ² has the variance of a place in a cell
+//!   added to it, 1/12 of its side squared.
+//! * Beyond the map is nothing where it is a floor plan, and what nobody has seen
+//!   where it was drawn from scans.
+//!
+//! Beams next to each other are wrong in the same way wherever the map is, and
+//! p as a product over beams does not know that (§6.3.4). Two remedies of the
+//! book are the caller's: to take only every so-manieth beam, and to raise the
+//! product to a power below 1.
+
+use core::f64::consts::PI;
+
+use nalgebra::{Point2, Vector2};
+use rusty_geometry::{SE2, World, trig};
+
+use crate::distance_field::DistanceField;
+use crate::occupancy::Cell;
+use crate::{BeamModel, GridFrame, OccupancyMap};
+
+/// The most cells of a field that is free to choose them.
+const MOST_CELLS: usize = 1 << 22;
+
+/// How many beams are looked up together.
+const TOGETHER: usize = 16;
+
+/// Cells around the field that are no part of it: between two of them nothing of
+/// it is seen.
+const BORDER: usize = 2;
+
+/// Into how many parts the way from cell to cell is cut, and a step with it.
+const PARTS: u32 = 256;
+
+/// ln p of the end of a beam, for every cell of a grid.
+#[derive(Clone, Debug)]
+pub struct LikelihoodField {
+    frame: GridFrame,
+    /// Steps above the worst, row by row, with a border of two cells that stand
+    /// for all beyond.
+    steps: Vec<u8>,
+    stride: usize,
+    /// ln p of no steps.
+    base_log: f64,
+    /// What a step adds to ln p.
+    step_log: f64,
+    mixture: Mixture,
+}
+
+/// p of a distance.
+#[derive(Clone, Copy, Debug)]
+struct Mixture {
+    peak: f64,
+    floor: f64,
+    sigma_m: f64,
+}
+
+impl Mixture {
+    fn new(model: &BeamModel, sigma_m: f64, range_max_m: f64) -> Self {
+        // Of the readings that are not z_max.
+        let below = (model.z_hit + model.z_short + model.z_rand).max(f64::MIN_POSITIVE);
+        // What stands in front of the map is as inexplicable here as the rest.
+        let strange = (model.z_short + model.z_rand) / below;
+        let peak = model.z_hit / below / ((2.0 * PI).sqrt() * sigma_m);
+        Self { peak, floor: strange.max(1e-6) / range_max_m, sigma_m }
+    }
+
+    fn density(&self, distance_m: f64) -> f64 {
+        let z = distance_m / self.sigma_m;
+        self.peak * trig::exp(-0.5 * z * z) + self.floor
+    }
+}
+
+/// The ends of a scan's beams in the body frame, as the lookup takes them.
+#[derive(Clone, Debug, Default)]
+pub struct Ends {
+    x_m: Vec<f32>,
+    y_m: Vec<f32>,
+    count: usize,
+}
+
+impl Ends {
+    /// Forgets all, and takes these instead, m.
+    pub fn set(&mut self, in_body: impl Iterator<Item = Point2<f64>>) {
+        self.x_m.clear();
+        self.y_m.clear();
+        for point in in_body {
+            self.x_m.push(point.x as f32);
+            self.y_m.push(point.y as f32);
+        }
+        self.count = self.x_m.len();
+        // Filled up to whole blocks; what is read there is not counted.
+        let whole = self.count.next_multiple_of(TOGETHER);
+        self.x_m.resize(whole, 0.0);
+        self.y_m.resize(whole, 0.0);
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Root of their mean squared distance from the body, m; 0 of none.
+    #[must_use]
+    pub fn rms_m(&self) -> f64 {
+        let ends = self.x_m.iter().zip(&self.y_m).take(self.count);
+        let sum: f64 = ends.map(|(x, y)| f64::from(*x * *x + *y * *y)).sum();
+        if self.count == 0 { 0.0 } else { (sum / self.count as f64).sqrt() }
+    }
+}
+
+impl LikelihoodField {
+    /// The field of a floor plan, in cells of `cell_m`, and with `blur_m` of
+    /// doubt about where the ends are beside the laser's own σ.
+    #[must_use]
+    pub fn of_world(
+        world: &World,
+        model: &BeamModel,
+        range_max_m: f64,
+        blur_m: f64,
+        cell_m: f64,
+    ) -> Self {
+        let sigma_m = joint(&[model.sigma_hit_m, blur_m]);
+        let margin_m = 4.0 * sigma_m;
+        let mut frame = GridFrame::covering(world.bounds(), margin_m, cell_m);
+        while frame.cells() > MOST_CELLS {
+            frame = GridFrame::covering(world.bounds(), margin_m, frame.cell_m * 2.0);
+        }
+        let field = DistanceField::of_world(world, frame);
+        Self::of_distances(&field, model, sigma_m, range_max_m, |_| false, false)
+    }
+
+    /// The field of a map of cells, on those cells.
+    #[must_use]
+    pub fn of_map(
+        map: &OccupancyMap,
+        distances: &DistanceField,
+        model: &BeamModel,
+        range_max_m: f64,
+        blur_m: f64,
+    ) -> Self {
+        let sigma_m = joint(&[model.sigma_hit_m, blur_m, map.frame.cell_m / 12.0_f64.sqrt()]);
+        let unseen = |cell: usize| map.cells[cell] == Cell::Unknown;
+        Self::of_distances(distances, model, sigma_m, range_max_m, unseen, true)
+    }
+
+    fn of_distances(
+        field: &DistanceField,
+        model: &BeamModel,
+        sigma_m: f64,
+        range_max_m: f64,
+        unseen: impl Fn(usize) -> bool,
+        unseen_beyond: bool,
+    ) -> Self {
+        let mixture = Mixture::new(model, sigma_m, range_max_m);
+        let (worst, best) = (trig::ln(mixture.floor), trig::ln(mixture.density(0.0)));
+        let (base_log, step_log) = (worst, (best - worst).max(1e-9) / 255.0);
+        let steps_of = |log: f64| ((log - base_log) / step_log).round() as u8;
+        let unknown = steps_of(-trig::ln(range_max_m));
+        let beyond = if unseen_beyond { unknown } else { 0 };
+        let stride = field.frame.width + 2 * BORDER;
+        let mut steps = vec![beyond; stride * (field.frame.height + 2 * BORDER)];
+        for (cell, distance_m) in field.distances_m.iter().enumerate() {
+            let (column, row) = (cell % field.frame.width, cell / field.frame.width);
+            let log = || trig::ln(mixture.density(f64::from(*distance_m)));
+            let steps_there = if unseen(cell) { unknown } else { steps_of(log()) };
+            steps[(row + BORDER) * stride + column + BORDER] = steps_there;
+        }
+        Self { frame: field.frame, steps, stride, base_log, step_log, mixture }
+    }
+
+    /// σ of a hit in this field, m.
+    #[must_use]
+    pub fn sigma_m(&self) -> f64 {
+        self.mixture.sigma_m
+    }
+
+    /// ln p of an end at this distance from an obstacle, before it was made a
+    /// number of steps.
+    #[must_use]
+    pub fn log_at_distance(&self, distance_m: f64) -> f64 {
+        trig::ln(self.mixture.density(distance_m))
+    }
+
+    /// What ln p of a beam is on average at the right pose: hits are normal with
+    /// σ, the rest lies anywhere.
+    #[must_use]
+    pub fn expected_log(&self) -> f64 {
+        let (count, mut sum, mut mass) = (400, 0.0, 0.0);
+        for k in 0..count {
+            let z = 5.0 * (f64::from(k) + 0.5) / f64::from(count);
+            let weight = trig::exp(-0.5 * z * z);
+            sum += weight * self.log_at_distance(z * self.mixture.sigma_m);
+            mass += weight;
+        }
+        let hits = self.mixture.peak * (2.0 * PI).sqrt() * self.mixture.sigma_m;
+        hits * sum / mass + (1.0 - hits) * self.base_log
+    }
+
+    /// Σ ln p over the ends of a scan, seen from a body at `pose`.
+    #[must_use]
+    pub fn log_likelihood(&self, ends: &Ends, pose: &SE2) -> f64 {
+        let (s, c) = trig::sin_cos(pose.theta());
+        self.log_of_steps(self.steps_of_scan(ends, &pose.translation(), s, c), ends.count())
+    }
+
+    /// ln p of `count` ends that come to so many 256ths of a step together.
+    #[must_use]
+    pub fn log_of_steps(&self, steps: u32, count: usize) -> f64 {
+        self.base_log * count as f64 + self.step_log / f64::from(PARTS) * f64::from(steps)
+    }
+
+    /// The steps of all ends together, in parts of 256, seen from a body at `position` (m) with
+    /// this sine and cosine of its heading.
+    #[must_use]
+    pub fn steps_of_scan(&self, ends: &Ends, position: &Vector2<f64>, sin: f64, cos: f64) -> u32 {
+        let per_cell = 1.0 / self.frame.cell_m;
+        let offset = (position - self.frame.origin_m.coords) * per_cell;
+        let view = View {
+            // Half a cell back to its centre, two on for the border.
+            x: (offset.x + 1.5) as f32,
+            y: (offset.y + 1.5) as f32,
+            sin: (sin * per_cell) as f32,
+            cos: (cos * per_cell) as f32,
+            last_x: self.frame.width as f32 + 2.5,
+            last_y: self.frame.height as f32 + 2.5,
+            stride: self.stride as u32,
+        };
+        let (xs, _) = ends.x_m.as_chunks::<TOGETHER>();
+        let (ys, _) = ends.y_m.as_chunks::<TOGETHER>();
+        let (mut sum, mut left) = (0_u32, ends.count);
+        for (x, y) in xs.iter().zip(ys) {
+            let spots = view.spots(x, y);
+            for k in 0..left.min(TOGETHER) {
+                sum += self.between(spots.place[k] as usize, spots.right[k], spots.up[k]);
+            }
+            left = left.saturating_sub(TOGETHER);
+        }
+        sum
+    }
+
+    /// Between four cells, the lower left of which is `place`: so far to the
+    /// right and up, in parts of 256. In such parts of a step.
+    #[inline(always)]
+    fn between(&self, place: usize, right: u32, up: u32) -> u32 {
+        let pair = |at: usize| {
+            let (a, b) = (u32::from(self.steps[at]), u32::from(self.steps[at + 1]));
+            a * (PARTS - right) + b * right
+        };
+        (pair(place) * (PARTS - up) + pair(place + self.stride) * up) / PARTS
+    }
+}
+
+/// Where a body stands, in cells.
+struct View {
+    x: f32,
+    y: f32,
+    sin: f32,
+    cos: f32,
+    last_x: f32,
+    last_y: f32,
+    stride: u32,
+}
+
+impl View {
+    /// The spots of these ends. Plain operations on several numbers at a time,
+    /// and a border takes whatever lies beyond.
+    #[inline(always)]
+    fn spots(&self, x_m: &[f32; TOGETHER], y_m: &[f32; TOGETHER]) -> Spots {
+        let mut spots = Spots::default();
+        for k in 0..TOGETHER {
+            let x = self.x + (self.cos * x_m[k] - self.sin * y_m[k]);
+            let y = self.y + (self.sin * x_m[k] + self.cos * y_m[k]);
+            let ((column, right), (row, up)) = (cut(x, self.last_x), cut(y, self.last_y));
+            spots.place[k] = row.wrapping_mul(self.stride).wrapping_add(column);
+            spots.right[k] = right;
+            spots.up[k] = up;
+        }
+        spots
+    }
+}
+
+/// Spots between cells: the cell to the lower left, and how far from its centre
+/// to the next ones, in parts of 256.
+#[derive(Default)]
+struct Spots {
+    place: [u32; TOGETHER],
+    right: [u32; TOGETHER],
+    up: [u32; TOGETHER],
+}
+
+/// A number of cells: whole ones, and parts of the next.
+#[inline(always)]
+fn cut(cells: f32, last: f32) -> (u32, u32) {
+    /// Added to a number below 2²², it leaves the nearest whole number in the low
+    /// bits.
+    const WHOLE: f32 = 12_582_912.0;
+    // Comparisons, so that what is no number becomes the border.
+    let cells = if cells > 0.5 { cells } else { 0.5 };
+    let cells = if cells < last { cells } else { last };
+    let whole = (cells - 0.5) + WHOLE;
+    // 0 to 256, both included: half-way the rounding may go either way.
+    let parts = (cells - (whole - WHOLE)) * PARTS as f32 + WHOLE;
+    (whole.to_bits() - WHOLE.to_bits(), parts.to_bits() - WHOLE.to_bits())
+}
+
+fn joint(sigmas_m: &[f64]) -> f64 {
+    sigmas_m.iter().map(|s| s * s).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rusty_geometry::{Material, WallSpec, WorldSpec};
+
+    const RANGE_MAX_M: f64 = 8.0;
+
+    fn model() -> BeamModel {
+        BeamModel {
+            z_hit: 0.9,
+            z_short: 0.02,
+            z_max: 0.02,
+            z_rand: 0.06,
+            sigma_hit_m: 0.05,
+            lambda_short_per_m: 1.0,
+        }
+    }
+
+    /// One wall along x = 1.
+    fn one_wall() -> World {
+        let wall = WallSpec { a: [1.0, 0.0], b: [1.0, 2.0], material: Material::Wall };
+        let (name, bounds) = ("one wall".to_owned(), [0.0, 0.0, 2.0, 2.0]);
+        World::new(WorldSpec { name, bounds, walls: vec![wall] }).unwrap()
+    }
+
+    /// Table 6.3, line 7, of readings that are not z_max.
+    fn by_the_book(distance_m: f64, sigma_m: f64) -> f64 {
+        let z = distance_m / sigma_m;
+        let normal = trig::exp(-0.5 * z * z) / ((2.0 * PI).sqrt() * sigma_m);
+        trig::ln((0.9 * normal + 0.08 / RANGE_MAX_M) / 0.98)
+    }
+
+    #[test]
+    fn every_cell_has_the_logarithm_of_the_book_s_mixture() {
+        let field = LikelihoodField::of_world(&one_wall(), &model(), RANGE_MAX_M, 0.0, 0.01);
+        let mut ends = Ends::default();
+        let mut worst = 0.0_f64;
+        for column in 0..200 {
+            let x_m = 0.01 * f64::from(column) + 0.005;
+            ends.set(std::iter::once(Point2::new(x_m, 1.005)));
+            let found = field.log_likelihood(&ends, &SE2::identity());
+            let said = by_the_book((x_m - 1.0).abs(), field.sigma_m());
+            worst = worst.max((found - said).abs());
+        }
+        // Half a step, and what f32 leaves of a distance.
+        assert!(worst <= 0.5 * field.step_log + 1e-4, "{worst}, a step is {}", field.step_log);
+        assert!(field.step_log < 0.03, "{}", field.step_log);
+    }
+
+    #[test]
+    fn a_scan_is_the_sum_of_its_ends_wherever_the_body_stands() {
+        let world = rusty_geometry::apartment();
+        let field = LikelihoodField::of_world(&world, &model(), RANGE_MAX_M, 0.0, 0.02);
+        let points = |n: usize| {
+            (0..n).map(|k| {
+                let (s, c) = trig::sin_cos(0.1 * k as f64);
+                Point2::new(0.05 * k as f64 * c, 0.05 * k as f64 * s)
+            })
+        };
+        // Inside, beyond every side, and nowhere.
+        let poses = [
+            SE2::new(6.0, 4.5, 0.7),
+            SE2::new(-3.0, 4.5, 2.0),
+            SE2::new(13.0, 40.0, -2.0),
+            SE2::new(1e9, -1e9, 0.0),
+            SE2::new(f64::NAN, 1.0, f64::INFINITY),
+        ];
+        for (pose, n) in poses.into_iter().zip([180, 17, 16, 1, 5]) {
+            let mut ends = Ends::default();
+            ends.set(points(n));
+            let found = field.log_likelihood(&ends, &pose);
+            let mut one = Ends::default();
+            let alone = points(n).map(|point| {
+                one.set(std::iter::once(point));
+                field.log_likelihood(&one, &pose)
+            });
+            let sum: f64 = alone.sum();
+            assert!((found - sum).abs() < 1e-9 && found.is_finite(), "{pose:?}: {found}, {sum}");
+        }
+        let mut none = Ends::default();
+        none.set(std::iter::empty());
+        assert_eq!(field.log_likelihood(&none, &SE2::identity()), 0.0);
+    }
+
+    #[test]
+    fn what_nobody_has_seen_is_as_likely_as_anything() {
+        let origin_m = Point2::new(0.0, 0.0);
+        let frame = GridFrame { origin_m, cell_m: 0.05, width: 40, height: 40 };
+        let mut map = OccupancyMap::unknown(frame);
+        for cell in 0..800 {
+            map.cells[cell] = Cell::Free;
+        }
+        map.cells[20] = Cell::Occupied;
+        let distances = DistanceField::of_map(&map);
+        let field = LikelihoodField::of_map(&map, &distances, &model(), RANGE_MAX_M, 0.0);
+        let at = |x_m: f64, y_m: f64| {
+            let mut ends = Ends::default();
+            ends.set(std::iter::once(Point2::new(x_m, y_m)));
+            field.log_likelihood(&ends, &SE2::identity())
+        };
+        let half_a_step = 0.5 * field.step_log + 1e-4;
+        for (x_m, y_m) in [(1.0, 1.5), (-5.0, 0.0), (0.5, 7.0)] {
+            assert!((at(x_m, y_m) + trig::ln(RANGE_MAX_M)).abs() <= half_a_step, "{x_m}, {y_m}");
+        }
+        assert!((at(1.025, 0.025) - by_the_book(0.0, field.sigma_m())).abs() <= half_a_step);
+        assert!((at(1.125, 0.025) - by_the_book(0.1, field.sigma_m())).abs() <= half_a_step);
+    }
+
+    #[test]
+    fn the_right_pose_has_what_is_expected_of_it() {
+        use crate::Random;
+        let field = LikelihoodField::of_world(&one_wall(), &model(), RANGE_MAX_M, 0.0, 0.005);
+        let (mut random, mut ends) = (Random::new(3, 1), Ends::default());
+        let (count, said) = (20_000, field.expected_log());
+        ends.set((0..count).map(|_| {
+            let strange = random.uniform() < 0.08 / 0.98;
+            let x_m = if strange { -1.0 } else { 1.0 + 0.05 * random.normal() };
+            Point2::new(x_m, 1.0)
+        }));
+        let found = field.log_likelihood(&ends, &SE2::identity()) / f64::from(count);
+        assert!((found - said).abs() < 0.05, "{found} for {said}");
+    }
+}

@@ -1,0 +1,292 @@
+//! Monte Carlo localisation: where the robot is in a known map, by particles.
+//!
+//! Source: *Probabilistic Robotics*, chapter 8: Tables 8.2 (MCL), 8.3 (augmented
+//! MCL) and 8.4 (KLD-sampling MCL); chapter 4, Table 4.4, for the resampling;
+//! §6.4 and §6.3 for what weighs the particles. With each scan they are moved by
+//! what the wheels said since the last one, weighed, and drawn anew where that
+//! is called for.
+//!
+//! Departures, and why:
+//! * The sensor is as sharp as the particles are dense, see [`sensor`].
+//! * Particles are drawn anew when their weights are worth less than half of
+//!   their number; the book does it at every step, and says in §4.3.4 why not to.
+//! * How many are drawn follows from the bins that a low-variance sample of the
+//!   present size occupies (T. Li, S. Sun, T. P. Sattar, *Adapting sample size
+//!   in particle filters through KLD-resampling*, Electronics Letters 49(12),
+//!   2013). Table 8.4 counts while it draws, one particle after the other, which
+//!   the low-variance sampler does not. More particles never occupy fewer bins, so
+//!   where the number shrinks, it is on the safe side.
+//! * New particles from everywhere are not mixed with the old ones, see
+//!   [`search`].
+//! * The answer is one mode of the belief ([`mode`]), and there is none while
+//!   less than half of the belief can be said to be in one place: the share of its
+//!   heaviest mode, times w_fast / w_slow of [`recovery`].
+
+mod cloud;
+mod free_space;
+pub mod mode;
+mod options;
+mod particles;
+pub mod recovery;
+pub mod search;
+pub mod sensor;
+
+use nalgebra::{Matrix3, Vector3};
+use rusty_clients::{ClientError, Filter, Tick};
+use rusty_contract::config::LidarConfig;
+use rusty_contract::{BeliefKind, Estimate, Reply, Start, WeightedPose};
+use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Scan, World};
+
+pub use free_space::FreeSpace;
+pub use mode::Mode;
+pub use options::{Model, Options};
+pub use particles::Particles;
+
+use self::cloud::Cloud;
+use self::mode::Modes;
+use self::recovery::Recovery;
+use self::search::Search;
+use self::sensor::{Sensor, Use};
+use crate::{BeamModel, Beams, DistanceField, Motion, OccupancyMap, Odometry, Random};
+
+/// Where an initial pose is given, it is believed to be right up to this, m
+const INITIAL_M: f64 = 0.05;
+/// and this, rad.
+const INITIAL_RAD: f64 = 0.05;
+/// From this share of Table 8.3 on, the robot is looked for elsewhere as well.
+const LOST: f64 = 0.1;
+/// An answer whose position has a larger σ than this, m, is none.
+const NOWHERE_M: f64 = 1.0;
+
+/// The map to localise in.
+#[derive(Clone, Debug)]
+pub enum Map {
+    /// A floor plan.
+    Plan(Box<World>),
+    /// A map of cells.
+    Cells(OccupancyMap),
+}
+
+/// What the filter has to know of robot and laser.
+#[derive(Clone, Copy, Debug)]
+pub struct Robot {
+    /// Its wheels.
+    pub drive: DiffDrive,
+    /// Radius of its body, m.
+    pub body_radius_m: f64,
+    /// Its laser.
+    pub lidar: LidarConfig,
+}
+
+/// Monte Carlo localisation.
+#[derive(Debug)]
+pub struct Mcl {
+    options: Options,
+    initial: Option<SE2>,
+    odometry: Odometry,
+    sensor: Sensor,
+    space: FreeSpace,
+    recovery: Recovery,
+    belief: Cloud,
+    search: Search,
+    modes: Modes,
+    /// The heaviest mode after the last scan, if that is an answer.
+    answer: Option<Mode>,
+    /// Time of the first tick, s.
+    began_s: Option<f64>,
+    asleep: bool,
+    places: Random,
+}
+
+impl Mcl {
+    /// Begins a run.
+    ///
+    /// # Errors
+    /// There is no map, one that cannot be used, or none that the model can use.
+    pub fn of_start(start: &Start, options: &Options) -> Result<Self, ClientError> {
+        let unusable = |text: String| ClientError::Unusable(text);
+        let Some(spec) = &start.map else {
+            return Err(unusable(
+                "there is no map to localise in: give the participant `map = \"given\"` in the \
+                 scenario, or a map with --map FILE.yaml"
+                    .to_owned(),
+            ));
+        };
+        let world = World::new(spec.clone()).map_err(|e| unusable(e.to_string()))?;
+        let robot = Robot {
+            drive: start.robot.drive,
+            body_radius_m: start.robot.body_radius_m,
+            lidar: start.lidar,
+        };
+        Self::new(robot, Map::Plan(Box::new(world)), start.initial_pose, options)
+    }
+
+    /// Begins at `initial`, or anywhere where that is not given.
+    ///
+    /// # Errors
+    /// The map has no place for the robot, or no rays for the beam model.
+    pub fn new(
+        robot: Robot,
+        map: Map,
+        initial: Option<SE2>,
+        options: &Options,
+    ) -> Result<Self, ClientError> {
+        let Robot { drive, body_radius_m, lidar } = robot;
+        let mut model = BeamModel::of_lidar(&lidar);
+        model.sigma_hit_m = options.sigma_m.unwrap_or(model.sigma_hit_m);
+        let beams = Beams::new(&lidar);
+        let how = Use {
+            skip: options.skip as usize,
+            exponent: options.exponent,
+            rays: options.model == Model::Beam,
+        };
+        let (sensor, space) = match map {
+            Map::Plan(world) => {
+                let scan = Scan::new(lidar.fan());
+                let space = FreeSpace::of_world(&world, body_radius_m);
+                (Sensor::of_world(&world, model, beams, scan, how), space)
+            }
+            Map::Cells(_) if how.rays => {
+                return Err(ClientError::Unusable(
+                    "--model beam needs walls to cast rays at, and --map has cells: use --model \
+                     field"
+                        .to_owned(),
+                ));
+            }
+            Map::Cells(map) => {
+                let distances = DistanceField::of_map(&map);
+                let space = FreeSpace::of_map(&map, &distances, body_radius_m);
+                (Sensor::of_map(&map, &distances, &model, beams, how), space)
+            }
+        };
+        let initial = initial.filter(|_| !options.global);
+        if space.is_empty() && initial.is_none() {
+            return Err(ClientError::Unusable(format!(
+                "the map has no place where a body of {body_radius_m} m radius touches nothing; \
+                 is it the right map?"
+            )));
+        }
+        Ok(Self {
+            options: options.clone(),
+            initial,
+            odometry: Odometry::new(drive, options.noise),
+            sensor,
+            space,
+            recovery: Recovery::trusting(),
+            belief: Cloud::new(options.seed, 2),
+            search: Search::new(options.seed),
+            modes: Modes::default(),
+            answer: None,
+            began_s: None,
+            asleep: true,
+            places: Random::new(options.seed, 1),
+        })
+    }
+
+    /// Takes the encoder counts at the end of a tick.
+    pub fn advance(&mut self, time_s: f64, ticks: EncoderTicks) {
+        let motion = *self.odometry.advance(ticks);
+        let began_s = *self.began_s.get_or_insert(time_s);
+        if self.asleep && time_s - began_s >= self.options.from {
+            self.asleep = false;
+            self.wake(&motion);
+        }
+    }
+
+    /// Begins: around where it was told it stood, or everywhere.
+    fn wake(&mut self, motion: &Motion) {
+        let most = self.options.particles as usize;
+        self.odometry.take();
+        let particles = &mut self.belief.particles;
+        if let Some(initial) = self.initial {
+            let variances =
+                [INITIAL_M * INITIAL_M, INITIAL_M * INITIAL_M, INITIAL_RAD * INITIAL_RAD];
+            let before = Matrix3::from_diagonal(&Vector3::from(variances));
+            let mean = initial.compose(&motion.now_in_then);
+            let covariance = motion.propagate(&before);
+            particles.push_normal(&mean, &covariance, most, &mut self.places);
+            self.answer = Some(Mode { pose_in_world: mean, covariance, share: 1.0 });
+        } else {
+            self.space.fill(particles, most, &mut self.places);
+            self.recovery = Recovery::lost(self.sensor.expected_likelihood());
+        }
+        self.belief.particles.level();
+    }
+
+    /// Takes a scan at the end of the tick that was advanced to last.
+    pub fn scan(&mut self, ranges_m: &[f64]) {
+        if self.asleep {
+            return;
+        }
+        let motion = self.odometry.take();
+        self.belief.move_by(&motion);
+        self.search.move_by(&motion);
+        if let Some(mode) = &mut self.answer {
+            mode.covariance = motion.propagate(&mode.covariance);
+            mode.pose_in_world = mode.pose_in_world.compose(&motion.now_in_then);
+        }
+        if !self.belief.weigh(&mut self.sensor, ranges_m) {
+            return;
+        }
+        self.recovery.update(self.belief.beam_likelihood);
+        if self.recovery.share() > LOST {
+            let Self { belief, search, sensor, space, options, .. } = self;
+            if search.scan(belief, sensor, ranges_m, space, options) {
+                self.recovery.found(self.belief.beam_likelihood);
+            }
+        } else {
+            self.search.give_up();
+        }
+        let trusted = 1.0 - self.recovery.share();
+        let known = |mode: &Mode| {
+            let variance_m2 = mode.covariance[(0, 0)].max(mode.covariance[(1, 1)]);
+            mode.share * trusted >= 0.5 && variance_m2 <= NOWHERE_M * NOWHERE_M
+        };
+        self.answer = self.modes.heaviest(&self.belief.particles).filter(known);
+        self.belief.draw(&self.options);
+    }
+
+    /// Where the robot is and how sure that is: after the last scan, carried on
+    /// by the wheels. `None` while there is no idea.
+    #[must_use]
+    pub fn answer(&self) -> Option<Estimate> {
+        let mode = self.answer.as_ref()?;
+        let motion = self.odometry.so_far();
+        let p = motion.propagate(&mode.covariance);
+        let p = 0.5 * (p + p.transpose());
+        let estimate = Estimate::new(mode.pose_in_world.compose(&motion.now_in_then));
+        let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)]));
+        let mut covariance = [0.0; 9];
+        covariance.copy_from_slice(rows.as_flattened());
+        Some(estimate.with_covariance(covariance))
+    }
+
+    /// The particles as they are after the last scan.
+    #[must_use]
+    pub fn particles(&self) -> &Particles {
+        &self.belief.particles
+    }
+}
+
+impl Filter for Mcl {
+    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+        self.advance(tick.time_s(), tick.ticks());
+        if let Some(ranges_m) = tick.ranges_m() {
+            self.scan(ranges_m);
+        }
+        self.answer().map_or(Reply::Abstain, Reply::Estimate)
+    }
+
+    fn belief(&self, poses: &mut Vec<WeightedPose>) -> Option<BeliefKind> {
+        let since = self.odometry.so_far().now_in_then;
+        let particles = &self.belief.particles;
+        poses.extend(particles.poses().zip(&particles.weights).map(|(pose, &weight)| {
+            let now = pose.compose(&since);
+            WeightedPose { x_m: now.x(), y_m: now.y(), theta_rad: now.theta(), weight }
+        }));
+        Some(BeliefKind::Particles)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,117 @@
+//! The answer: mean and covariance of the mode that most of the belief is in.
+//!
+//! The mean of two rooms is the wall between them. So poses that belong together
+//! ([`Bins`]) are one mode, the heaviest mode is the answer, and the others are
+//! for the belief to show.
+
+use nalgebra::{Matrix3, Vector3};
+use rusty_geometry::SE2;
+
+use super::Particles;
+use crate::kld::Bins;
+
+/// Side of the bins that touch within a mode, m.
+const SIDE_M: f64 = 0.25;
+/// How many of them to a full turn.
+const TURNS: u32 = 24;
+
+/// A part of the belief.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mode {
+    /// Mean on the group, world frame.
+    pub pose_in_world: SE2,
+    /// Covariance (m, m, rad) in the tangent space there.
+    pub covariance: Matrix3<f64>,
+    /// How much of the belief is in it.
+    pub share: f64,
+}
+
+/// Finds the heaviest mode.
+#[derive(Debug)]
+pub struct Modes {
+    bins: Bins,
+    shares: Vec<f64>,
+}
+
+impl Default for Modes {
+    fn default() -> Self {
+        Self { bins: Bins::new(SIDE_M, TURNS), shares: Vec::new() }
+    }
+}
+
+impl Modes {
+    /// The heaviest mode; `None` of no particles.
+    pub fn heaviest(&mut self, particles: &Particles) -> Option<Mode> {
+        self.bins.fill(particles.poses());
+        let mode_of = self.bins.modes();
+        self.shares.clear();
+        self.shares.resize(particles.count(), 0.0);
+        for (mode, weight) in mode_of.iter().zip(&particles.weights) {
+            self.shares[*mode as usize] += weight;
+        }
+        let mut best = 0;
+        for (mode, share) in self.shares.iter().enumerate() {
+            if *share > self.shares[best] {
+                best = mode;
+            }
+        }
+        let share = *self.shares.get(best)?;
+        let members = |k: &usize| mode_of[*k] as usize == best && particles.weights[*k] > 0.0;
+        let members: Vec<usize> = (0..particles.count()).filter(members).collect();
+        let heaviest =
+            |a: &&usize, b: &&usize| particles.weights[**a].total_cmp(&particles.weights[**b]);
+        let mut mean = particles.pose(*members.iter().max_by(heaviest)?);
+        // The mean on the group is where the errors add up to nothing; two or
+        // three steps come as near as numbers go.
+        for _ in 0..4 {
+            let mut sum = Vector3::zeros();
+            for &k in &members {
+                sum += particles.pose(k).boxminus(&mean) * (particles.weights[k] / share);
+            }
+            mean = mean.boxplus(&sum);
+        }
+        let mut covariance = Matrix3::zeros();
+        for &k in &members {
+            let tau = particles.pose(k).boxminus(&mean);
+            covariance += tau * tau.transpose() * (particles.weights[k] / share);
+        }
+        Some(Mode { pose_in_world: mean, covariance, share })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Random;
+
+    #[test]
+    fn the_answer_is_the_heavier_of_two_peaks_and_not_their_mean() {
+        let (mut particles, mut random) = (Particles::default(), Random::new(1, 1));
+        let covariance = Matrix3::from_diagonal(&Vector3::new(4e-4, 1e-4, 9e-4));
+        // One of them heads along the cut at half a turn.
+        let (light, heavy) = (SE2::new(1.0, 1.0, 0.0), SE2::new(5.0, 1.0, 3.1413));
+        particles.push_normal(&light, &covariance, 6000, &mut random);
+        particles.push_normal(&heavy, &covariance, 4000, &mut random);
+        particles.weights[..6000].fill(0.3 / 6000.0);
+        particles.weights[6000..].fill(0.7 / 4000.0);
+        let mode = Modes::default().heaviest(&particles).unwrap();
+        assert!((mode.share - 0.7).abs() < 1e-9, "{mode:?}");
+        let error = mode.pose_in_world.boxminus(&heavy);
+        assert!(error.norm() < 2e-3, "{error}");
+        for i in 0..3 {
+            let ratio = mode.covariance[(i, i)] / covariance[(i, i)];
+            assert!((ratio - 1.0).abs() < 0.1, "{i}: {ratio}");
+        }
+        assert!((mode.covariance - mode.covariance.transpose()).norm() == 0.0);
+    }
+
+    #[test]
+    fn of_one_particle_the_answer_is_that_and_of_none_nothing() {
+        let mut particles = Particles::default();
+        assert_eq!(Modes::default().heaviest(&particles), None);
+        particles.push(&SE2::new(1.0, 2.0, 3.0));
+        particles.level();
+        let mode = Modes::default().heaviest(&particles).unwrap();
+        assert_eq!((mode.pose_in_world, mode.covariance), (particles.pose(0), Matrix3::zeros()));
+    }
+}

@@ -1,0 +1,193 @@
+//! Poses and how much each of them weighs, as a structure of arrays.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+use rusty_geometry::{SE2, trig, wrap_angle};
+
+use crate::{Motion, Random};
+
+/// Weighted poses of the body in the world frame.
+#[derive(Clone, Debug, Default)]
+pub struct Particles {
+    /// World frame, m.
+    pub x_m: Vec<f64>,
+    /// World frame, m.
+    pub y_m: Vec<f64>,
+    /// World frame, rad, in (−π, π].
+    pub theta_rad: Vec<f64>,
+    /// They add up to 1.
+    pub weights: Vec<f64>,
+    /// Sine and cosine of each heading: a scan asks for them again and again.
+    sin_cos: Vec<(f64, f64)>,
+    normals: Vec<f64>,
+    before: Vec<SE2>,
+}
+
+impl Particles {
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.x_m.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.x_m.is_empty()
+    }
+
+    /// One of them.
+    #[must_use]
+    pub fn pose(&self, k: usize) -> SE2 {
+        SE2::new(self.x_m[k], self.y_m[k], self.theta_rad[k])
+    }
+
+    /// All of them, in order.
+    pub fn poses(&self) -> impl Iterator<Item = SE2> + '_ {
+        (0..self.count()).map(|k| self.pose(k))
+    }
+
+    /// Where one of them is, m, and sine and cosine of its heading.
+    #[must_use]
+    pub fn place(&self, k: usize) -> (Vector2<f64>, f64, f64) {
+        let (sin, cos) = self.sin_cos[k];
+        (Vector2::new(self.x_m[k], self.y_m[k]), sin, cos)
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.x_m.clear();
+        self.y_m.clear();
+        self.theta_rad.clear();
+        self.weights.clear();
+        self.sin_cos.clear();
+    }
+
+    /// Adds one, which weighs nothing yet.
+    pub fn push(&mut self, pose: &SE2) {
+        self.x_m.push(pose.x());
+        self.y_m.push(pose.y());
+        self.theta_rad.push(pose.theta());
+        self.sin_cos.push(trig::sin_cos(pose.theta()));
+        self.weights.push(0.0);
+    }
+
+    /// Makes all of them equally heavy.
+    pub fn level(&mut self) {
+        let equal = 1.0 / self.count().max(1) as f64;
+        self.weights.fill(equal);
+    }
+
+    /// Adds `count` draws from the normal law around `mean`.
+    pub fn push_normal(
+        &mut self,
+        mean: &SE2,
+        covariance: &Matrix3<f64>,
+        count: usize,
+        random: &mut Random,
+    ) {
+        let root = root(covariance);
+        for _ in 0..count {
+            let z = Vector3::new(random.normal(), random.normal(), random.normal());
+            self.push(&mean.boxplus(&(root * z)));
+        }
+    }
+
+    /// Moves each by a motion of its own, drawn from what is believed of this
+    /// one (Table 8.2, line 4).
+    pub fn move_by(&mut self, motion: &Motion, random: &mut Random) {
+        let root = root(&motion.covariance);
+        self.normals.resize(3 * self.count(), 0.0);
+        random.normals(&mut self.normals);
+        let (of_each, _) = self.normals.as_chunks::<3>();
+        for (k, z) in of_each.iter().enumerate() {
+            let moved = motion.now_in_then.boxplus(&(root * Vector3::from(*z)));
+            let (sin, cos) = self.sin_cos[k];
+            self.x_m[k] += cos * moved.x() - sin * moved.y();
+            self.y_m[k] += sin * moved.x() + cos * moved.y();
+            self.theta_rad[k] = wrap_angle(self.theta_rad[k] + moved.theta());
+            self.sin_cos[k] = trig::sin_cos(self.theta_rad[k]);
+        }
+    }
+
+    /// Puts the drawn ones in the place of all, equally heavy, each moved by a
+    /// normal error with these standard deviations (m, rad).
+    pub fn replace(&mut self, drawn: &[u32], spread: (f64, f64), random: &mut Random) {
+        self.before.clear();
+        self.before.extend(
+            (0..self.x_m.len()).map(|k| SE2::new(self.x_m[k], self.y_m[k], self.theta_rad[k])),
+        );
+        let before = std::mem::take(&mut self.before);
+        self.clear();
+        for of in drawn {
+            let pose = &before[*of as usize];
+            if spread.0 > 0.0 {
+                let z = [random.normal(), random.normal(), random.normal()];
+                let tau = Vector3::new(spread.0 * z[0], spread.0 * z[1], spread.1 * z[2]);
+                self.push(&pose.boxplus(&tau));
+            } else {
+                self.push(pose);
+            }
+        }
+        self.before = before;
+        self.level();
+    }
+}
+
+/// A lower triangular root of a covariance. One that is not of full rank (the
+/// robot stood still) has zeros there.
+fn root(covariance: &Matrix3<f64>) -> Matrix3<f64> {
+    let mut l = Matrix3::<f64>::zeros();
+    for j in 0..3 {
+        let square = covariance[(j, j)] - (0..j).map(|k| l[(j, k)] * l[(j, k)]).sum::<f64>();
+        if square.is_nan() || square <= 1e-12 * covariance[(j, j)] {
+            continue;
+        }
+        l[(j, j)] = square.sqrt();
+        for i in j + 1..3 {
+            let rest = covariance[(i, j)] - (0..j).map(|k| l[(i, k)] * l[(j, k)]).sum::<f64>();
+            l[(i, j)] = rest / l[(j, j)];
+        }
+    }
+    l
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_root_squared_is_the_covariance_of_whatever_rank() {
+        let a = Matrix3::new(0.3, 0.0, 0.0, 0.1, 0.2, 0.0, -0.4, 0.5, 0.1);
+        let flat = Matrix3::new(0.3, 0.0, 0.0, 0.6, 0.0, 0.0, -0.4, 0.5, 0.0);
+        for l in [a, flat, Matrix3::zeros()] {
+            let covariance = l * l.transpose();
+            let root = root(&covariance);
+            assert!((root * root.transpose() - covariance).norm() < 1e-12, "{covariance}");
+        }
+    }
+
+    #[test]
+    fn particles_move_as_the_motion_is_believed() {
+        let motion = Motion {
+            now_in_then: SE2::new(0.3, 0.1, 0.4),
+            covariance: Matrix3::from_diagonal(&Vector3::new(1e-4, 4e-4, 9e-4)),
+        };
+        let start = SE2::new(2.0, 1.0, 3.0);
+        let (mut particles, mut random) = (Particles::default(), Random::new(1, 1));
+        (0..20_000).for_each(|_| particles.push(&start));
+        particles.move_by(&motion, &mut random);
+        let end = start.compose(&motion.now_in_then);
+        let mut sum = Matrix3::zeros();
+        for k in 0..particles.count() {
+            let tau = particles.pose(k).boxminus(&end);
+            sum += tau * tau.transpose();
+            let (_, sin, cos) = particles.place(k);
+            assert_eq!((sin, cos), trig::sin_cos(particles.pose(k).theta()));
+        }
+        let found = sum / particles.count() as f64;
+        for i in 0..3 {
+            let ratio = found[(i, i)] / motion.covariance[(i, i)];
+            assert!((ratio - 1.0).abs() < 0.05, "{i}: {ratio}");
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Looking for the robot elsewhere, while the belief stays as it is.
+//!
+//! Table 8.3 of *Probabilistic Robotics* mixes particles from everywhere with
+//! those that there are. With a laser that cannot work: a stranger a hand's
+//! breadth from the truth explains a scan worse than a particle that fits some
+//! other room to the millimetre, though not quite, and is gone with the next
+//! drawing. So the strangers are a cloud of their own that localises globally
+//! as at the beginning, from the first scan that arouses suspicion on. When it
+//! has settled, the two are compared at one and the same scan: the one that
+//! explains it better is the belief. If that is the old one, and the suspicion
+//! lasts, another search begins. Nearest in the literature: S. Lenser, M. Veloso,
+//! *Sensor Resetting Localization for Poorly Modelled Mobile Robots* (ICRA 2000).
+
+use super::cloud::Cloud;
+use super::sensor::Sensor;
+use super::{FreeSpace, Options};
+use crate::{Motion, Random};
+
+/// By how much better a beam has to be explained elsewhere.
+const BETTER: f64 = 1.02;
+/// A search that has not settled after so many scans has failed.
+const MOST_SCANS: u32 = 50;
+/// One that has settled is watched for so many scans before it is believed.
+const LEAST_SCANS: u32 = 10;
+
+/// The search for a robot.
+#[derive(Debug)]
+pub struct Search {
+    cloud: Cloud,
+    places: Random,
+}
+
+impl Search {
+    /// None is under way.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        Self { cloud: Cloud::new(seed, 4), places: Random::new(seed, 6) }
+    }
+
+    /// There is nothing to look for any more.
+    pub fn give_up(&mut self) {
+        self.cloud.clear();
+    }
+
+    /// Moves the strangers with the robot.
+    pub fn move_by(&mut self, motion: &Motion) {
+        self.cloud.move_by(motion);
+    }
+
+    /// Takes a scan that the belief has been weighed by. Says whether the robot
+    /// was found: then the belief is what was found, weighed by this scan.
+    pub(super) fn scan(
+        &mut self,
+        belief: &mut Cloud,
+        sensor: &mut Sensor,
+        ranges_m: &[f64],
+        space: &FreeSpace,
+        options: &Options,
+    ) -> bool {
+        let cloud = &mut self.cloud;
+        if cloud.particles.is_empty() {
+            space.fill(&mut cloud.particles, options.particles as usize, &mut self.places);
+            cloud.particles.level();
+        }
+        if !cloud.weigh(sensor, ranges_m) {
+            return false;
+        }
+        let settled = cloud.settled && cloud.scans >= LEAST_SCANS;
+        if settled || cloud.scans >= MOST_SCANS {
+            let found = settled && cloud.beam_likelihood > BETTER * belief.beam_likelihood;
+            if found {
+                std::mem::swap(cloud, belief);
+            }
+            self.give_up();
+            return found;
+        }
+        cloud.draw(options);
+        false
+    }
+}

@@ -1,0 +1,292 @@
+//! What a scan says of every particle.
+//!
+//! The likelihood of 180 beams is a needle: it is a few millimetres wide, and of
+//! five thousand particles spread over a building none is that near to the
+//! truth. *Probabilistic Robotics*, §8.3.6, knows that a sensor can be too good
+//! for its particles, and blurs it. How much blur is right depends on how dense
+//! the particles are, so there is a ladder: blurred fields of a few beams' worth
+//! at its foot, all beams and the laser's own σ at its top, each rung half as wide
+//! as the one below. A scan is weighed on the highest rung on which enough of
+//! the particles survive it. (J. Deutscher, I. Reid, *Articulated Body Motion
+//! Capture by Stochastic Search*, IJCV 61(2), 2005, who anneal in this way.)
+//!
+//! On a lower rung resampled particles would be copies of a few that happened to
+//! be near, so they are spread again by half the width of that rung, as in
+//! the regularised particle filter (C. Musso, N. Oudjane, F. Le Gland, in
+//! *Sequential Monte Carlo Methods in Practice*, 2001). At the top, where a robot
+//! is tracked, none of this takes place.
+
+use rusty_geometry::{Scan, World, trig};
+
+use super::Particles;
+use crate::likelihood_field::Ends;
+use crate::resampling::{effective_size, normalise};
+use crate::{BeamModel, Beams, DistanceField, LikelihoodField, OccupancyMap};
+
+/// How many independent beams a scan is worth while the particles are too far
+/// apart to tell its beams apart: a wrong pose moves the ends of all together.
+const BEAMS_WORTH: f64 = 8.0;
+/// The most beams that are looked up in a blurred field.
+const FEW: usize = 60;
+/// The most blur, m: about the width of a door.
+const MOST_BLUR_M: f64 = 0.4;
+/// Which share of the particles has to survive a scan.
+const SURVIVORS: f64 = 0.05;
+/// By how much of a rung's width its survivors are spread.
+const SPREAD: f64 = 0.5;
+/// The most they are turned by, rad.
+const MOST_TURN_RAD: f64 = 0.5;
+/// How often the likelihood is flattened beyond the lowest rung.
+const MOST_HALVINGS: u32 = 8;
+
+/// Side of a cell of the sharpest field, of σ.
+const CELLS_PER_SIGMA: f64 = 2.0;
+
+/// How a scan was taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weighed {
+    /// Standard deviations (m, rad) by which those that are drawn next are to
+    /// be moved; 0 at the top of the ladder.
+    pub spread: (f64, f64),
+    /// Likelihood of a beam under the belief after the scan: the geometric mean
+    /// over beams and particles.
+    pub beam_likelihood: f64,
+}
+
+/// The fields of a map, and the scan that is being taken.
+#[derive(Debug)]
+pub struct Sensor {
+    beams: Beams,
+    skip: usize,
+    exponent: f64,
+    /// From the sharpest to the most blurred.
+    fields: Vec<LikelihoodField>,
+    rays: Option<Rays>,
+    ends: Ends,
+    few: Ends,
+    logs: Vec<f64>,
+    prior: Vec<f64>,
+}
+
+/// The beam model, which needs a ray for every beam and particle.
+#[derive(Debug)]
+struct Rays {
+    world: World,
+    model: BeamModel,
+    scan: Scan,
+    expected_m: Vec<f64>,
+    ranges_m: Vec<f64>,
+}
+
+/// How a scan is to be made use of.
+#[derive(Clone, Copy, Debug)]
+pub struct Use {
+    /// Every so-manieth beam is taken.
+    pub skip: usize,
+    /// The power to which the likelihood of all beams is raised.
+    pub exponent: f64,
+    /// Whether the beam model stands at the top of the ladder.
+    pub rays: bool,
+}
+
+impl Sensor {
+    /// For a floor plan. `scan` has the laser's beams.
+    #[must_use]
+    pub fn of_world(world: &World, model: BeamModel, beams: Beams, scan: Scan, how: Use) -> Self {
+        let mut fields = Vec::new();
+        for blur_m in blurs(model.sigma_hit_m) {
+            let sigma_m = (model.sigma_hit_m * model.sigma_hit_m + blur_m * blur_m).sqrt();
+            let cell_m = sigma_m / CELLS_PER_SIGMA;
+            let range_max_m = beams.range_max_m;
+            fields.push(LikelihoodField::of_world(world, &model, range_max_m, blur_m, cell_m));
+        }
+        let expected_m = vec![0.0; beams.count()];
+        let rays = how.rays.then(|| {
+            let (world, ranges_m) = (world.clone(), Vec::new());
+            Rays { world, model, scan, expected_m, ranges_m }
+        });
+        Self::new(fields, rays, beams, how)
+    }
+
+    /// For a map of cells, which has no rays.
+    #[must_use]
+    pub fn of_map(
+        map: &OccupancyMap,
+        distances: &DistanceField,
+        model: &BeamModel,
+        beams: Beams,
+        how: Use,
+    ) -> Self {
+        let field =
+            |blur_m| LikelihoodField::of_map(map, distances, model, beams.range_max_m, blur_m);
+        let fields = blurs(model.sigma_hit_m.max(map.frame.cell_m / 2.0)).map(field).collect();
+        Self::new(fields, None, beams, how)
+    }
+
+    fn new(fields: Vec<LikelihoodField>, rays: Option<Rays>, beams: Beams, how: Use) -> Self {
+        Self {
+            beams,
+            skip: how.skip.max(1),
+            exponent: how.exponent,
+            fields,
+            rays,
+            ends: Ends::default(),
+            few: Ends::default(),
+            logs: Vec::new(),
+            prior: Vec::new(),
+        }
+    }
+
+    /// The likelihood of a beam that is to be expected at the right pose.
+    #[must_use]
+    pub fn expected_likelihood(&self) -> f64 {
+        trig::exp(match &self.rays {
+            None => self.fields[0].expected_log(),
+            Some(rays) => rays.expected_log(&self.fields[0], self.beams.range_max_m),
+        })
+    }
+
+    /// Weighs the particles by a scan. `None`: it says nothing, because no beam
+    /// met anything, and they weigh what they did.
+    pub fn weigh(&mut self, ranges_m: &[f64], particles: &mut Particles) -> Option<Weighed> {
+        let skip = self.skip;
+        let taken = |beam: usize| beam.is_multiple_of(skip);
+        let hits = self.beams.endpoints(ranges_m).filter(|end| taken(end.beam));
+        self.ends.set(hits.map(|end| end.in_body));
+        let count = self.ends.count();
+        if count == 0 || particles.is_empty() {
+            return None;
+        }
+        let stride = count.div_ceil(FEW);
+        let hits = self.beams.endpoints(ranges_m).filter(|end| taken(end.beam));
+        self.few.set(hits.step_by(stride).map(|end| end.in_body));
+        self.prior.clone_from(&particles.weights);
+        let beams = self.look_sharply(ranges_m, particles);
+        let sharp = self.logs.clone();
+        let width_m = self.climb(particles, beams);
+        let mean_log: f64 = sharp.iter().zip(&particles.weights).map(|(log, w)| log * w).sum();
+        let turn_rad = (SPREAD * width_m / self.ends.rms_m().max(1e-3)).min(MOST_TURN_RAD);
+        Some(Weighed {
+            spread: (SPREAD * width_m, turn_rad),
+            beam_likelihood: trig::exp(mean_log / beams),
+        })
+    }
+
+    /// ln p of the scan for every particle as sharply as can be, and of how many
+    /// beams that is the sum.
+    fn look_sharply(&mut self, ranges_m: &[f64], particles: &Particles) -> f64 {
+        match &mut self.rays {
+            None => {
+                look_up(&self.fields[0], &self.ends, particles, &mut self.logs);
+                self.ends.count() as f64
+            }
+            Some(rays) => rays.cast(&self.beams, self.skip, ranges_m, particles, &mut self.logs),
+        }
+    }
+
+    /// Weighs on the highest rung that enough of them survive, and says how wide
+    /// that is, m: 0 at the top.
+    fn climb(&mut self, particles: &mut Particles, beams: f64) -> f64 {
+        let enough = SURVIVORS * particles.count() as f64;
+        let width = |sigma_m: f64, worth: f64| sigma_m / (0.5 * worth).max(1.0).sqrt();
+        let least = (BEAMS_WORTH / beams).min(self.exponent);
+        let mut exponent = self.exponent;
+        loop {
+            if survivors(&self.prior, &self.logs, exponent, &mut particles.weights) >= enough {
+                let top = exponent >= self.exponent;
+                let width_m = width(self.fields[0].sigma_m(), exponent * beams);
+                return if top { 0.0 } else { width_m };
+            }
+            if exponent <= least {
+                break;
+            }
+            exponent = (exponent / 4.0).max(least);
+        }
+        let few = self.few.count() as f64;
+        let least = (BEAMS_WORTH / few).min(1.0);
+        for field in &self.fields[1..] {
+            look_up(field, &self.few, particles, &mut self.logs);
+            if survivors(&self.prior, &self.logs, least, &mut particles.weights) >= enough {
+                return width(field.sigma_m(), least * few);
+            }
+        }
+        // Some are better than all others by more than such a scan should say.
+        let mut exponent = least;
+        for _ in 0..MOST_HALVINGS {
+            exponent *= 0.5;
+            if survivors(&self.prior, &self.logs, exponent, &mut particles.weights) >= enough {
+                break;
+            }
+        }
+        let sigma_m = self.fields.last().map_or(0.0, LikelihoodField::sigma_m);
+        width(sigma_m, least * few)
+    }
+}
+
+/// The blurs of a ladder whose rungs double, m: none, and then those that add
+/// up to twice σ, four times σ and so on.
+fn blurs(sigma_m: f64) -> impl Iterator<Item = f64> {
+    let sigmas = std::iter::successors(Some(sigma_m), |sigma| Some(2.0 * sigma));
+    let within = sigmas.take_while(|sigma| *sigma <= MOST_BLUR_M);
+    within.map(move |sigma| (sigma * sigma - sigma_m * sigma_m).sqrt())
+}
+
+/// Weighs by the likelihood to the power of `exponent`, and says how many
+/// particles that leaves.
+fn survivors(prior: &[f64], logs: &[f64], exponent: f64, weights: &mut [f64]) -> f64 {
+    let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    for ((weight, prior), log) in weights.iter_mut().zip(prior).zip(logs) {
+        *weight = prior * trig::exp(exponent * (log - best));
+    }
+    normalise(weights);
+    effective_size(weights)
+}
+
+/// ln p of these ends for every particle.
+fn look_up(field: &LikelihoodField, ends: &Ends, particles: &Particles, logs: &mut Vec<f64>) {
+    logs.clear();
+    logs.extend((0..particles.count()).map(|k| {
+        let (position, sin, cos) = particles.place(k);
+        field.log_of_steps(field.steps_of_scan(ends, &position, sin, cos), ends.count())
+    }));
+}
+
+impl Rays {
+    /// ln p of the scan for every particle, and of how many beams.
+    fn cast(
+        &mut self,
+        beams: &Beams,
+        skip: usize,
+        ranges_m: &[f64],
+        particles: &Particles,
+        logs: &mut Vec<f64>,
+    ) -> f64 {
+        self.ranges_m.clear();
+        self.ranges_m.extend(ranges_m.iter().take(beams.count()));
+        let taken = self.ranges_m.iter().step_by(skip).filter(|r| r.is_finite()).count();
+        let range_max_m = beams.range_max_m;
+        logs.clear();
+        for k in 0..particles.count() {
+            let sensor = particles.pose(k).compose(&beams.sensor_in_body);
+            self.scan.take(&self.world, &sensor, range_max_m);
+            self.scan.write_distances_m(&mut self.expected_m);
+            let pairs = self.ranges_m.iter().zip(&self.expected_m).step_by(skip);
+            let known = pairs.filter(|(range_m, _)| range_m.is_finite());
+            let log = |(range_m, expected_m): (&f64, &f64)| {
+                let density = self.model.density(*range_m, *expected_m, range_max_m);
+                trig::ln(density.max(1e-12))
+            };
+            logs.push(known.map(log).sum());
+        }
+        taken.max(1) as f64
+    }
+
+    /// ln p of a beam on average at the right pose.
+    fn expected_log(&self, field: &LikelihoodField, range_max_m: f64) -> f64 {
+        let BeamModel { z_hit, z_max, z_short, z_rand, .. } = self.model;
+        let ln = |p: f64| trig::ln(p.max(1e-12));
+        z_hit * field.expected_log()
+            + z_max * ln(z_max)
+            + (z_short + z_rand) * ln((z_short + z_rand) / range_max_m)
+    }
+}

@@ -1,0 +1,183 @@
+//! A robot without slip in the Apartment, and a laser with noise: made here, for
+//! filters cannot name the simulator.
+
+use super::*;
+use rusty_geometry::odometry_delta;
+
+/// A robot that drives an arc, and its laser.
+struct Drive {
+    world: World,
+    robot: Robot,
+    scan: Scan,
+    truth: SE2,
+    ticks: EncoderTicks,
+    random: Random,
+    tick: u64,
+    ranges_m: Vec<f64>,
+}
+
+impl Drive {
+    fn from(truth: SE2) -> Self {
+        let lidar = LidarConfig { dropout: 0.02, ..LidarConfig::default() };
+        let robot = Robot { drive: DiffDrive::rusty(), body_radius_m: 0.11, lidar };
+        Self {
+            world: rusty_geometry::apartment(),
+            robot,
+            scan: Scan::new(lidar.fan()),
+            truth,
+            ticks: EncoderTicks::default(),
+            random: Random::new(99, 99),
+            tick: 0,
+            ranges_m: vec![0.0; 180],
+        }
+    }
+
+    fn mcl(&self, initial: Option<SE2>, options: &Options) -> Mcl {
+        Mcl::new(self.robot, Map::Plan(Box::new(self.world.clone())), initial, options).unwrap()
+    }
+
+    /// A tick of 0.1 s, and a scan at its end.
+    fn step(&mut self, mcl: &mut Mcl) {
+        let before = self.ticks;
+        self.ticks.left += 500;
+        self.ticks.right += 620;
+        let step = odometry_delta(before, self.ticks, &self.robot.drive);
+        self.truth = self.truth.boxplus(&step);
+        let max_m = self.robot.lidar.range_max_m;
+        self.scan.take(&self.world, &self.truth, max_m);
+        self.scan.write_distances_m(&mut self.ranges_m);
+        for range_m in &mut self.ranges_m {
+            let noise_m = self.robot.lidar.range_std_m * self.random.normal();
+            let lost = self.random.uniform() < self.robot.lidar.dropout;
+            *range_m = if lost { max_m } else { (*range_m + noise_m).clamp(0.0, max_m) };
+        }
+        self.tick += 1;
+        mcl.advance(0.1 * self.tick as f64, self.ticks);
+        mcl.scan(&self.ranges_m);
+    }
+}
+
+fn error(mcl: &Mcl, truth: &SE2) -> Option<Vector3<f64>> {
+    Some(truth.boxminus(&mcl.answer()?.pose_in_world))
+}
+
+#[test]
+fn it_finds_itself_keeps_to_that_and_finds_itself_again() {
+    let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
+    let options = Options { particles: 3000, ..Options::default() };
+    let mut mcl = drive.mcl(None, &options);
+    drive.step(&mut mcl);
+    assert_eq!(mcl.answer(), None, "one scan is not enough");
+    (0..30).for_each(|_| drive.step(&mut mcl));
+    let tau = error(&mcl, &drive.truth).unwrap();
+    assert!(tau.norm() < 0.02, "{tau}");
+    assert_eq!(mcl.particles().count(), 1000, "few are enough for one place");
+    drive.truth = SE2::new(1.6, 6.6, -1.2);
+    (0..5).for_each(|_| drive.step(&mut mcl));
+    assert_eq!(mcl.answer(), None, "it has noticed");
+    (0..40).for_each(|_| drive.step(&mut mcl));
+    let tau = error(&mcl, &drive.truth).unwrap();
+    assert!(tau.norm() < 0.02, "{tau}");
+}
+
+#[test]
+fn the_beam_model_finds_and_keeps_it_too() {
+    let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
+    let (particles, particles_min) = (2000, 300);
+    let options = Options { model: Model::Beam, particles, particles_min, ..Options::default() };
+    let mut mcl = drive.mcl(None, &options);
+    (0..20).for_each(|_| drive.step(&mut mcl));
+    let tau = error(&mcl, &drive.truth).unwrap();
+    assert!(tau.norm() < 0.02, "{tau}");
+}
+
+#[test]
+fn the_same_again_has_the_same_bits() {
+    let run = |seed| {
+        let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
+        let options = Options { seed, particles: 2000, ..Options::default() };
+        let mut mcl = drive.mcl(None, &options);
+        (0..20).for_each(|_| drive.step(&mut mcl));
+        let estimate = mcl.answer().unwrap();
+        estimate.covariance.unwrap().map(f64::to_bits).to_vec()
+    };
+    assert_eq!(run(1), run(1));
+    assert_ne!(run(1), run(2));
+}
+
+#[test]
+fn between_scans_the_wheels_carry_the_answer_on() {
+    let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
+    let mut mcl = drive.mcl(Some(drive.truth), &Options::default());
+    (0..3).for_each(|_| drive.step(&mut mcl));
+    let before = mcl.answer().unwrap();
+    let was = drive.ticks;
+    let ticks = EncoderTicks { left: was.left + 4000, right: was.right + 4200 };
+    mcl.advance(1.0, ticks);
+    let after = mcl.answer().unwrap();
+    let step = odometry_delta(was, ticks, &drive.robot.drive);
+    let said = before.pose_in_world.boxplus(&step);
+    assert!(after.pose_in_world.boxminus(&said).norm() < 1e-12);
+    let (a, b) = (before.covariance.unwrap(), after.covariance.unwrap());
+    assert!(b[0] > a[0] && b[8] > a[8], "{a:?}, {b:?}");
+    let p = Matrix3::from_row_slice(&b);
+    assert!(p == p.transpose() && p.cholesky().is_some(), "{p}");
+}
+
+#[test]
+fn asleep_it_counts_and_says_nothing() {
+    let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
+    let options = Options { from: 0.95, ..Options::default() };
+    let mut mcl = drive.mcl(Some(drive.truth), &options);
+    for _ in 0..10 {
+        drive.step(&mut mcl);
+        assert_eq!(mcl.answer(), None, "{}", drive.tick);
+    }
+    drive.step(&mut mcl);
+    let tau = error(&mcl, &drive.truth).unwrap();
+    assert!(tau.norm() < 0.03, "{tau}");
+}
+
+#[test]
+fn scans_of_nothing_and_of_nonsense_are_borne() {
+    let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
+    for (model, initial) in
+        [(Model::Field, Some(drive.truth)), (Model::Beam, Some(drive.truth)), (Model::Field, None)]
+    {
+        let options = Options { model, particles: 300, particles_min: 100, ..Options::default() };
+        let mut mcl = drive.mcl(initial, &options);
+        let bad =
+            [vec![], vec![8.0; 180], vec![f64::NAN; 180], vec![1e300; 180], vec![1e-300; 500]];
+        for (k, ranges_m) in bad.iter().enumerate() {
+            mcl.advance(k as f64, EncoderTicks { left: 1 << 50, right: -(1 << 50) });
+            mcl.scan(ranges_m);
+            if let Some(answer) = mcl.answer() {
+                assert!(Reply::Estimate(answer).check().is_ok(), "{k}: {answer:?}");
+            }
+        }
+        drive.step(&mut mcl);
+    }
+}
+
+#[test]
+fn without_a_map_that_serves_it_says_what_is_wrong() {
+    let robot = Drive::from(SE2::identity()).robot;
+    let cells = OccupancyMap::of_world(&rusty_geometry::apartment(), 0.1, 0.05);
+    let beam = Options { model: Model::Beam, ..Options::default() };
+    let refused = Mcl::new(robot, Map::Cells(cells.clone()), None, &beam).unwrap_err().to_string();
+    assert!(refused.contains("--model field"), "{refused}");
+    let unknown = OccupancyMap::unknown(cells.frame);
+    let nowhere = Mcl::new(robot, Map::Cells(unknown), None, &Options::default()).unwrap_err();
+    assert!(nowhere.to_string().contains("no place where a body of 0.11 m"), "{nowhere}");
+}
+
+#[test]
+fn a_map_of_cells_serves_as_well() {
+    let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
+    let cells = OccupancyMap::of_world(&drive.world, 0.1, 0.05);
+    let mut mcl = Mcl::new(drive.robot, Map::Cells(cells), None, &Options::default()).unwrap();
+    (0..60).for_each(|_| drive.step(&mut mcl));
+    let tau = error(&mcl, &drive.truth).unwrap();
+    // Half a cell: on which side of its wall a cell lies nobody can know.
+    assert!(tau.norm() < 0.06, "{tau}");
+}

@@ -1,0 +1,165 @@
+//! What every driver with an aim has in common: a way that it follows, and eyes
+//! for what is in it.
+//!
+//! The way is followed by pure pursuit ([`crate::pursuit`]). Where the circle to
+//! the next aim is not clear, because the believed pose is off or the map is not
+//! what stands there, the robot turns to a free direction near the aim instead
+//! ([`crate::steering`]); and whatever comes of either is made admissible
+//! ([`crate::surroundings`]).
+
+use nalgebra::Point2;
+use rusty_contract::Start;
+use rusty_geometry::{EncoderTicks, SE2, Twist, wrap_angle};
+
+use crate::pursuit::{Aim, Pursuit, pursue};
+use crate::steering::{free_direction, towards};
+use crate::surroundings::{Caution, Surroundings};
+
+/// A command of which less than this share is admissible asks for another way.
+const HINDERED: f64 = 0.5;
+
+/// So far a free direction must be free, m, where the aim is not nearer.
+const NEED_M: f64 = 0.35;
+
+/// A detour goes this far, m, or takes this long, s, before the aim is looked for
+/// again: who looks sooner turns to and fro before the same corner.
+const DETOUR_M: f64 = 0.15;
+const DETOUR_S: f64 = 2.0;
+
+/// Whoever gets no farther along than this in [`STUCK_S`] is stuck, m.
+const PROGRESS_M: f64 = 0.05;
+const STUCK_S: f64 = 6.0;
+
+/// Follows ways.
+#[derive(Clone, Debug)]
+pub struct Pilot {
+    around: Surroundings,
+    caution: Caution,
+    dt_s: f64,
+    way: Option<Pursuit>,
+    detour: Option<Detour>,
+    /// How far along it was when it last got on, and how many ticks ago.
+    got_to_m: f64,
+    waited_ticks: u64,
+}
+
+/// A free direction that is kept for a while.
+#[derive(Clone, Copy, Debug)]
+struct Detour {
+    /// Where it began, odometry frame.
+    from: SE2,
+    /// Heading in the odometry frame.
+    course_rad: f64,
+    ticks: u64,
+}
+
+/// What the way has come to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// There is none.
+    NoWay,
+    /// It is being followed.
+    Under,
+    /// The end is near.
+    Arrived,
+    /// The robot has not got on for a while.
+    Stuck,
+}
+
+impl Pilot {
+    /// Without a way.
+    #[must_use]
+    pub fn new(start: &Start, caution: &Caution) -> Self {
+        Self {
+            around: Surroundings::new(start, caution),
+            caution: *caution,
+            dt_s: start.dt_s,
+            way: None,
+            detour: None,
+            got_to_m: 0.0,
+            waited_ticks: 0,
+        }
+    }
+
+    /// Takes a tick: encoder counts and, if there is one, the scan at its end.
+    pub fn tick(&mut self, ticks: EncoderTicks, ranges_m: Option<&[f64]>) {
+        self.around.tick(ticks, ranges_m);
+    }
+
+    /// Follows another way from now on; one without corners is none.
+    pub fn follow(&mut self, corners: Vec<Point2<f64>>) {
+        self.way = (!corners.is_empty()).then(|| Pursuit::new(corners));
+        (self.got_to_m, self.waited_ticks) = (0.0, 0);
+    }
+
+    /// Goes on along another way to the same or another aim: a robot that has
+    /// waited for long has still waited.
+    pub fn follow_on(&mut self, corners: Vec<Point2<f64>>) {
+        let waited_ticks = self.waited_ticks;
+        self.follow(corners);
+        self.waited_ticks = waited_ticks;
+    }
+
+    /// Whether a scan came lately, without which it does not drive.
+    #[must_use]
+    pub fn sees(&self) -> bool {
+        self.around.knows()
+    }
+
+    /// The command for the next tick, and what the way has come to, for a robot
+    /// that believes to be here and has arrived `within_m` of the end.
+    pub fn command(&mut self, pose_in_world: &SE2, within_m: f64) -> (Twist, Progress) {
+        let stand = Twist::default();
+        let Some(aim) = self.way.as_mut().and_then(|way| way.aim(pose_in_world)) else {
+            return (stand, Progress::NoWay);
+        };
+        if aim.left_m + aim.off_m < within_m {
+            return (stand, Progress::Arrived);
+        }
+        let done_m = self.way.as_ref().map_or(0.0, Pursuit::done_m);
+        self.waited_ticks += 1;
+        if done_m > self.got_to_m + PROGRESS_M {
+            (self.got_to_m, self.waited_ticks) = (done_m, 0);
+        }
+        let stuck = self.waited_ticks as f64 * self.dt_s > STUCK_S;
+        (self.towards(&aim), if stuck { Progress::Stuck } else { Progress::Under })
+    }
+
+    fn towards(&mut self, aim: &Aim) -> Twist {
+        if let Some(command) = self.on_detour() {
+            return command;
+        }
+        let wanted = pursue(aim, &self.caution);
+        let given = self.around.limit(wanted);
+        if wanted.v_m_s == 0.0 || given.v_m_s >= HINDERED * wanted.v_m_s || !self.sees() {
+            return given;
+        }
+        let need_m = aim.in_body.coords.norm().min(NEED_M);
+        let (free_rad, clear_m) = free_direction(&self.around, aim.bearing_rad(), need_m);
+        if clear_m <= 0.0 {
+            return given;
+        }
+        let from = self.around.pose_in_odometry();
+        let course_rad = from.theta() + free_rad;
+        self.detour = Some(Detour { from, course_rad, ticks: 0 });
+        self.on_detour().unwrap_or(given)
+    }
+
+    /// The command of a detour that is not over.
+    fn on_detour(&mut self) -> Option<Twist> {
+        let detour = self.detour.as_mut()?;
+        let here = self.around.pose_in_odometry();
+        let gone_m = (here.translation() - detour.from.translation()).norm();
+        let off_rad = wrap_angle(detour.course_rad - here.theta());
+        let wanted = towards(off_rad, &self.caution);
+        let given = self.around.limit(wanted);
+        detour.ticks += 1;
+        let late = detour.ticks as f64 * self.dt_s > DETOUR_S;
+        let blocked = wanted.v_m_s > 0.0 && given.v_m_s < 0.1 * wanted.v_m_s;
+        if gone_m > DETOUR_M || late || blocked {
+            self.detour = None;
+            return None;
+        }
+        Some(given)
+    }
+}

@@ -1,0 +1,178 @@
+//! How far the nearest wall is, for every cell of a map.
+//!
+//! Source: P. Felzenszwalb, D. Huttenlocher, *Distance transforms of sampled
+//! functions* (Theory of Computing 8, 2012), §2: the squared distance is a lower
+//! envelope of parabolas, first along columns, then along rows; exact, in time
+//! proportional to the cells.
+
+use nalgebra::Point2;
+
+use crate::{Cell, GridFrame, OccupancyMap};
+
+/// What a cell is that nobody knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unknown {
+    /// Free.
+    Free,
+    /// Not to be entered; but the body may hang over it, as at the edge of what
+    /// an explorer has seen.
+    Shut,
+    /// A wall.
+    Wall,
+}
+
+/// Distance of every cell to the nearest cell that must not be touched.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clearance {
+    /// Where the cells lie.
+    pub frame: GridFrame,
+    /// From centre to centre, m; infinite where there is no wall at all.
+    distances_m: Vec<f64>,
+}
+
+impl Clearance {
+    /// From the cells that are occupied, and as `unknown` has it from those that
+    /// nobody knows.
+    #[must_use]
+    pub fn of_map(map: &OccupancyMap, unknown: Unknown) -> Self {
+        let wall = |cell: &Cell| match cell {
+            Cell::Free => false,
+            Cell::Occupied => true,
+            Cell::Unknown => unknown == Unknown::Wall,
+        };
+        let frame = map.frame;
+        let mut squares: Vec<f64> =
+            map.cells.iter().map(|c| if wall(c) { 0.0 } else { f64::INFINITY }).collect();
+        let longest = frame.width.max(frame.height);
+        let mut envelope = Envelope::with_room(longest);
+        let mut line = Vec::with_capacity(longest);
+        for column in 0..frame.width {
+            line.clear();
+            line.extend((0..frame.height).map(|row| squares[row * frame.width + column]));
+            envelope.transform(&mut line);
+            for (row, square) in line.iter().enumerate() {
+                squares[row * frame.width + column] = *square;
+            }
+        }
+        for row in squares.chunks_mut(frame.width) {
+            envelope.transform(row);
+        }
+        let shut = |cell: &Cell| *cell == Cell::Unknown && unknown == Unknown::Shut;
+        let distance_m = |(square, cell): (&f64, &Cell)| {
+            if shut(cell) { 0.0 } else { square.sqrt() * frame.cell_m }
+        };
+        let distances_m = squares.iter().zip(&map.cells).map(distance_m).collect();
+        Self { frame, distances_m }
+    }
+
+    /// Distance from the centre of a cell to that of the nearest wall, m.
+    #[must_use]
+    pub fn at(&self, cell: usize) -> f64 {
+        self.distances_m[cell]
+    }
+
+    /// The same of the cell that a point is in; 0 beyond the map.
+    #[must_use]
+    pub fn at_point(&self, point: Point2<f64>) -> f64 {
+        self.frame.cell_at(point).map_or(0.0, |cell| self.at(cell))
+    }
+}
+
+/// The lower envelope of parabolas (x − q)² + f(q).
+struct Envelope {
+    /// Where each parabola has its foot, and from where on it is the lowest.
+    feet: Vec<usize>,
+    from: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Envelope {
+    fn with_room(length: usize) -> Self {
+        let room = || Vec::with_capacity(length);
+        Self { feet: Vec::with_capacity(length), from: room(), values: room() }
+    }
+
+    /// Squared distances of one line, in place.
+    fn transform(&mut self, line: &mut [f64]) {
+        self.values.clear();
+        self.values.extend_from_slice(line);
+        self.feet.clear();
+        self.from.clear();
+        for q in (0..line.len()).filter(|q| line[*q].is_finite()) {
+            let mut begins = f64::NEG_INFINITY;
+            while let (Some(&p), Some(&from)) = (self.feet.last(), self.from.last()) {
+                let (pf, qf) = (p as f64, q as f64);
+                begins = ((line[q] + qf * qf) - (line[p] + pf * pf)) / (2.0 * (qf - pf));
+                if begins > from {
+                    break;
+                }
+                self.feet.pop();
+                self.from.pop();
+                begins = f64::NEG_INFINITY;
+            }
+            self.feet.push(q);
+            self.from.push(begins);
+        }
+        let mut k = 0;
+        for (x, square) in line.iter_mut().enumerate() {
+            while self.from.get(k + 1).is_some_and(|from| *from < x as f64) {
+                k += 1;
+            }
+            if let Some(&foot) = self.feet.get(k) {
+                let off = x as f64 - foot as f64;
+                *square = off * off + self.values[foot];
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Random;
+
+    #[test]
+    fn every_distance_is_that_to_the_nearest_wall_of_all() {
+        let mut random = Random::new(1, 1);
+        for (width, height, share) in [(17, 23, 0.05), (40, 1, 0.1), (1, 9, 0.3), (30, 20, 0.5)] {
+            let frame = GridFrame { origin_m: Point2::new(-1.0, 2.0), cell_m: 0.1, width, height };
+            let mut map = OccupancyMap::unknown(frame);
+            for cell in &mut map.cells {
+                *cell = match random.uniform() {
+                    u if u < share => Cell::Occupied,
+                    u if u < 2.0 * share => Cell::Unknown,
+                    _ => Cell::Free,
+                };
+            }
+            for unknown in [Unknown::Free, Unknown::Shut, Unknown::Wall] {
+                let found = Clearance::of_map(&map, unknown);
+                let wall = |c: &Cell| match c {
+                    Cell::Unknown => unknown == Unknown::Wall,
+                    known => *known == Cell::Occupied,
+                };
+                for cell in 0..frame.cells() {
+                    if map.cells[cell] == Cell::Unknown && unknown == Unknown::Shut {
+                        assert_eq!(found.at(cell), 0.0);
+                        continue;
+                    }
+                    let walls = (0..frame.cells()).filter(|w| wall(&map.cells[*w]));
+                    let nearest = walls
+                        .map(|w| (frame.centre(w) - frame.centre(cell)).norm())
+                        .fold(f64::INFINITY, f64::min);
+                    let found_m = found.at(cell);
+                    let same = found_m == nearest || (found_m - nearest).abs() < 1e-9;
+                    assert!(same, "{found_m} for {nearest}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_walls_nothing_is_near_and_beyond_the_map_all_is() {
+        let frame = GridFrame { origin_m: Point2::new(0.0, 0.0), cell_m: 0.5, width: 4, height: 3 };
+        let map = OccupancyMap { frame, cells: vec![Cell::Free; 12] };
+        let found = Clearance::of_map(&map, Unknown::Wall);
+        assert_eq!(found.at_point(Point2::new(1.0, 1.0)), f64::INFINITY);
+        assert_eq!(found.at_point(Point2::new(3.0, 1.0)), 0.0);
+    }
+}

@@ -1,0 +1,242 @@
+//! A graph of poses and of motions measured between them.
+//!
+//! Source: F. Lu and E. Milios, *Globally consistent range scan alignment for
+//! environment mapping*, Autonomous Robots 4 (1997); G. Grisetti, R. Kümmerle,
+//! C. Stachniss, W. Burgard, *A tutorial on graph-based SLAM*, IEEE ITS Magazine
+//! (2010), alg. 1; *Probabilistic Robotics*, ch. 11. The poses minimise
+//! Σ eᵀ Λ e with e = (xᵢ⁻¹ xⱼ) ⊟ z, by Gauss–Newton on the group.
+//!
+//! Departures, and why:
+//! * The Jacobians are those of SE(2) itself, with J_r⁻¹ ([`crate::tangent`]);
+//!   the tutorial subtracts angles and positions.
+//! * The first pose is fixed by leaving it out; the book adds infinite
+//!   information to it.
+//! * Loops have a weight each, by their residual: dynamic covariance scaling
+//!   (P. Agarwal et al., *Robust map optimization using dynamic covariance
+//!   scaling*, ICRA 2013, eq. 15), so that one wrong loop does not bend the map.
+
+use nalgebra::{Matrix3, Vector3};
+use rusty_geometry::SE2;
+
+use crate::sparse::{BlockMatrix, Cholesky};
+use crate::tangent::{right_jacobian_inverse, symmetric};
+
+/// Steps at most.
+const MOST_STEPS: u32 = 30;
+/// A step that moves no pose by more (m, rad) is the last.
+const SMALL_STEP: f64 = 1e-5;
+/// Φ of dynamic covariance scaling: a loop with χ² beyond it (99 % of three
+/// numbers) begins to count less.
+const SUSPECT_CHI2: f64 = 11.3;
+
+/// Where a motion comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// One pose to the next: it is what it is.
+    Chain,
+    /// Two poses that seem to have seen the same: it may be wrong.
+    Loop,
+}
+
+/// A motion measured between two poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constraint {
+    /// The pose it is measured from.
+    pub from: usize,
+    /// The pose it leads to.
+    pub to: usize,
+    /// The motion.
+    pub motion: SE2,
+    /// Information Λ (inverse covariance) of its error τ, truth = motion ⊞ τ.
+    pub information: Matrix3<f64>,
+    /// Where it comes from.
+    pub kind: Kind,
+}
+
+/// A constraint beside two poses: its residual, and how that changes with them.
+struct Linear {
+    residual: Vector3<f64>,
+    of_from: Matrix3<f64>,
+    of_to: Matrix3<f64>,
+}
+
+impl Constraint {
+    fn residual(&self, poses: &[SE2]) -> Vector3<f64> {
+        (poses[self.from].inverse() * poses[self.to]).boxminus(&self.motion)
+    }
+
+    fn linear(&self, poses: &[SE2]) -> Linear {
+        let relative = poses[self.from].inverse() * poses[self.to];
+        let residual = relative.boxminus(&self.motion);
+        let of_to = right_jacobian_inverse(&residual);
+        let of_from = -(of_to * relative.inverse().adjoint());
+        Linear { residual, of_from, of_to }
+    }
+
+    /// χ² of its residual at these poses.
+    #[must_use]
+    pub fn chi2(&self, poses: &[SE2]) -> f64 {
+        let e = self.residual(poses);
+        (e.transpose() * self.information * e).x
+    }
+
+    /// What it counts, 0 to 1.
+    fn weight(&self, chi2: f64) -> f64 {
+        if self.kind == Kind::Chain || chi2 <= SUSPECT_CHI2 {
+            return 1.0;
+        }
+        let scale = 2.0 * SUSPECT_CHI2 / (SUSPECT_CHI2 + chi2);
+        scale * scale
+    }
+}
+
+/// Poses, and motions measured between them. The first pose is certain.
+#[derive(Clone, Debug)]
+pub struct PoseGraph {
+    poses: Vec<SE2>,
+    constraints: Vec<Constraint>,
+    /// The factorised information of all poses but the first.
+    factor: Option<Cholesky>,
+}
+
+impl PoseGraph {
+    /// A graph of one pose.
+    #[must_use]
+    pub fn new(first: SE2) -> Self {
+        Self { poses: vec![first], constraints: Vec::new(), factor: None }
+    }
+
+    /// The poses, world frame.
+    #[must_use]
+    pub fn poses(&self) -> &[SE2] {
+        &self.poses
+    }
+
+    /// What was measured.
+    #[must_use]
+    pub fn constraints(&self) -> &[Constraint] {
+        &self.constraints
+    }
+
+    /// A new pose, at the end of a motion from the last one.
+    pub fn extend(&mut self, motion: &SE2, information: &Matrix3<f64>) {
+        let from = self.poses.len() - 1;
+        self.poses.push(self.poses[from] * *motion);
+        self.constrain(Constraint {
+            from,
+            to: from + 1,
+            motion: *motion,
+            information: *information,
+            kind: Kind::Chain,
+        });
+    }
+
+    /// One motion more between poses that are there.
+    ///
+    /// # Panics
+    /// If one of them is not, or they are the same.
+    pub fn constrain(&mut self, constraint: Constraint) {
+        let Constraint { from, to, .. } = constraint;
+        assert!(from != to && from.max(to) < self.poses.len(), "{from} to {to}");
+        self.constraints.push(constraint);
+        self.factor = None;
+    }
+
+    /// Moves the poses to where they fit best. Returns the number of steps, or
+    /// `None` if the motions do not determine the poses (they then stay).
+    pub fn optimise(&mut self) -> Option<u32> {
+        let before = self.poses.clone();
+        for step in 1..=MOST_STEPS {
+            let (matrix, mut tau) = self.system();
+            let Some(factor) = Cholesky::of(&matrix) else {
+                self.poses = before;
+                return None;
+            };
+            factor.solve(&mut tau);
+            let largest = tau.iter().fold(0.0f64, |most, t| most.max(t.amax()));
+            if !largest.is_finite() {
+                self.poses = before;
+                return None;
+            }
+            let moved = self.poses[1..].iter_mut().zip(&tau);
+            moved.for_each(|(pose, tau)| *pose = pose.boxplus(tau));
+            self.factor = Some(factor);
+            if largest < SMALL_STEP {
+                return Some(step);
+            }
+        }
+        Some(MOST_STEPS)
+    }
+
+    /// H and −g of the cost at these poses, without the first one.
+    fn system(&self) -> (BlockMatrix, Vec<Vector3<f64>>) {
+        let free = self.poses.len() - 1;
+        let (mut matrix, mut right) = (BlockMatrix::zeros(free), vec![Vector3::zeros(); free]);
+        for constraint in &self.constraints {
+            let Linear { residual, of_from, of_to } = constraint.linear(&self.poses);
+            let chi2 = (residual.transpose() * constraint.information * residual).x;
+            let information = constraint.information * constraint.weight(chi2);
+            let sides = [(constraint.from, of_from), (constraint.to, of_to)];
+            for (i, of_i) in sides.iter().filter(|(i, _)| *i > 0) {
+                let weighted = of_i.transpose() * information;
+                right[i - 1] -= weighted * residual;
+                matrix.add(i - 1, i - 1, &(weighted * of_i));
+            }
+            if constraint.from.min(constraint.to) > 0 {
+                let block = of_from.transpose() * information * of_to;
+                matrix.add(constraint.from - 1, constraint.to - 1, &block);
+            }
+        }
+        (matrix, right)
+    }
+
+    /// Σ eᵀ Λ e at these poses, loops as they count.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        let costs = self.constraints.iter().map(|constraint| {
+            let chi2 = constraint.chi2(&self.poses);
+            constraint.weight(chi2) * chi2
+        });
+        costs.sum()
+    }
+
+    /// The covariance of the last pose, in its own tangent space.
+    pub fn last_covariance(&mut self) -> Option<Matrix3<f64>> {
+        if self.poses.len() == 1 {
+            return Some(Matrix3::zeros());
+        }
+        self.factored()?.last_of_inverse().map(|covariance| symmetric(&covariance))
+    }
+
+    /// The motion from each of these poses to the last one, with its covariance.
+    pub fn to_last(&mut self, from: &[usize]) -> Option<Vec<crate::Motion>> {
+        let last = self.poses.len() - 1;
+        let to_last: Vec<SE2> =
+            from.iter().map(|k| self.poses[*k].inverse() * self.poses[last]).collect();
+        let factor = self.factored()?;
+        let of_last = factor.inverse_column(last - 1);
+        let motion = |(k, relative): (&usize, &SE2)| {
+            // x_k⁻¹ x_last moves by τ_last − Ad τ_k.
+            let ad = relative.inverse().adjoint();
+            let mut covariance = of_last[last - 1];
+            if *k > 0 {
+                let (own, both) = (factor.inverse_column(k - 1)[k - 1], of_last[k - 1]);
+                covariance += ad * own * ad.transpose();
+                covariance -= ad * both + (ad * both).transpose();
+            }
+            crate::Motion { now_in_then: *relative, covariance: symmetric(&covariance) }
+        };
+        Some(from.iter().zip(&to_last).map(motion).collect())
+    }
+
+    /// The factorised information at these poses.
+    fn factored(&mut self) -> Option<&Cholesky> {
+        if self.factor.is_none() {
+            self.factor = Cholesky::of(&self.system().0);
+        }
+        self.factor.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests;

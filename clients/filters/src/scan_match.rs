@@ -1,0 +1,336 @@
+//! Scan matching as odometry: the wheels' motion, corrected by matching each
+//! scan with a key scan.
+//!
+//! Source: A. Censi, *An ICP variant using a point-to-line metric*, ICRA 2008,
+//! whose program `canonical_scan_matcher` keeps a key scan likewise; *Probabilistic
+//! Robotics*, §5.4 for the wheels and §3.2 for putting both together.
+//!
+//! All scans since the key scan are matched with it, not with the one before:
+//! errors add up from key scan to key scan only. Each match is one measurement
+//! of the motion since the key scan, and the wheels since then are its prior
+//! ([`crate::calibration`]: they learn their constant errors). Both are
+//! independent, so what comes out is as sure as it says; the matches before it
+//! have the noise of the key scan in common with it and are not used, except as
+//! the place to begin. Where a match surprises the wheels beyond chance, they did
+//! something that they do not do (a bump, a door sill, a scan that came late), and
+//! it is matched again with a prior that allows for that.
+//!
+//! What it leaves out: one scan is the end of one motion and the beginning of
+//! the next, so errors of neighbouring motions are related (mostly of opposite
+//! sign). Taken as independent they add up to more than there is.
+
+use clap::Args;
+use nalgebra::{Matrix3, Vector3};
+use rusty_clients::{Filter, Tick};
+use rusty_contract::{Estimate, Innovation, Reply, Start};
+use rusty_geometry::{EncoderTicks, SE2, trig};
+
+use crate::calibration::LearningWheels;
+use crate::icp::{
+    Evidence, FEWEST, Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans,
+    match_widely, positive,
+};
+use crate::motion::carried;
+use crate::tangent::{chained, rows, symmetric};
+use crate::{Motion, OdometryNoise};
+
+/// A match that surprises the wheels more than this (χ² of three numbers, once in
+/// ten thousand) says that they slipped.
+const SLIPPED_CHI2: f64 = 21.1;
+
+/// How far off a motion may be by wheels that slipped, or by a laser that is not
+/// quite where it is said to be, one deviation: m at least, m per rad of turn, m
+/// per m of way.
+const SLIPS_M: [f64; 3] = [0.005, 0.15, 0.01];
+/// The same for the heading: rad at least, rad per rad, rad per m.
+const SLIPS_RAD: [f64; 3] = [0.03, 0.1, 0.05];
+/// How far a search goes for a match (m and rad): a scan may have come late while
+/// the robot turned.
+const LOST_M: f64 = 0.25;
+const LOST_RAD: f64 = 0.5;
+/// What such a search finds must match by this much better.
+const BETTER_SHARE: f64 = 0.1;
+/// With wheels that slipped, a match must not be worse by more than this.
+const WORSE_SHARE: f64 = 0.05;
+/// Where little matches, a key scan follows after this part of the way or turn.
+const EARLY: f64 = 0.2;
+
+/// The motion by wheels that may have slipped.
+fn slipped(wheels: &Motion) -> Motion {
+    let moved = &wheels.now_in_then;
+    let (turn_rad, way_m) = (moved.theta().abs(), trig::hypot(moved.x(), moved.y()));
+    let of = |[least, per_rad, per_m]: [f64; 3]| least + per_rad * turn_rad + per_m * way_m;
+    let by = Vector3::new(of(SLIPS_M), of(SLIPS_M), of(SLIPS_RAD));
+    let covariance = wheels.covariance + Matrix3::from_diagonal(&by.component_mul(&by));
+    Motion { covariance, ..*wheels }
+}
+
+/// The share of points that match, 0 where nothing does.
+fn share(found: &Result<(Fused, Match), NoMatch>) -> f64 {
+    found.as_ref().map_or(0.0, |(_, found)| found.share)
+}
+
+/// How scans become motions.
+#[derive(Args, Clone, Copy, Debug, PartialEq)]
+pub struct ScanMatchOptions {
+    /// A new key scan after this way, m
+    #[arg(long, value_name = "METRES", default_value_t = Self::default().key_distance_m, value_parser = positive)]
+    pub key_distance_m: f64,
+
+    /// A new key scan after this turn, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().key_turn_deg, value_parser = positive)]
+    pub key_turn_deg: f64,
+
+    /// A new key scan where less than this share of the points matches
+    #[arg(long, value_name = "0..1", default_value_t = Self::default().key_share)]
+    pub key_share: f64,
+
+    /// How scans are matched.
+    #[command(flatten)]
+    pub icp: IcpOptions,
+
+    /// What is believed of the wheels.
+    #[command(flatten)]
+    pub wheels: OdometryNoise,
+}
+
+impl Default for ScanMatchOptions {
+    fn default() -> Self {
+        Self {
+            key_distance_m: 0.75,
+            key_turn_deg: 40.0,
+            key_share: 0.7,
+            icp: IcpOptions::default(),
+            wheels: OdometryNoise::default(),
+        }
+    }
+}
+
+/// A scan that others are matched with.
+#[derive(Clone, Debug)]
+pub struct KeyScan {
+    /// What it met.
+    pub rays: Vec<Ray>,
+    /// The walls there.
+    pub surface: Surface,
+    /// The motion to it from the key scan before it; none for the first.
+    pub since_last: Motion,
+}
+
+/// What a scan told.
+#[derive(Clone, Debug, Default)]
+pub struct Told {
+    /// How surprising it was, where it matched.
+    pub innovation: Option<Innovation>,
+    /// Why it did not.
+    pub no_match: Option<NoMatch>,
+    /// The new key scan, where it became one.
+    pub key: Option<KeyScan>,
+}
+
+/// The motion since the last key scan.
+#[derive(Clone, Debug)]
+pub struct Tracker {
+    options: ScanMatchOptions,
+    laser: Laser,
+    wheels: LearningWheels,
+    /// The walls of the key scan.
+    surface: Option<Surface>,
+    /// By wheels and matches, from the key scan to the last scan.
+    to_scan: Motion,
+    /// The same to now.
+    to_now: Motion,
+}
+
+impl Tracker {
+    /// Begins where the robot is, with counts of zero.
+    #[must_use]
+    pub fn new(start: &Start, options: &ScanMatchOptions) -> Self {
+        Self {
+            options: *options,
+            laser: Laser::new(&start.lidar),
+            wheels: LearningWheels::new(start.robot.drive, options.wheels),
+            surface: None,
+            to_scan: Motion::default(),
+            to_now: Motion::default(),
+        }
+    }
+
+    /// How it matches.
+    #[must_use]
+    pub fn laser(&self) -> &Laser {
+        &self.laser
+    }
+
+    /// The motion from the last key scan to now.
+    #[must_use]
+    pub fn since_key(&self) -> &Motion {
+        &self.to_now
+    }
+
+    /// Takes the counts at the end of a tick.
+    pub fn advance(&mut self, ticks: EncoderTicks) {
+        self.wheels.advance(ticks);
+        self.to_now = chained(&self.to_scan, &self.wheels.since_scan());
+    }
+
+    /// Takes a scan made at the end of the tick.
+    pub fn scan(&mut self, ranges_m: &[f64]) -> Told {
+        self.to_scan = chained(&self.to_scan, &self.wheels.since_scan());
+        self.wheels.begin_scan();
+        let rays = self.laser.rays(ranges_m);
+        let mut told = Told::default();
+        let Some(surface) = &self.surface else {
+            told.key = self.new_key(rays, None);
+            return told;
+        };
+        let (mut share, mut evidence) = (0.0, None);
+        match self.matched(surface, &rays) {
+            Ok((fused, found)) => {
+                share = found.share;
+                evidence = Some(found.evidence);
+                self.to_scan = fused.motion;
+                told.innovation = Some(fused.innovation);
+            }
+            Err(why) => told.no_match = Some(why),
+        }
+        self.to_now = self.to_scan;
+        let matches_well = share >= self.options.key_share;
+        if self.is_beyond(1.0) || (!matches_well && self.is_beyond(EARLY)) {
+            told.key = self.new_key(rays, evidence.filter(|_| matches_well));
+        }
+        told
+    }
+
+    /// The motion since the key scan by wheels and this scan, and the share of its
+    /// points that match: with the wheels as they should be, then with wheels that
+    /// slipped, then with a search around.
+    fn matched(&self, surface: &Surface, rays: &[Ray]) -> Result<(Fused, Match), NoMatch> {
+        let (options, guess) = (&self.options.icp, self.to_scan.now_in_then);
+        let with = |found: Match, wheels: &Motion| {
+            let fused = found.evidence.fuse(wheels).ok_or(NoMatch::NoSolution)?;
+            Ok((fused, found))
+        };
+        let fits = |(fused, found): &(Fused, Match)| {
+            found.share >= self.options.key_share && fused.innovation.nis <= SLIPPED_CHI2
+        };
+        let wheels = &self.wheels.since_key();
+        let by_the_book = match_scans(surface, &self.laser, rays, &guess, wheels, options)
+            .and_then(|found| with(found, wheels));
+        if by_the_book.as_ref().is_ok_and(fits) {
+            return by_the_book;
+        }
+        let slipped = slipped(wheels);
+        let mut again = match_scans(surface, &self.laser, rays, &guess, &slipped, options)
+            .and_then(|found| with(found, &slipped));
+        if share(&again) < self.options.key_share {
+            let half = Vector3::new(LOST_M, LOST_M, LOST_RAD);
+            let mut lost = *wheels;
+            lost.covariance += Matrix3::from_diagonal(&half.component_mul(&half));
+            let wide = match_widely(surface, &self.laser, rays, &lost, &half, options)
+                .and_then(|found| with(found, &lost));
+            if share(&wide) > share(&again) + BETTER_SHARE {
+                again = wide;
+            }
+        }
+        if again.is_err() || share(&again) < share(&by_the_book) - WORSE_SHARE {
+            return by_the_book;
+        }
+        // How surprising it was is told as the wheels should have been.
+        if let (Ok((fused, _)), Ok((book, _))) = (&mut again, &by_the_book) {
+            fused.innovation = book.innovation;
+        }
+        again
+    }
+
+    /// Whether it has come farther than this part of the way, or turned more than
+    /// this part of the turn, after which a key scan follows.
+    fn is_beyond(&self, part: f64) -> bool {
+        let moved = &self.to_scan.now_in_then;
+        trig::hypot(moved.x(), moved.y()) > part * self.options.key_distance_m
+            || moved.theta().abs() > part * self.options.key_turn_deg.to_radians()
+    }
+
+    /// Makes a key scan of what was met, and learns from what the scan said of the
+    /// motion to it; `None` where it shows too little for anything to be matched
+    /// with it.
+    fn new_key(&mut self, rays: Vec<Ray>, evidence: Option<Evidence>) -> Option<KeyScan> {
+        let surface = Surface::new(&self.laser, &rays, self.options.icp.roughness_m);
+        if surface.pieces().len() < FEWEST {
+            return None;
+        }
+        if let Some(evidence) = evidence {
+            self.wheels.learn(&evidence);
+        }
+        self.wheels.begin_key();
+        let since_last = std::mem::take(&mut self.to_scan);
+        self.to_now = Motion::default();
+        self.surface = Some(surface.clone());
+        Some(KeyScan { rays, surface, since_last })
+    }
+}
+
+/// Scan matching as odometry.
+#[derive(Clone, Debug)]
+pub struct ScanMatch {
+    tracker: Tracker,
+    key_in_world: SE2,
+    covariance: Matrix3<f64>,
+}
+
+impl ScanMatch {
+    /// Begins where it is told, or at the origin of a frame of its own.
+    #[must_use]
+    pub fn new(start: &Start, options: &ScanMatchOptions) -> Self {
+        Self {
+            tracker: Tracker::new(start, options),
+            key_in_world: start.initial_pose.unwrap_or_default(),
+            covariance: Matrix3::zeros(),
+        }
+    }
+
+    /// Takes the counts at the end of a tick.
+    pub fn advance(&mut self, ticks: EncoderTicks) {
+        self.tracker.advance(ticks);
+    }
+
+    /// Takes a scan made at the end of the tick.
+    pub fn scan(&mut self, ranges_m: &[f64]) -> Told {
+        let told = self.tracker.scan(ranges_m);
+        if let Some(key) = &told.key {
+            self.key_in_world = self.key_in_world * key.since_last.now_in_then;
+            self.covariance = symmetric(&key.since_last.propagate(&self.covariance));
+        }
+        told
+    }
+
+    /// Where the robot is, world frame, and the covariance of the error τ.
+    #[must_use]
+    pub fn pose(&self) -> (SE2, Matrix3<f64>) {
+        placed(&self.key_in_world, &self.covariance, self.tracker.since_key())
+    }
+}
+
+/// A motion from an uncertain pose: where it ends, and how sure that is.
+#[must_use]
+pub fn placed(from: &SE2, covariance: &Matrix3<f64>, motion: &Motion) -> (SE2, Matrix3<f64>) {
+    let covariance = carried(covariance, &motion.now_in_then) + motion.covariance;
+    (*from * motion.now_in_then, symmetric(&covariance))
+}
+
+impl Filter for ScanMatch {
+    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+        self.advance(tick.ticks());
+        let told = tick.ranges_m().map(|ranges_m| self.scan(ranges_m)).unwrap_or_default();
+        let (pose, covariance) = self.pose();
+        Estimate {
+            pose_in_world: pose,
+            covariance: Some(rows(&covariance)),
+            innovation: told.innovation,
+        }
+        .into()
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,203 @@
+//! A robot that is driven through a world, and what scan matching says of it.
+
+use nalgebra::Matrix3;
+use rusty_contract::config::{LidarConfig, NominalRobot};
+use rusty_contract::{Role, Start};
+use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Scan, Twist, World, WorldSpec, apartment};
+
+use super::*;
+use crate::Random;
+
+/// What a filter is told of a run in which nothing is given but the start.
+pub(crate) fn start(lidar: &LidarConfig, initial_pose: Option<SE2>) -> Start {
+    let drive = DiffDrive::rusty();
+    Start {
+        run_id: 0,
+        scenario: "by hand".to_owned(),
+        participant: 0,
+        name: "filter".to_owned(),
+        ticket: 0,
+        catch_up: None,
+        role: Role::Estimator,
+        awaited: true,
+        server_pid: 0,
+        ticks: 0,
+        dt_s: 0.02,
+        scan_every: 5,
+        robot: NominalRobot { drive, body_radius_m: 0.1, wheel_limit_rad_s: 100.0 },
+        lidar: *lidar,
+        map: None,
+        initial_pose,
+        server_awake_ns: u64::MAX,
+        sealed_brief: None,
+    }
+}
+
+/// A robot with wheels that slip, and a laser with noise.
+pub(crate) struct Robot {
+    world: World,
+    pub(crate) lidar: LidarConfig,
+    pub(crate) pose: SE2,
+    way_m: [f64; 2],
+    /// How much a wheel slips in a tick, one deviation, as a part of its way.
+    slip: f64,
+    random: Random,
+}
+
+impl Robot {
+    pub(crate) fn new(world: World, pose: SE2, seed: u64) -> Self {
+        let lidar = LidarConfig { dropout: 0.02, ..LidarConfig::default() };
+        Self { world, lidar, pose, way_m: [0.0; 2], slip: 0.02, random: Random::new(seed, 1) }
+    }
+
+    /// Drives for a tick of 0.02 s; the counts at its end.
+    pub(crate) fn drive(&mut self, twist: Twist) -> EncoderTicks {
+        let drive = DiffDrive::rusty();
+        let rates = drive.wheel_rates(twist);
+        let ways = [rates.left_rad_s, rates.right_rad_s].map(|r| 0.02 * r * drive.wheel_radius_m);
+        let mut floor = [0.0; 2];
+        for side in 0..2 {
+            self.way_m[side] += ways[side];
+            floor[side] = ways[side] * (1.0 + self.slip * self.random.normal());
+        }
+        self.pose = self.pose.boxplus(&drive.tangent(floor[0], floor[1]));
+        let around_m = std::f64::consts::TAU * drive.wheel_radius_m;
+        let counts = self.way_m.map(|m| (m / around_m * drive.ticks_per_rev as f64).floor() as i64);
+        EncoderTicks { left: counts[0], right: counts[1] }
+    }
+
+    /// What the laser says.
+    pub(crate) fn look(&mut self) -> Vec<f64> {
+        let mut scan = Scan::new(self.lidar.fan());
+        scan.take(&self.world, &self.pose, self.lidar.range_max_m);
+        let (max_m, std_m) = (self.lidar.range_max_m, self.lidar.range_std_m);
+        let reading = |(range_m, wall): (f64, Option<usize>)| {
+            let is_lost = self.random.uniform() < self.lidar.dropout;
+            let noisy = range_m + std_m * self.random.normal();
+            if wall.is_none() || is_lost { max_m } else { noisy }
+        };
+        scan.distances_and_walls().map(reading).collect()
+    }
+}
+
+/// Two parallel walls, 60 m long.
+pub(crate) fn corridor() -> World {
+    let text = r#"{"name":"corridor","bounds":[-30.0,-1.0,30.0,1.0],"walls":[
+        {"a":[-30.0,-0.6],"b":[30.0,-0.6],"material":"Wall"},
+        {"a":[-30.0,0.6],"b":[30.0,0.6],"material":"Wall"}]}"#;
+    World::new(WorldSpec::from_json_str(text).unwrap()).unwrap()
+}
+
+fn ahead(k: usize) -> Twist {
+    // A weave: 0.5 m/s, to and fro.
+    Twist { v_m_s: 0.5, omega_rad_s: if k % 100 < 50 { 0.3 } else { -0.3 } }
+}
+
+#[test]
+fn errors_are_as_large_as_it_says() {
+    // Four seconds through the largest room, two dozen times.
+    let (mut sum, runs) = (0.0, 24);
+    for seed in 0..runs {
+        let mut robot = Robot::new(apartment(), SE2::new(8.0, 2.0, 1.0), seed);
+        let mut filter =
+            ScanMatch::new(&start(&robot.lidar, Some(robot.pose)), &ScanMatchOptions::default());
+        for k in 0..200 {
+            filter.advance(robot.drive(ahead(k)));
+            if k % 5 == 4 {
+                let told = filter.scan(&robot.look());
+                assert_eq!(told.no_match, None);
+            }
+        }
+        let (pose, covariance) = filter.pose();
+        let error = robot.pose.boxminus(&pose);
+        assert!(error.norm() < 0.06, "{seed}: {error}");
+        sum += (error.transpose() * covariance.try_inverse().unwrap() * error).x;
+    }
+    // Neighbouring motions share a scan, and their errors partly cancel: less than
+    // 3 is expected, and more than chance allows is not.
+    let anees = sum / runs as f64;
+    assert!((0.7..3.8).contains(&anees), "{anees}");
+}
+
+#[test]
+fn uncertainty_grows_with_the_way() {
+    let mut robot = Robot::new(apartment(), SE2::new(8.0, 2.0, 1.0), 5);
+    let mut filter = ScanMatch::new(&start(&robot.lidar, None), &ScanMatchOptions::default());
+    let mut volumes = Vec::new();
+    for k in 0..300 {
+        filter.advance(robot.drive(Twist { v_m_s: 0.5, omega_rad_s: 0.5 }));
+        if k % 5 == 0 && filter.scan(&robot.look()).key.is_some() {
+            volumes.push(filter.pose().1.determinant());
+        }
+    }
+    assert!(volumes.len() > 4, "{volumes:?}");
+    assert!(volumes.windows(2).all(|pair| pair[1] >= pair[0]), "{volumes:?}");
+    // Without a start it begins at the origin of a frame of its own.
+    let (pose, _) = ScanMatch::new(&start(&robot.lidar, None), &ScanMatchOptions::default()).pose();
+    assert_eq!(pose, SE2::identity());
+}
+
+#[test]
+fn a_corridor_does_not_carry_it_away() {
+    let mut robot = Robot::new(corridor(), SE2::new(-10.0, 0.0, 0.0), 3);
+    let mut filter =
+        ScanMatch::new(&start(&robot.lidar, Some(robot.pose)), &ScanMatchOptions::default());
+    for k in 0..1000 {
+        filter.advance(robot.drive(Twist { v_m_s: 0.5, omega_rad_s: 0.0 }));
+        if k % 5 == 4 {
+            filter.scan(&robot.look());
+        }
+    }
+    let (pose, covariance) = filter.pose();
+    let error = robot.pose.boxminus(&pose);
+    let deviation = |k: usize| covariance[(k, k)].sqrt();
+    // Ten metres: the walls tell heading and side, the wheels alone how far.
+    assert!(error.x.abs() < 0.1 && error.y.abs() < 0.15 && error.z.abs() < 0.02, "{error}");
+    assert!(deviation(0) > 0.02, "{covariance}");
+    assert!((0..3).all(|k| error[k].abs() < 3.0 * deviation(k)), "{error}, {covariance}");
+}
+
+#[test]
+fn scans_that_say_nothing_leave_the_wheels() {
+    let lidar = LidarConfig::default();
+    let here = SE2::new(1.0, 2.0, 0.3);
+    let mut robot = Robot::new(apartment(), here, 9);
+    let mut filter = ScanMatch::new(&start(&lidar, Some(here)), &ScanMatchOptions::default());
+    let mut odometry = rusty_clients::dead_reckoning::DeadReckoning::new(DiffDrive::rusty(), here);
+    let mut two = vec![8.0; 180];
+    (two[10], two[100]) = (1.0, 2.0);
+    let scans = [vec![8.0; 180], two, vec![f64::NAN; 180], vec![0.0; 180], vec![]];
+    for k in 0..100 {
+        let counts = robot.drive(Twist { v_m_s: 0.4, omega_rad_s: 0.2 });
+        filter.advance(counts);
+        let expected = odometry.advance(counts);
+        let told = filter.scan(&scans[k % scans.len()]);
+        assert!(told.key.is_none() && told.innovation.is_none(), "{told:?}");
+        let (pose, covariance) = filter.pose();
+        assert!(pose.boxminus(&expected).norm() < 1e-9, "{pose:?} for {expected:?}");
+        assert!(covariance[(2, 2)] > 0.0 && covariance == covariance.transpose());
+    }
+    // Once there was a scan, a blind one is named, and the wheels go on.
+    let told = filter.scan(&robot.look());
+    assert!(told.key.is_some());
+    for ranges_m in &scans {
+        filter.advance(robot.drive(Twist { v_m_s: 0.4, omega_rad_s: 0.2 }));
+        let told = filter.scan(ranges_m);
+        assert!(matches!(told.no_match, Some(NoMatch::FewEnds { .. })), "{told:?}");
+        assert!(filter.pose().0.is_finite());
+    }
+}
+
+#[test]
+fn a_robot_that_stands_stays() {
+    let mut robot = Robot::new(apartment(), SE2::new(8.0, 2.0, 1.0), 4);
+    let mut filter =
+        ScanMatch::new(&start(&robot.lidar, Some(robot.pose)), &ScanMatchOptions::default());
+    let mut keys = 0;
+    for _ in 0..50 {
+        filter.advance(EncoderTicks::default());
+        keys += u32::from(filter.scan(&robot.look()).key.is_some());
+        assert_eq!(filter.pose(), (SE2::new(8.0, 2.0, 1.0), Matrix3::zeros()));
+    }
+    assert_eq!(keys, 1);
+}

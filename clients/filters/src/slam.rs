@@ -1,0 +1,298 @@
+//! SLAM with a pose graph: where the robot is, and what the place looks like,
+//! without a map.
+//!
+//! Sources: *Probabilistic Robotics*, ch. 11 (GraphSLAM); F. Lu and E. Milios,
+//! *Globally consistent range scan alignment for environment mapping* (1997);
+//! G. Grisetti et al., *A tutorial on graph-based SLAM* (2010). The front end is
+//! [`crate::scan_match`], the back end [`crate::pose_graph`].
+//!
+//! Every key scan is a pose of the graph, tied to the one before by the motion
+//! that wheels and matches say. A new one is matched with old ones near it, too:
+//! those loops are what keeps the map in one piece. A loop counts when
+//! * the graph holds it possible that both scans look at the same walls,
+//! * enough points of the new scan lie on the old one's walls,
+//! * the match is no surprise to the graph (χ²), and
+//! * it stays none beside all other motions: what does not loses weight.
+//!
+//! Departures: the answer of a tick is the newest key pose and the motion since
+//! then; earlier answers stay as they were given. Points never move within their
+//! scan; the grid that is saved is made of key scans, from where the graph has them
+//! at the end. A scan takes part in several matches, whose errors are then related; a
+//! loop counts for a share of its information accordingly ([`LOOP_SHARE`]).
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use nalgebra::{Matrix3, Point2, Vector3};
+use rusty_clients::{ClientError, Filter, Tick};
+use rusty_contract::{Estimate, Reply, Start};
+use rusty_geometry::{EncoderTicks, SE2, trig};
+
+use crate::Motion;
+use crate::gridmap::{self, Mapper, Poses};
+use crate::icp::{Ray, Surface, match_widely, positive};
+use crate::occupancy_grid::InverseModel;
+use crate::pose_graph::{Constraint, Kind, PoseGraph};
+use crate::scan_match::{ScanMatchOptions, Told, Tracker, placed};
+use crate::tangent::{rows, symmetric};
+
+/// A loop that surprises the graph more (χ² of three numbers) is none. That is far
+/// beyond chance (16 once in a thousand), because motions through real rooms are
+/// less certain than they say; what is doubtful then loses weight.
+const LOOP_CHI2: f64 = 50.0;
+/// What part of a loop's information counts: three loops and a chain share a scan.
+const LOOP_SHARE: f64 = 0.5;
+/// A search begins only where the graph is not this sure (m, rad).
+const SURE_M: f64 = 0.15;
+const SURE_RAD: f64 = 0.15;
+
+/// How loops are closed.
+#[derive(Args, Clone, Copy, Debug, PartialEq)]
+#[command(next_help_heading = "How loops are closed")]
+pub struct LoopOptions {
+    /// Scans taken this near to each other may see the same walls, m
+    #[arg(long, value_name = "METRES", default_value_t = Self::default().loop_distance_m, value_parser = positive)]
+    pub loop_distance_m: f64,
+
+    /// Two key scans are a loop with at least so many others between them
+    #[arg(long, value_name = "SCANS", default_value_t = Self::default().loop_gap)]
+    pub loop_gap: usize,
+
+    /// At most so many loops for each key scan; 0 closes none
+    #[arg(long, value_name = "LOOPS", default_value_t = Self::default().loops)]
+    pub loops: usize,
+
+    /// At least this share of the points must match
+    #[arg(long, value_name = "0..1", default_value_t = Self::default().loop_share)]
+    pub loop_share: f64,
+}
+
+impl Default for LoopOptions {
+    fn default() -> Self {
+        Self { loop_distance_m: 2.5, loop_gap: 6, loops: 3, loop_share: 0.65 }
+    }
+}
+
+/// All options.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+pub struct SlamOptions {
+    /// Write the map at the end: STEM.pgm and STEM.yaml, as map_server of ROS reads
+    /// them, and STEM.png, a picture
+    #[arg(long, value_name = "STEM")]
+    pub save_map: Option<PathBuf>,
+
+    /// What is believed of a reading, for that map.
+    #[command(flatten)]
+    pub model: InverseModel,
+
+    /// The front end.
+    #[command(flatten)]
+    pub front: ScanMatchOptions,
+
+    /// The loops.
+    #[command(flatten)]
+    pub closing: LoopOptions,
+}
+
+/// A key scan as the graph keeps it.
+#[derive(Clone, Debug)]
+struct Seen {
+    ranges_m: Vec<f64>,
+    rays: Vec<Ray>,
+    surface: Surface,
+}
+
+/// SLAM with a pose graph.
+#[derive(Debug)]
+pub struct Slam {
+    start: Start,
+    options: SlamOptions,
+    tracker: Tracker,
+    graph: PoseGraph,
+    seen: Vec<Seen>,
+    /// Covariance of the newest key pose, in the frame of the first.
+    covariance: Matrix3<f64>,
+}
+
+impl Slam {
+    /// Begins where it is told, or at the origin of a frame of its own. What it is
+    /// told of walls it does not look at.
+    #[must_use]
+    pub fn new(start: &Start, options: &SlamOptions) -> Self {
+        Self {
+            start: start.clone(),
+            options: options.clone(),
+            tracker: Tracker::new(start, &options.front),
+            graph: PoseGraph::new(start.initial_pose.unwrap_or_default()),
+            seen: Vec::new(),
+            covariance: Matrix3::zeros(),
+        }
+    }
+
+    /// Takes the counts at the end of a tick.
+    pub fn advance(&mut self, ticks: EncoderTicks) {
+        self.tracker.advance(ticks);
+    }
+
+    /// Takes a scan made at the end of the tick.
+    pub fn scan(&mut self, ranges_m: &[f64]) -> Told {
+        let mut told = self.tracker.scan(ranges_m);
+        let Some(key) = told.key.take() else { return told };
+        let since_last = key.since_last;
+        let is_first = self.seen.is_empty();
+        self.seen.push(Seen { ranges_m: ranges_m.to_vec(), rays: key.rays, surface: key.surface });
+        if is_first {
+            // The first scan that shows walls may come after some way by the wheels.
+            self.graph = PoseGraph::new(self.graph.poses()[0] * since_last.now_in_then);
+            self.covariance = since_last.covariance;
+            return told;
+        }
+        // Wheels that stood still are certain; information has to be finite.
+        let floor = Matrix3::identity() * 1e-10;
+        let information = (since_last.covariance + floor).try_inverse();
+        let information = information.unwrap_or_else(Matrix3::identity);
+        self.graph.extend(&since_last.now_in_then, &symmetric(&information));
+        self.covariance = symmetric(&since_last.propagate(&self.covariance));
+        let optimised = self.close_loops() && self.graph.optimise().is_some();
+        if let Some(covariance) = self.graph.last_covariance().filter(|_| optimised) {
+            self.covariance = covariance;
+        }
+        told
+    }
+
+    /// Matches the newest key scan with old ones near it. Whether there was any.
+    fn close_loops(&mut self) -> bool {
+        let candidates = self.candidates();
+        let newest = self.seen.len() - 1;
+        let Some(expected) = self.graph.to_last(&candidates) else { return false };
+        let mut closed = false;
+        for (old, expected) in candidates.into_iter().zip(&expected) {
+            if let Some((motion, information)) = self.matched(old, expected) {
+                let information = information * LOOP_SHARE;
+                let kind = Kind::Loop;
+                self.graph.constrain(Constraint {
+                    from: old,
+                    to: newest,
+                    motion,
+                    information,
+                    kind,
+                });
+                closed = true;
+            }
+        }
+        closed
+    }
+
+    /// Old key scans that may have seen what the newest sees, the nearest first,
+    /// no two of them neighbours.
+    fn candidates(&self) -> Vec<usize> {
+        let LoopOptions { loop_distance_m, loop_gap, loops, .. } = self.options.closing;
+        let poses = self.graph.poses();
+        let newest = poses.len() - 1;
+        let unsure_m = 2.0 * (self.covariance[(0, 0)] + self.covariance[(1, 1)]).sqrt();
+        let mut near: Vec<(f64, usize)> = (0..newest.saturating_sub(loop_gap))
+            .map(|k| {
+                let apart = poses[k].inverse() * poses[newest];
+                let distance_m = trig::hypot(apart.x(), apart.y());
+                // Half a metre is worth a sixth of a turn: scans that look elsewhere
+                // have little in common.
+                (distance_m + 0.5 * apart.theta().abs(), distance_m, k)
+            })
+            .filter(|(_, distance_m, _)| *distance_m < loop_distance_m + unsure_m)
+            .map(|(cost, _, k)| (cost, k))
+            .collect();
+        near.sort_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
+        let mut chosen: Vec<usize> = Vec::new();
+        for (_, k) in near {
+            if chosen.len() < loops && chosen.iter().all(|other| other.abs_diff(k) > 2) {
+                chosen.push(k);
+            }
+        }
+        chosen
+    }
+
+    /// The motion from an old key scan to the newest, if they match and the graph
+    /// holds it possible.
+    fn matched(&self, old: usize, expected: &Motion) -> Option<(SE2, Matrix3<f64>)> {
+        let rays = &self.seen.last()?.rays;
+        let deviation = |k: usize| expected.covariance[(k, k)].max(0.0).sqrt();
+        let room = |deviation: f64, sure: f64| if deviation < sure { 0.0 } else { 2.0 * deviation };
+        let apart_m = deviation(0).max(deviation(1));
+        let half = Vector3::new(
+            room(apart_m, SURE_M),
+            room(apart_m, SURE_M),
+            room(deviation(2), SURE_RAD),
+        );
+        let icp = &self.options.front.icp;
+        let (surface, laser) = (&self.seen[old].surface, self.tracker.laser());
+        let found = match_widely(surface, laser, rays, expected, &half, icp).ok()?;
+        let surprise = found.evidence.fuse(expected)?.innovation.nis;
+        let overlaps = found.pairs * 3 > rays.len();
+        if surprise > LOOP_CHI2 || found.share < self.options.closing.loop_share || !overlaps {
+            return None;
+        }
+        found.evidence.constraint()
+    }
+
+    /// Where the robot is, world frame, and the covariance of the error τ.
+    #[must_use]
+    pub fn pose(&self) -> (SE2, Matrix3<f64>) {
+        let newest = self.graph.poses()[self.graph.poses().len() - 1];
+        placed(&newest, &self.covariance, self.tracker.since_key())
+    }
+
+    /// The poses and what was measured between them.
+    #[must_use]
+    pub fn graph(&self) -> &PoseGraph {
+        &self.graph
+    }
+
+    /// How many loops were closed.
+    #[must_use]
+    pub fn loops(&self) -> usize {
+        self.graph.constraints().iter().filter(|c| c.kind == Kind::Loop).count()
+    }
+
+    /// The map: the pose of every key scan, and what it met there, world frame, m.
+    pub fn map(&self) -> impl Iterator<Item = (SE2, Vec<Point2<f64>>)> + '_ {
+        self.graph.poses().iter().zip(&self.seen).map(|(pose, seen)| {
+            (*pose, seen.rays.iter().map(|ray| pose.transform_point(&ray.point)).collect())
+        })
+    }
+}
+
+impl Filter for Slam {
+    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+        self.advance(tick.ticks());
+        let told = tick.ranges_m().map(|ranges_m| self.scan(ranges_m)).unwrap_or_default();
+        let (pose, covariance) = self.pose();
+        Estimate {
+            pose_in_world: pose,
+            covariance: Some(rows(&covariance)),
+            innovation: told.innovation,
+        }
+        .into()
+    }
+
+    fn finish(self) -> Result<(), ClientError> {
+        let Some(stem) = &self.options.save_map else { return Ok(()) };
+        let grid = gridmap::Options {
+            poses: Poses::Odometry,
+            save: stem.clone(),
+            from: 0.0,
+            until: None,
+            model: self.options.model,
+        };
+        let mut mapper = Mapper::new(&self.start, &grid);
+        for (pose, seen) in self.graph.poses().iter().zip(&self.seen) {
+            mapper.tick(0.0, Some(&seen.ranges_m), Some(*pose))?;
+        }
+        let said = mapper.finish()?;
+        let _ = writeln!(std::io::stderr(), "{} loops; {said}", self.loops());
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;
