@@ -156,7 +156,7 @@ impl Surroundings {
     }
 
     /// How far the robot can go under `twist` until body and margin meet a
-    /// point, m, no more than [`REACH_M`]; 0 where nothing is known.
+    /// point, m, no more than 3; 0 where nothing is known.
     #[must_use]
     pub fn clear_m(&self, twist: Twist) -> f64 {
         if !self.knows() || twist.v_m_s == 0.0 {

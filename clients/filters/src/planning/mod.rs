@@ -2,7 +2,7 @@
 //! itself.
 //!
 //! [`clearance`] knows of each cell how far the nearest wall is, [`routes`] finds
-//! the cheapest way to anywhere at once, [`straighten`] makes few straight pieces
+//! the cheapest way to anywhere at once, [`mod@straighten`] makes few straight pieces
 //! of many steps; [`chart`] is the three together.
 
 pub mod chart;
