@@ -76,7 +76,7 @@ impl Sides {
                     deeper_m += across_m - line.rho_m;
                 }
             }
-            (points >= FEWEST_POINTS).then(|| deeper_m > DEEPER_M * points as f64)
+            (points >= FEWEST_POINTS).then_some(deeper_m > DEEPER_M * points as f64)
         };
         Doors { left: beside(&self.left), right: beside(&self.right) }
     }
