@@ -76,7 +76,7 @@ impl Sides {
                     deeper_m += across_m - line.rho_m;
                 }
             }
-            (points >= FEWEST_POINTS).then(|| deeper_m > DEEPER_M * points as f64)
+            (points >= FEWEST_POINTS).then_some(deeper_m > DEEPER_M * points as f64)
         };
         Doors { left: beside(&self.left), right: beside(&self.right) }
     }
@@ -176,9 +176,15 @@ impl Looks {
     }
 
     fn is_door(&self, x_m: f64, up: bool, face_m: f64) -> bool {
+        let [from_m, _, to_m, _] = self.world.bounds();
         let along = (0..11).map(|k| x_m + STRETCH_M * (0.1 * f64::from(k) - 0.5));
-        let depths = along.map(|x_m| self.depth_m(x_m, up).min(face_m + 1.0) - face_m);
-        depths.sum::<f64>() > 11.0 * DEEPER_M
+        let (mut count, mut deeper_m) = (0.0, 0.0);
+        // Beyond its ends there is no corridor.
+        for x_m in along.filter(|x_m| (from_m..to_m).contains(x_m)) {
+            count += 1.0;
+            deeper_m += self.depth_m(x_m, up).min(face_m + 1.0) - face_m;
+        }
+        deeper_m > count * DEEPER_M
     }
 }
 

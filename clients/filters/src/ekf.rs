@@ -20,6 +20,11 @@
 //!   and is then carried to the tangent space at the updated pose.
 //! * Of a line, its direction and the place of its best known point are compared,
 //!   not α and ρ: see [`crate::line_map::LineInnovation`].
+//! * Corners and door posts are no features. Along a corridor its side walls say
+//!   nothing; but its ends and what is seen through doorways do: over 100 seeds in
+//!   the Apartment's corridor the errors along it were 0.7 to 1.6 mm (standard
+//!   deviation), those across 0.4 to 0.5 mm. A door post is known to about half
+//!   the distance between two beams, centimetres, and its error is not normal.
 //! * Matches are found before the first update, updates are one after the other,
 //!   each linearised where the last one led.
 
