@@ -131,7 +131,8 @@ pub struct RunArgs {
     /// How long the participants may take to join, s [default: the scenario's]
     #[arg(long, value_name = "SECONDS")]
     pub join_timeout: Option<f64>,
-    /// Add an estimator: NAME, or NAME=COMMAND to have it started
+    /// Add an estimator: NAME, or NAME=COMMAND to have it started; `{out}` in the
+    /// command stands for the run's folder
     #[arg(long, value_name = "NAME[=COMMAND]")]
     pub add: Vec<String>,
     /// Confine all that are started and hold no key: none, if-possible or
@@ -320,6 +321,9 @@ pub struct ConfinedArgs {
     /// A file or folder that it may read
     #[arg(long, value_name = "PATH")]
     pub file: Vec<PathBuf>,
+    /// A folder in which it may write
+    #[arg(long, value_name = "PATH")]
+    pub own_folder: Option<PathBuf>,
     /// The program to become
     pub program: OsString,
     /// Its arguments

@@ -15,10 +15,14 @@
 //!
 //! What they share, in reading order: [`random`]; [`motion`], [`beams`]
 //! and [`beam_model`], what a filter believes of wheels, of the laser's geometry and
-//! of its readings; [`grid`],
-//! [`occupancy`] and [`distance_field`], maps of cells.
+//! of its readings; [`grid`], [`occupancy`] and [`distance_field`], maps of cells,
+//! and [`map_server`], the files they are kept in.
 //!
 //! Particles: [`likelihood_field`], [`resampling`], [`kld`], and [`mcl`].
+//!
+//! Maps: [`ray_walk`], [`occupancy_grid`], [`map_picture`], [`gridmap`].
+//!
+//! The numbers of the models, from logs: [`fit_beam`], [`fit_motion`].
 
 pub mod random;
 
@@ -27,22 +31,32 @@ pub mod beams;
 pub mod motion;
 
 pub mod grid;
+pub mod map_server;
 pub mod occupancy;
 
 pub mod distance_field;
 pub mod likelihood_field;
 
+pub mod kld;
 pub mod resampling;
 
-pub mod kld;
-
 pub mod mcl;
+
+pub mod gridmap;
+pub mod map_picture;
+pub mod occupancy_grid;
+pub mod ray_walk;
+
+pub mod fit_beam;
+pub mod fit_motion;
 
 pub use beam_model::BeamModel;
 pub use beams::Beams;
 pub use distance_field::DistanceField;
 pub use grid::GridFrame;
 pub use likelihood_field::LikelihoodField;
+pub use map_server::MapFileError;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
+pub use occupancy_grid::OccupancyGrid;
 pub use random::Random;

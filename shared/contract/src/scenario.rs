@@ -137,7 +137,8 @@ pub struct Participant {
     /// Its role.
     #[serde(default = "estimator")]
     pub role: Role,
-    /// Program and arguments. `launch` appends `--run`, `--name`, `--wait`,
+    /// Program and arguments. In an argument, `{out}` stands for the run's folder
+    /// (with a `sandbox`: a folder of its own in there). `launch` appends `--run`, `--name`, `--wait`,
     /// `--launcher` and, for scorers and loggers, `--key-stdin`. A bare program
     /// name is looked up beside the server, then on the path. Empty:
     /// started by hand.

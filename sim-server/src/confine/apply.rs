@@ -41,6 +41,8 @@ pub struct Cell {
     pub program: PathBuf,
     /// What it may read beside.
     pub files: Vec<PathBuf>,
+    /// Where it may write, if anywhere.
+    pub own_folder: Option<PathBuf>,
     /// Whether anything less than all rules will do.
     pub sandbox: Sandbox,
 }
@@ -112,6 +114,7 @@ fn rules(cell: &Cell) -> Result<RulesetCreated, ConfineError> {
     use AccessFs::{RemoveFile, Truncate, WriteFile};
     let folder = Domain::base().join(cell.run.as_str());
     let read = ReadFile | ReadDir;
+    let write = WriteFile | MakeReg | MakeDir | RemoveFile | RemoveDir | Truncate;
     let rules = Ruleset::default()
         .handle_access(AccessFs::from_all(TESTED_ABI))?
         .handle_access(AccessNet::from_all(TESTED_ABI))?
@@ -126,14 +129,12 @@ fn rules(cell: &Cell) -> Result<RulesetCreated, ConfineError> {
         (folder.clone(), MakeSock | RemoveFile),
         (folder.join("lock"), ReadFile.into()),
         (folder.join("services"), read),
-        (
-            folder.join("nodes"),
-            read | WriteFile | MakeReg | MakeDir | RemoveFile | RemoveDir | Truncate,
-        ),
+        (folder.join("nodes"), read | write),
         // Flat, and segments come and go during a run: no listing, no removing.
         (PathBuf::from("/dev/shm"), ReadFile | WriteFile | MakeReg | Truncate),
     ];
     own.extend(cell.files.iter().map(|file| (file.clone(), read)));
+    own.extend(cell.own_folder.iter().map(|folder| (folder.clone(), read | write)));
     own.into_iter().try_fold(rules, |rules, (path, access)| allow(rules, &path, access))
 }
 

@@ -16,6 +16,8 @@
 //!   `/etc/ld.so.cache`) and what its scenario entry names in `files`;
 //! * use `/dev/null`, `/dev/zero`, `/dev/random`, `/dev/urandom`, and its own
 //!   output, which is open when it starts;
+//! * if its `command` has `{out}`: read and write in a folder of its own, named
+//!   after it, in the folder to which the run writes;
 //! * in its run's folder: read the lock and `services`, work in `nodes`, make
 //!   sockets and remove files, because the transport removes its socket;
 //! * in `/dev/shm`: open and make segments whose names it knows; neither list
@@ -45,6 +47,8 @@
 //!   they hold no truth in plaintext either way.
 //! * Landlock does not rule over names alone: whether any path exists, its
 //!   size and times can be asked for (`stat`), and so the length of the log.
+//! * What it wrote to a folder of its own in an earlier run it can read in a
+//!   later one that is given the same `--out`.
 //! * A datagram socket that another process of this user has bound to a path
 //!   can be sent to: up to Landlock ABI 8 no rule says otherwise. An
 //!   accomplice outside can so be talked to.
@@ -131,15 +135,23 @@ pub fn gates(roster: &[Participant], by_hand: bool) -> Result<Vec<Gate>, FieldEr
 }
 
 /// The command that starts a participant's program confined; its arguments may
-/// be added as to any command.
+/// be added as to any command. In `own_folder` it may write.
 #[must_use]
-pub fn command(program: &Path, run: &RunName, participant: &Participant) -> Command {
+pub fn command(
+    program: &Path,
+    run: &RunName,
+    participant: &Participant,
+    own_folder: Option<&Path>,
+) -> Command {
     // This very program, even if its file has been replaced meanwhile.
     let mut command = Command::new("/proc/self/exe");
     command.arg0("sim-server").arg("confined").args(["--cell", run.as_str()]);
     command.args(["--sandbox", participant.sandbox.word()]);
     for file in &participant.files {
         command.args(["--file", file]);
+    }
+    if let Some(folder) = own_folder {
+        command.arg("--own-folder").arg(folder);
     }
     command.arg("--").arg(program);
     command

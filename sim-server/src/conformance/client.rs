@@ -10,7 +10,9 @@ use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, getpgid, kill_process,
 use rusty_contract::{RunName, TruthKey};
 
 use super::Kit;
-use crate::run::{ChildrenError, find_program, invite, kill_group, open_talk, spawn_with_key};
+use crate::run::{
+    ChildrenError, find_program, invite, kill_group, open_talk, spawn_with_key, with_folder,
+};
 
 /// The most of its words that are kept, bytes.
 const WORDS: u64 = 1 << 16;
@@ -46,7 +48,7 @@ impl Client {
         let outputs = open_talk(&kit.name, &talk)?;
         let holds_key = kit.role.holds_key();
         let mut command = Command::new(&program);
-        command.args(&kit.command[1..]);
+        command.args(with_folder(&kit.command[1..], folder));
         invite(&mut command, run, &kit.name, kit.wait, holds_key, outputs);
         let key = holds_key.then(|| key.to_hex());
         let child = spawn_with_key(&mut command, key.as_deref()).map_err(error)?;

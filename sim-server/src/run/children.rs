@@ -12,6 +12,7 @@ use rusty_contract::{Participant, RunName, TruthKey};
 use rusty_link::WaitPolicy;
 use thiserror::Error;
 
+use super::arguments;
 use crate::confine::{self, Gate};
 
 /// How long participants may take to end after their goodbye.
@@ -46,6 +47,19 @@ pub enum ChildrenError {
         /// The file.
         program: String,
         /// What it said.
+        error: std::io::Error,
+    },
+    /// There is no folder for what it writes.
+    #[error(
+        "participant {name:?}: {path}: {error}; its `command` has `{{out}}` and its `sandbox` gives \
+         it a folder of its own for that: give another folder with --out"
+    )]
+    Folder {
+        /// Whose.
+        name: String,
+        /// The folder.
+        path: String,
+        /// What the operating system said.
         error: std::io::Error,
     },
     /// There is no place for what it prints.
@@ -110,7 +124,7 @@ pub struct Spawn<'a> {
     pub wait: WaitPolicy,
     /// For those who hold it.
     pub key: &'a TruthKey,
-    /// Where what they print goes.
+    /// Where what they print and write goes.
     pub out_dir: &'a Path,
     /// How each of them is confined, in roster order.
     pub gates: &'a [Gate],
@@ -259,15 +273,19 @@ fn start_one(
     let talk = spawn.out_dir.join(format!("{name}.txt"));
     let outputs = open_talk(name, &talk)?;
     let holds_key = participant.role.holds_key();
+    let own = arguments::own_folder(participant, spawn.out_dir).map_err(|(path, error)| {
+        ChildrenError::Folder { name: name.clone(), path: path.display().to_string(), error }
+    })?;
     let confined = spawn.gates.get(seat).is_some_and(Gate::confines);
     let mut command = if confined {
         // What is started is not the program itself, which may be missing.
         fs::metadata(&program).map_err(error)?;
-        confine::command(&program, spawn.run, participant)
+        confine::command(&program, spawn.run, participant, own.as_deref())
     } else {
         Command::new(&program)
     };
-    command.args(&participant.command[1..]);
+    let folder = own.as_deref().unwrap_or(spawn.out_dir);
+    command.args(arguments::with_folder(&participant.command[1..], folder));
     invite(&mut command, spawn.run, name, spawn.wait, holds_key, outputs);
     let key = holds_key.then(|| spawn.key.to_hex());
     let child = spawn_with_key(&mut command, key.as_deref()).map_err(error)?;

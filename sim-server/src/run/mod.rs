@@ -3,6 +3,7 @@
 //! [`Lockstep`] decides; this module does: it makes frames, moves them through
 //! the link, listens, asks the kernel about processes, keeps the pace.
 
+pub mod arguments;
 mod children;
 mod clock;
 mod comeback;
@@ -14,6 +15,7 @@ mod start;
 mod stop;
 mod wishes;
 
+pub(crate) use arguments::with_folder;
 pub use children::{Children, ChildrenError, Leaving, Spawn};
 pub(crate) use children::{find_program, invite, kill_group, open_talk, spawn_with_key};
 pub use pace::Pace;

@@ -17,6 +17,7 @@ pub fn confined(args: &ConfinedArgs) -> Verbed {
         run: args.cell.clone(),
         program: PathBuf::from(&args.program),
         files: args.file.clone(),
+        own_folder: args.own_folder.clone(),
         sandbox: args.sandbox,
     };
     match become_confined(&cell, &args.args) {

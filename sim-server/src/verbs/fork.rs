@@ -12,7 +12,7 @@ use super::launch::change_roster;
 use super::session::{RunSession, Starting};
 use crate::cli::ForkArgs;
 use crate::output::errln;
-use crate::run::find_program;
+use crate::run::{find_program, with_folder};
 use crate::scenario_file;
 use crate::source::{Branch, FrameSource as _};
 
@@ -91,7 +91,12 @@ fn score(log: &Path, name: &str, command: &[String]) -> Result<Vec<Score>, Strin
     let program = find_program(name, &command[0]).map_err(|e| text(&e))?;
     let folder = tempfile::tempdir().map_err(|e| text(&e))?;
     let mut process = Command::new(program);
-    process.args(&command[1..]).arg("--log").arg(log).arg("--out").arg(folder.path());
+    process
+        .args(with_folder(&command[1..], folder.path()))
+        .arg("--log")
+        .arg(log)
+        .arg("--out")
+        .arg(folder.path());
     let quiet = process.stdin(Stdio::null()).stdout(Stdio::null());
     let ended = quiet.output().map_err(|e| text(&e))?;
     let json = std::fs::read(folder.path().join("score.json")).map_err(|_| {

@@ -1,0 +1,190 @@
+//! Collects readings from a log, fits, and says what came of it.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use rusty_clients::witness::{Ending, Step};
+use rusty_clients::{ClientArgs, ClientError, Witness};
+use rusty_contract::{Brief, Exit, LidarConfig, Start};
+use rusty_geometry::{Scan, World};
+
+use super::{BeamFit, Criterion, Expected, Fitted, Readings, Round, fit};
+use crate::{BeamModel, Beams, OccupancyMap};
+
+/// A log of more ticks than this says how far it has been read.
+const LONG: u64 = 20_000;
+
+/// What is fitted to, and how it is said.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Options {
+    /// Map to expect ranges from: the YAML page of a map_server pair
+    /// [default: the floor plan of the log]
+    #[arg(long, value_name = "YAML")]
+    pub map: Option<PathBuf>,
+
+    /// Stop once a round makes a reading's mean log likelihood better by less
+    #[arg(long, value_name = "X", default_value_t = Criterion::default().tolerance)]
+    pub tolerance: f64,
+
+    /// and after so many rounds in any case
+    #[arg(long, value_name = "N", default_value_t = Criterion::default().rounds)]
+    pub rounds: usize,
+
+    /// Print every round
+    #[arg(long, short)]
+    pub verbose: bool,
+
+    /// Print JSON, rounds included
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A log's readings on their way to a fit.
+pub struct FitBeam {
+    options: Options,
+    lidar: LidarConfig,
+    beams: Beams,
+    expected: Expected,
+    readings: Readings,
+    scans: u64,
+    scans_without_truth: u64,
+    ticks: u64,
+    read: u64,
+}
+
+impl FitBeam {
+    /// Begins with the log's floor plan or a map of cells.
+    ///
+    /// # Errors
+    /// There is no map, or none that can be read.
+    pub fn new(start: &Start, brief: &Brief, options: &Options) -> Result<Self, ClientError> {
+        let beams = Beams::new(&start.lidar);
+        let expected = match &options.map {
+            Some(yaml) => Expected::Cells(OccupancyMap::load(yaml)?),
+            None => plan(brief, &start.lidar)?,
+        };
+        let readings = Readings { range_max_m: start.lidar.range_max_m, all: Vec::new() };
+        Ok(Self {
+            options: options.clone(),
+            lidar: start.lidar,
+            beams,
+            expected,
+            readings,
+            scans: 0,
+            scans_without_truth: 0,
+            ticks: start.ticks,
+            read: 0,
+        })
+    }
+
+    fn fitted(&self) -> Result<BeamFit, ClientError> {
+        let Options { tolerance, rounds, .. } = self.options;
+        let guess = BeamModel::of_lidar(&self.lidar);
+        fit(&self.readings, guess, Criterion { tolerance, rounds }).ok_or_else(|| {
+            let (scans, without) = (self.scans, self.scans_without_truth);
+            ClientError::Unusable(format!(
+                "no reading to fit to: {scans} scans had a true pose and {without} had none; give \
+                 a log with scans and truth (with --key-file, if it is blind), and a map of where \
+                 they were taken"
+            ))
+        })
+    }
+}
+
+/// The floor plan of the run.
+fn plan(brief: &Brief, lidar: &LidarConfig) -> Result<Expected, ClientError> {
+    let unusable = |why: String| {
+        let remedy = "give a map with --map, or the --key-file of a blind log";
+        ClientError::Unusable(format!("the log's floor plan cannot be used: {why}; {remedy}"))
+    };
+    let spec = brief.header.known_world().ok_or_else(|| unusable("it is hidden".to_owned()))?;
+    let world = World::new(spec.clone()).map_err(|e| unusable(e.to_string()))?;
+    if world.is_open() {
+        return Err(unusable("it has no walls".to_owned()));
+    }
+    let scan = Box::new(Scan::new(lidar.fan()));
+    let distances_m = vec![0.0; lidar.beams as usize];
+    Ok(Expected::Plan { world: Box::new(world), scan, distances_m })
+}
+
+impl Witness for FitBeam {
+    fn start(start: &Start, brief: &Brief, _: &ClientArgs) -> Result<Self, ClientError> {
+        Self::new(start, brief, &Options { tolerance: 1e-10, rounds: 1000, ..Options::default() })
+    }
+
+    fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
+        self.read += 1;
+        if self.ticks > LONG && self.read.is_multiple_of(self.ticks / 10) {
+            let percent = self.read * 100 / self.ticks;
+            let _ = writeln!(std::io::stderr(), "{percent} % of {} ticks", self.ticks);
+        }
+        let Some(ranges_m) = step.frame.ranges_m() else { return Ok(()) };
+        match step.truth {
+            Some(pose) => {
+                self.scans += 1;
+                self.expected.add(&mut self.readings, &pose, ranges_m, &self.beams);
+            }
+            None => self.scans_without_truth += 1,
+        }
+        Ok(())
+    }
+
+    fn finish(self, ending: Ending) -> Result<Exit, ClientError> {
+        let fit = self.fitted()?;
+        let text = match self.options.json {
+            true => serde_json::to_string_pretty(&fit).unwrap_or_default(),
+            false => page(&fit, &self.lidar, self.scans, self.options.verbose),
+        };
+        let _ = writeln!(std::io::stdout(), "{text}");
+        Ok(match ending {
+            Ending::Broken | Ending::LogCut => Exit::Lost,
+            Ending::Told(_) | Ending::LogEnd => Exit::Done,
+        })
+    }
+}
+
+/// The fit for a person.
+fn page(fit: &BeamFit, lidar: &LidarConfig, scans: u64, verbose: bool) -> String {
+    let mut lines = Vec::new();
+    if verbose {
+        lines.push(
+            "round  log likelihood      hit    short      max     rand   sigma m  lambda 1/m"
+                .to_owned(),
+        );
+        lines.extend(fit.rounds.iter().enumerate().map(|(i, round)| line_of(i, round)));
+        lines.push(String::new());
+    }
+    let ended = if fit.converged { "converged" } else { "NOT converged: give more --rounds" };
+    lines.push(format!(
+        "{} readings of {scans} scans, {} rounds, {ended}",
+        fit.readings,
+        fit.rounds.len() - 1
+    ));
+    lines.push(format!("{:8} {:>12} {:>12} {:>12}", "", "value", "std. error", "data sheet"));
+    let sheet = [None, None, Some(lidar.dropout), None, Some(lidar.range_std_m), None];
+    let rows = [
+        ("z_hit", fit.z_hit),
+        ("z_short", fit.z_short),
+        ("z_max", fit.z_max),
+        ("z_rand", fit.z_rand),
+        ("σ_hit", fit.sigma_hit_m),
+        ("λ_short", fit.lambda_short_per_m),
+    ];
+    for ((name, Fitted { value, std_error }), sheet) in rows.into_iter().zip(sheet) {
+        let figure = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| format!("{v:.6}"));
+        // What no reading depends on has no value either.
+        let value = std_error.map(|_| value);
+        let (value, error) = (figure(value), figure(std_error));
+        lines.push(format!("{name:8} {value:>12} {error:>12} {:>12}", figure(sheet)));
+    }
+    lines.join("\n")
+}
+
+fn line_of(number: usize, round: &Round) -> String {
+    let [hit, short, max, rand] = round.weights;
+    format!(
+        "{number:5} {:15.9} {hit:8.6} {short:8.6} {max:8.6} {rand:8.6} {:9.6} {:11.6}",
+        round.log_likelihood, round.sigma_hit_m, round.lambda_short_per_m
+    )
+}

@@ -1,0 +1,107 @@
+//! α₁ to α₄ of the odometry motion model from a log with true poses, by maximum
+//! likelihood.
+//!
+//! Source: the model is Table 5.6 of *Probabilistic Robotics* as [`crate::motion`]
+//! has it: errors of ticks are independent, normal, and their covariance is linear
+//! in the four α. Between two true poses (a *window*: one tick in a simulation,
+//! some in a recording) they add up on the group, which keeps it linear:
+//! S = Σ αⱼ Cⱼ, with Cⱼ that of αⱼ = 1 alone. The fit is Fisher's method of
+//! scoring for such components of variance (S. R. Searle, G. Casella,
+//! C. E. McCulloch, *Variance Components*, 1992, §6.6), standard errors are from
+//! the observed information.
+//!
+//! Departures, and why:
+//! * Fitted to is how far ahead and how far round a window came out, not how far
+//!   sideways: the model has the two turns of a tick independent, and a robot whose
+//!   tick is an arc has them equal. What it says of ahead and round holds for both.
+//! * Counts of the encoders are whole: two readings at the ends of a window are off
+//!   by up to half a count each, whatever was driven. That is known and taken out.
+//! * A number that a log does not tell is not made up. A robot that never turns on
+//!   the spot says next to nothing of α₁ and α₄.
+
+mod scoring;
+mod windows;
+mod witness;
+
+use serde::Serialize;
+
+pub use scoring::fit;
+pub use windows::{Left, Window, Windows};
+pub use witness::{FitMotion, Options};
+
+/// How much a log says of a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Told {
+    /// The number is more than twice its standard error.
+    Well,
+    /// It is not: it may as well be 0.
+    Hardly,
+    /// Nothing depends on it, or on it apart from another.
+    Not,
+}
+
+/// One of the four.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Alpha {
+    /// The number, at least 0.
+    pub value: f64,
+    /// Its standard error; `None` where nothing depends on it.
+    pub std_error: Option<f64>,
+    /// How much the log says of it.
+    pub told: Told,
+}
+
+/// A part of the errors that comes again and again, which a variance does not
+/// describe: a wheel that is larger than is said, a track that is wider.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Systematic {
+    /// Error per unit.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: f64,
+}
+
+impl Systematic {
+    /// Whether it is more than chance.
+    #[must_use]
+    pub fn is_there(&self) -> bool {
+        self.value.abs() > 3.0 * self.std_error
+    }
+}
+
+/// What came of a fit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MotionFit {
+    /// α₁ to α₄.
+    pub alphas: [Alpha; 4],
+    /// Windows that were fitted to.
+    pub windows: usize,
+    /// Ticks of a window, on average.
+    pub ticks_a_window: f64,
+    /// Windows that were left out.
+    pub left: Left,
+    /// Log likelihood of each round.
+    pub rounds: Vec<f64>,
+    /// Whether it stopped because nothing changed any more.
+    pub converged: bool,
+    /// Error ahead per metre driven; `None` if it drove none.
+    pub ahead_per_m: Option<Systematic>,
+    /// Error of heading per metre driven, rad/m.
+    pub turn_per_m: Option<Systematic>,
+    /// Error of heading per radian turned; `None` if it never turned.
+    pub turn_per_rad: Option<Systematic>,
+}
+
+impl MotionFit {
+    /// The numbers that the log tells, as flags of a filter.
+    #[must_use]
+    pub fn flags(&self) -> String {
+        let told = self.alphas.iter().enumerate().filter(|(_, a)| a.told == Told::Well);
+        let flags = told.map(|(i, a)| format!("--alpha{} {:.3e}", i + 1, a.value));
+        flags.collect::<Vec<_>>().join(" ")
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,164 @@
+//! Collects windows from a log, fits, and says what came of it.
+
+use std::io::Write as _;
+
+use clap::Args;
+use rusty_clients::witness::{Ending, Step};
+use rusty_clients::{ClientArgs, ClientError, Witness};
+use rusty_contract::{Brief, Exit, Start};
+
+use super::{Alpha, MotionFit, Systematic, Told, Windows, fit};
+
+/// A log of more ticks than this says how far it has been read.
+const LONG: u64 = 20_000;
+
+/// How it is said.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Print the log likelihood of every round
+    #[arg(long, short)]
+    pub verbose: bool,
+
+    /// Print JSON, rounds included
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A log's motions on their way to a fit.
+pub struct FitMotion {
+    options: Options,
+    windows: Windows,
+    /// Before which ticks the robot is lifted.
+    kidnapped_at: Vec<u64>,
+    ticks: u64,
+    with_truth: u64,
+    read: u64,
+}
+
+impl FitMotion {
+    /// Begins before the first tick.
+    #[must_use]
+    pub fn new(start: &Start, brief: &Brief, options: Options) -> Self {
+        Self {
+            options,
+            windows: Windows::new(start.robot.drive),
+            kidnapped_at: brief.header.kidnappings().map(|k| k.tick).collect(),
+            ticks: start.ticks,
+            with_truth: 0,
+            read: 0,
+        }
+    }
+
+    fn fitted(&self) -> Result<MotionFit, ClientError> {
+        if self.with_truth == 0 {
+            return Err(ClientError::Unusable(
+                "no tick of this log has a true pose: errors of odometry are what they are beside \
+                 the truth; give a log of a simulation, one with corrected poses, or the \
+                 --key-file of a blind one"
+                    .to_owned(),
+            ));
+        }
+        fit(&self.windows).ok_or_else(|| {
+            let left = self.windows.left;
+            ClientError::Unusable(format!(
+                "no motion to fit to: between {} true poses the robot stood {} times, was held {} \
+                 and carried {} times; give a log in which it drives",
+                self.with_truth, left.standing, left.held, left.carried
+            ))
+        })
+    }
+}
+
+impl Witness for FitMotion {
+    fn start(start: &Start, brief: &Brief, _: &ClientArgs) -> Result<Self, ClientError> {
+        Ok(Self::new(start, brief, Options::default()))
+    }
+
+    fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
+        self.read += 1;
+        if self.ticks > LONG && self.read.is_multiple_of(self.ticks / 10) {
+            let percent = self.read * 100 / self.ticks;
+            let _ = writeln!(std::io::stderr(), "{percent} % of {} ticks", self.ticks);
+        }
+        if self.kidnapped_at.contains(&step.frame.tick()) {
+            self.windows.interrupt();
+        }
+        self.with_truth += u64::from(step.truth.is_some());
+        self.windows.tick(step.frame.ticks(), step.truth);
+        Ok(())
+    }
+
+    fn finish(self, ending: Ending) -> Result<Exit, ClientError> {
+        let fit = self.fitted()?;
+        let text = match self.options.json {
+            true => serde_json::to_string_pretty(&fit).unwrap_or_default(),
+            false => page(&fit, self.options.verbose),
+        };
+        let _ = writeln!(std::io::stdout(), "{text}");
+        Ok(match ending {
+            Ending::Broken | Ending::LogCut => Exit::Lost,
+            Ending::Told(_) | Ending::LogEnd => Exit::Done,
+        })
+    }
+}
+
+/// What each of the four is, and what a log must have to tell it.
+const OF: [(&str, &str); 4] = [
+    ("turn per turn²", "turns on the spot"),
+    ("turn per way², rad²/m²", "way straight on"),
+    ("way per way²", "way straight on"),
+    ("way per turn², m²/rad²", "turns on the spot"),
+];
+
+/// The fit for a person.
+fn page(fit: &MotionFit, verbose: bool) -> String {
+    let mut lines = Vec::new();
+    if verbose {
+        lines.push("round  log likelihood".to_owned());
+        let rounds = fit.rounds.iter().enumerate();
+        lines.extend(rounds.map(|(i, value)| format!("{i:5} {value:15.6}")));
+        lines.push(String::new());
+    }
+    let left = fit.left;
+    lines.push(format!(
+        "{} motions of {:.1} ticks; left out: {} standing, {} held, {} carried; {} rounds, {}",
+        fit.windows,
+        fit.ticks_a_window,
+        left.standing,
+        left.held,
+        left.carried,
+        fit.rounds.len() - 1,
+        if fit.converged { "converged" } else { "NOT converged" },
+    ));
+    for (i, (Alpha { value, std_error, told }, (what, lacks))) in
+        fit.alphas.iter().zip(OF).enumerate()
+    {
+        let (figures, word) = match (told, std_error) {
+            (Told::Well, Some(e)) => (format!("{value:.3e} ± {e:.1e}"), String::new()),
+            (Told::Hardly, Some(e)) => {
+                let word = format!("hardly told: too few {lacks} for so little");
+                (format!("{value:.3e} ± {e:.1e}"), word)
+            }
+            _ => ("–".to_owned(), format!("not told: no {lacks}, or always together with others")),
+        };
+        lines.push(format!("alpha{}  {figures:24} {what:24} {word}", i + 1).trim_end().to_owned());
+    }
+    let systematic = [
+        ("ahead", fit.ahead_per_m, "m per m"),
+        ("heading", fit.turn_per_m, "rad per m"),
+        ("heading", fit.turn_per_rad, "rad per rad"),
+    ];
+    for (what, found, unit) in systematic {
+        if let Some(Systematic { value, std_error }) = found.filter(Systematic::is_there) {
+            lines.push(format!(
+                "systematic: {what} is off by {value:+.2e} ± {std_error:.0e} {unit}, which the α \
+                 have in them; calibrate wheels and track first"
+            ));
+        }
+    }
+    match fit.flags() {
+        flags if flags.is_empty() => lines.push("no α is told well enough for a flag".to_owned()),
+        flags => lines.push(flags),
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,287 @@
+//! Mapping as a participant: scans and poses in, a map out.
+//!
+//! The mapping itself is [`crate::occupancy_grid`]. Here is where the poses come
+//! from ([`Poses`]): its own, with which it maps like any estimator, live as on a
+//! log; or somebody's that a log holds, which only one who may read the truth of
+//! a run is shown. A map from true poses is no result of a robot: it says what
+//! the model and the laser are good for when nothing else is wrong. On a recorded
+//! log the truth is a corrected trajectory, and its map is what others localise
+//! in.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use nalgebra::Matrix3;
+use rusty_clients::witness::{Ending, Step};
+use rusty_clients::{ClientArgs, ClientError, Filter, Tick, Witness};
+use rusty_contract::{Brief, Estimate, Exit, Reply, Start};
+use rusty_geometry::SE2;
+
+use crate::map_picture::picture;
+use crate::occupancy_grid::InverseModel;
+use crate::{Beams, OccupancyGrid, Odometry, OdometryNoise};
+
+/// Where the poses come from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Poses {
+    /// The wheels alone.
+    Odometry,
+    /// The truth of a run or log.
+    Truth,
+    /// What this participant answered.
+    Of(String),
+}
+
+impl std::str::FromStr for Poses {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(match text {
+            "odometry" => Self::Odometry,
+            "truth" => Self::Truth,
+            name => Self::Of(name.to_owned()),
+        })
+    }
+}
+
+/// What is mapped, and where the map goes.
+#[derive(Args, Clone, Debug)]
+pub struct Options {
+    /// Poses to map with: `odometry` (its own: drifts), or on a log `truth`, or
+    /// the name of a participant whose answers the log holds
+    #[arg(long, value_name = "WHOSE", default_value = "odometry")]
+    pub poses: Poses,
+
+    /// Where the map goes: STEM.pgm and STEM.yaml, as map_server of ROS reads
+    /// them, and STEM.png, a picture
+    #[arg(long, value_name = "STEM")]
+    pub save: PathBuf,
+
+    /// Map from so many seconds after the start
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds)]
+    pub from: f64,
+
+    /// and until so many [default: to the end]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub until: Option<f64>,
+
+    /// What is believed of a reading
+    #[command(flatten)]
+    pub model: InverseModel,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let fits = |v: &f64| *v >= 0.0 && v.is_finite();
+    text.parse().ok().filter(fits).ok_or_else(|| "give a time in seconds, 0 or more".to_owned())
+}
+
+/// Collects scans into a grid, and writes it down.
+#[derive(Debug)]
+pub struct Mapper {
+    options: Options,
+    beams: Beams,
+    grid: OccupancyGrid,
+    /// When the first tick began, s.
+    began_s: Option<f64>,
+    dt_s: f64,
+    path: Vec<[f64; 2]>,
+    without_pose: u64,
+}
+
+impl Mapper {
+    /// Begins with nothing known.
+    #[must_use]
+    pub fn new(start: &Start, options: &Options) -> Self {
+        Self {
+            options: options.clone(),
+            beams: Beams::new(&start.lidar),
+            grid: OccupancyGrid::new(options.model),
+            began_s: None,
+            dt_s: start.dt_s,
+            path: Vec::new(),
+            without_pose: 0,
+        }
+    }
+
+    /// Takes a tick: the scan, if there was one, from this pose, if it is known.
+    ///
+    /// # Errors
+    /// A pose so far off that the grid would be too large.
+    pub fn tick(
+        &mut self,
+        time_s: f64,
+        ranges_m: Option<&[f64]>,
+        pose: Option<SE2>,
+    ) -> Result<(), ClientError> {
+        let since_s = time_s - *self.began_s.get_or_insert(time_s - self.dt_s);
+        let is_wanted =
+            since_s >= self.options.from && self.options.until.is_none_or(|until| since_s <= until);
+        let Some(ranges_m) = ranges_m.filter(|_| is_wanted) else { return Ok(()) };
+        let Some(pose) = pose else {
+            self.without_pose += 1;
+            return Ok(());
+        };
+        let at = |e| ClientError::Unusable(format!("{since_s:.2} s: {e}"));
+        self.grid.add(&pose, ranges_m, &self.beams).map_err(at)?;
+        self.path.push([pose.x(), pose.y()]);
+        Ok(())
+    }
+
+    /// Writes map and picture, and says what is in them.
+    ///
+    /// # Errors
+    /// No scan had a pose, or a file cannot be written.
+    pub fn finish(self) -> Result<String, ClientError> {
+        let (scans, stem) = (self.grid.scans(), &self.options.save);
+        if self.grid.known().is_none() {
+            let without = self.without_pose;
+            return Err(ClientError::Unusable(format!(
+                "nothing to map: {scans} scans had a pose and {without} had none; choose other \
+                 --poses, or other times with --from and --until"
+            )));
+        }
+        let map = self.grid.to_map();
+        map.save(stem)?;
+        let title = stem.file_name().unwrap_or_default().to_string_lossy();
+        let title = format!("{title}: {scans} scans in cells of {} m", map.frame.cell_m);
+        let png = picture(&self.grid, &title, &self.path)
+            .map_err(|e| ClientError::Picture(e.to_string()))?;
+        let mut file = stem.as_os_str().to_owned();
+        file.push(".png");
+        let file = Path::new(&file);
+        std::fs::write(file, png).map_err(ClientError::io(file))?;
+        let frame = map.frame;
+        let metres = |cells: usize| cells as f64 * frame.cell_m;
+        let share = |wanted| {
+            let count = map.cells.iter().filter(|cell| **cell == wanted).count();
+            100.0 * count as f64 / map.cells.len() as f64
+        };
+        Ok(format!(
+            "{scans} scans ({} left out: no pose) on {} × {} cells, {:.1} m × {:.1} m: {:.1} % \
+             free, {:.1} % occupied; {stem}.pgm, .yaml and .png",
+            self.without_pose,
+            frame.width,
+            frame.height,
+            metres(frame.width),
+            metres(frame.height),
+            share(crate::Cell::Free),
+            share(crate::Cell::Occupied),
+            stem = stem.display(),
+        ))
+    }
+}
+
+/// Says what became of it, beside answers that may go to stdout.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Maps with the poses of its own wheels, and answers them.
+pub struct GridMap {
+    mapper: Mapper,
+    odometry: Odometry,
+    start_in_world: SE2,
+    /// Why it maps no more.
+    problem: Option<ClientError>,
+}
+
+impl GridMap {
+    /// Begins where it is told that the robot starts, or in the world's origin.
+    #[must_use]
+    pub fn new(start: &Start, options: &Options, noise: OdometryNoise) -> Self {
+        Self {
+            mapper: Mapper::new(start, options),
+            odometry: Odometry::new(start.robot.drive, noise),
+            start_in_world: start.initial_pose.unwrap_or_default(),
+            problem: None,
+        }
+    }
+}
+
+impl Filter for GridMap {
+    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+        let motion = *self.odometry.advance(tick.ticks());
+        let pose = self.start_in_world.compose(&motion.now_in_then);
+        if self.problem.is_none() {
+            self.problem = self.mapper.tick(tick.time_s(), tick.ranges_m(), Some(pose)).err();
+        }
+        Estimate::new(pose).with_covariance(row_major(&motion.covariance)).into()
+    }
+
+    fn finish(self) -> Result<(), ClientError> {
+        // A run that ended before it began is somebody else's failure.
+        if self.mapper.began_s.is_none() {
+            return Ok(());
+        }
+        // What was mapped before is written all the same.
+        let written = self.mapper.finish();
+        if let Some(problem) = self.problem {
+            return Err(problem);
+        }
+        say(&written?);
+        Ok(())
+    }
+}
+
+fn row_major(m: &Matrix3<f64>) -> [f64; 9] {
+    std::array::from_fn(|i| m[(i / 3, i % 3)])
+}
+
+/// Maps with poses that only one who may read the truth is shown.
+pub struct GridMapOf {
+    mapper: Mapper,
+    /// Whose answers, by place; `None`: the truth.
+    place: Option<usize>,
+}
+
+impl GridMapOf {
+    /// Begins with the poses of `options`.
+    ///
+    /// # Errors
+    /// Nobody of that name answered, or the log is blind.
+    pub fn new(start: &Start, brief: &Brief, options: &Options) -> Result<Self, ClientError> {
+        let names = || brief.header.answering().map(|p| p.name.as_str());
+        let place = match &options.poses {
+            Poses::Of(name) => Some(names().position(|n| n == name).ok_or_else(|| {
+                let there: Vec<&str> = names().collect();
+                ClientError::Unusable(format!(
+                    "--poses {name}: nobody of that name answered in this run; there are odometry, \
+                     truth, {}",
+                    there.join(", ")
+                ))
+            })?),
+            Poses::Truth | Poses::Odometry => None,
+        };
+        if place.is_none() && brief.header.is_blind() {
+            let text = "--poses truth: the log is blind and has none; give its --key-file";
+            return Err(ClientError::Unusable(text.to_owned()));
+        }
+        Ok(Self { mapper: Mapper::new(start, options), place })
+    }
+}
+
+impl Witness for GridMapOf {
+    fn start(_: &Start, _: &Brief, args: &ClientArgs) -> Result<Self, ClientError> {
+        let text = format!("{}: begins with options of its own", args.name());
+        Err(ClientError::Unusable(text))
+    }
+
+    fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
+        let pose = match self.place {
+            None => step.truth,
+            Some(place) => {
+                step.replies.get(place).and_then(Reply::estimate).map(|e| e.pose_in_world)
+            }
+        };
+        self.mapper.tick(step.frame.time_s(), step.frame.ranges_m(), pose)
+    }
+
+    fn finish(self, ending: Ending) -> Result<Exit, ClientError> {
+        say(&self.mapper.finish()?);
+        Ok(match ending {
+            Ending::Broken | Ending::LogCut => Exit::Lost,
+            Ending::Told(_) | Ending::LogEnd => Exit::Done,
+        })
+    }
+}
