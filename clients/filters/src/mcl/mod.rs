@@ -105,20 +105,28 @@ impl Mcl {
     /// There is no map, one that cannot be used, or none that the model can use.
     pub fn of_start(start: &Start, options: &Options) -> Result<Self, ClientError> {
         let unusable = |text: String| ClientError::Unusable(text);
-        let Some(spec) = &start.map else {
-            return Err(unusable(
-                "there is no map to localise in: give the participant `map = \"given\"` in the \
-                 scenario, or a map with --map FILE.yaml"
-                    .to_owned(),
-            ));
+        let map = match (&options.map, &start.map) {
+            (Some(path), _) => {
+                Map::Cells(OccupancyMap::load(path).map_err(|e| unusable(e.to_string()))?)
+            }
+            (None, Some(spec)) => {
+                let world = World::new(spec.clone()).map_err(|e| unusable(e.to_string()))?;
+                Map::Plan(Box::new(world))
+            }
+            (None, None) => {
+                return Err(unusable(
+                    "there is no map to localise in: give the participant `map = \"given\"` in \
+                     the scenario, or a map with --map FILE.yaml"
+                        .to_owned(),
+                ));
+            }
         };
-        let world = World::new(spec.clone()).map_err(|e| unusable(e.to_string()))?;
         let robot = Robot {
             drive: start.robot.drive,
             body_radius_m: start.robot.body_radius_m,
             lidar: start.lidar,
         };
-        Self::new(robot, Map::Plan(Box::new(world)), start.initial_pose, options)
+        Self::new(robot, map, start.initial_pose, options)
     }
 
     /// Begins at `initial`, or anywhere where that is not given.
