@@ -24,7 +24,6 @@
 //! [`slam`], on it and a [`pose_graph`] ([`sparse`]); [`gridmap`], on an
 //! [`occupancy_grid`] ([`ray_walk`], [`map_picture`]); [`bayes_hallway`], on a
 //! [`histogram`] and what a [`corridor`] shows.
-//! Particles: [`likelihood_field`], [`resampling`], [`kld`], and [`mcl`].
 //!
 //! The drivers: [`surroundings`] keeps a robot off the walls, [`steering`] finds a
 //! free way, [`localiser`] is what they ask where they are; [`wander`] needs no
@@ -63,13 +62,6 @@ pub mod scan_match;
 pub mod pose_graph;
 pub mod slam;
 pub mod sparse;
-pub mod distance_field;
-pub mod likelihood_field;
-
-pub mod kld;
-pub mod resampling;
-
-pub mod mcl;
 
 pub mod gridmap;
 pub mod map_picture;
