@@ -18,7 +18,7 @@
 //! then; earlier answers stay as they were given. Points never move within their
 //! scan; the grid that is saved is made of key scans, from where the graph has them
 //! at the end. A scan takes part in several matches, whose errors are then related; a
-//! loop counts for a share of its information accordingly ([`LOOP_SHARE`]).
+//! loop counts for a share of its information accordingly (half).
 
 use std::io::Write as _;
 use std::path::PathBuf;

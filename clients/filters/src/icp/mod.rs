@@ -6,7 +6,7 @@
 //! from the lines is taken, until it stays; convergence is quadratic.
 //!
 //! Departures, and why:
-//! * Lines are fitted to neighbouring rays ([`surface`]), as many as fit, where
+//! * Lines are fitted to neighbouring rays (`surface.rs`), as many as fit, where
 //!   Censi takes the two nearest points. Beams two degrees apart with 2 cm of
 //!   noise end 3 cm apart at 1 m: two points say little about a direction there.
 //! * The minimum on SE(2) is found by Gauss–Newton, one step between pairings;
