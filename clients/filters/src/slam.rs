@@ -18,7 +18,7 @@
 //! then; earlier answers stay as they were given. Points never move within their
 //! scan; the grid that is saved is made of key scans, from where the graph has them
 //! at the end. A scan takes part in several matches, whose errors are then related; a
-//! loop counts for a share of its information accordingly ([`LOOP_SHARE`]).
+//! loop counts for a share of its information accordingly (half).
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -32,6 +32,7 @@ use rusty_geometry::{EncoderTicks, SE2, trig};
 use crate::Motion;
 use crate::gridmap::{self, Mapper, Poses};
 use crate::icp::{Ray, Surface, match_widely, positive};
+use crate::motion::carried;
 use crate::occupancy_grid::InverseModel;
 use crate::pose_graph::{Constraint, Kind, PoseGraph};
 use crate::scan_match::{ScanMatchOptions, Told, Tracker, placed};
@@ -111,7 +112,9 @@ pub struct Slam {
     tracker: Tracker,
     graph: PoseGraph,
     seen: Vec<Seen>,
-    /// Covariance of the newest key pose, in the frame of the first.
+    /// Covariance of the first key pose, where wheels alone led to it.
+    of_first: Matrix3<f64>,
+    /// Covariance of the newest key pose, world frame.
     covariance: Matrix3<f64>,
 }
 
@@ -126,6 +129,7 @@ impl Slam {
             tracker: Tracker::new(start, &options.front),
             graph: PoseGraph::new(start.initial_pose.unwrap_or_default()),
             seen: Vec::new(),
+            of_first: Matrix3::zeros(),
             covariance: Matrix3::zeros(),
         }
     }
@@ -145,7 +149,7 @@ impl Slam {
         if is_first {
             // The first scan that shows walls may come after some way by the wheels.
             self.graph = PoseGraph::new(self.graph.poses()[0] * since_last.now_in_then);
-            self.covariance = since_last.covariance;
+            (self.of_first, self.covariance) = (since_last.covariance, since_last.covariance);
             return told;
         }
         // Wheels that stood still are certain; information has to be finite.
@@ -156,7 +160,9 @@ impl Slam {
         self.covariance = symmetric(&since_last.propagate(&self.covariance));
         let optimised = self.close_loops() && self.graph.optimise().is_some();
         if let Some(covariance) = self.graph.last_covariance().filter(|_| optimised) {
-            self.covariance = covariance;
+            let [first, .., newest] = self.graph.poses() else { return told };
+            let way = first.inverse() * *newest;
+            self.covariance = symmetric(&(carried(&self.of_first, &way) + covariance));
         }
         told
     }

@@ -6,7 +6,7 @@
 //! from the lines is taken, until it stays; convergence is quadratic.
 //!
 //! Departures, and why:
-//! * Lines are fitted to neighbouring rays ([`surface`]), as many as fit, where
+//! * Lines are fitted to neighbouring rays (`surface.rs`), as many as fit, where
 //!   Censi takes the two nearest points. Beams two degrees apart with 2 cm of
 //!   noise end 3 cm apart at 1 m: two points say little about a direction there.
 //! * The minimum on SE(2) is found by Gauss–Newton, one step between pairings;
@@ -61,8 +61,8 @@ const REACH_SHRINKS: f64 = 0.8;
 #[command(next_help_heading = "How scans are matched (Censi, PL-ICP)")]
 pub struct IcpOptions {
     /// A point is paired with a wall no farther than this at first, m
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().reach_m, value_parser = positive)]
-    pub reach_m: f64,
+    #[arg(long, value_name = "METRES", default_value_t = Self::default().pair_within_m, value_parser = positive)]
+    pub pair_within_m: f64,
 
     /// How rough walls are: what a point is off a straight wall besides the
     /// laser's noise, one deviation, m
@@ -76,7 +76,7 @@ pub struct IcpOptions {
 
 impl Default for IcpOptions {
     fn default() -> Self {
-        Self { reach_m: 0.6, roughness_m: 0.005, least_share: 0.4 }
+        Self { pair_within_m: 0.6, roughness_m: 0.005, least_share: 0.4 }
     }
 }
 
@@ -168,7 +168,7 @@ pub fn match_scans(
         return Err(NoMatch::FewPieces { found: surface.pieces().len() });
     }
     let viewpoint = laser.view().viewpoint;
-    let (mut now, mut reach_m) = (*guess, options.reach_m);
+    let (mut now, mut reach_m) = (*guess, options.pair_within_m);
     let mut deviations = f64::INFINITY;
     for _ in 0..MOST_STEPS {
         let pairs = trimmed(pairs(surface, rays, &viewpoint, &now, reach_m));
@@ -180,7 +180,7 @@ pub fn match_scans(
             return Err(NoMatch::NoSolution);
         }
         deviations = (step.transpose() * evidence.gain * step).x.max(0.0).sqrt();
-        let still = options.reach_m * 0.25;
+        let still = options.pair_within_m * 0.25;
         if deviations < SMALL_STEP && reach_m <= still {
             break;
         }

@@ -78,3 +78,17 @@ fn nothing_seen_is_no_map() {
     assert_eq!(slam.map().count(), 1);
     assert_eq!(slam.pose(), before);
 }
+
+#[test]
+fn the_command_line_has_every_option_once() {
+    #[derive(clap::Parser)]
+    struct Cli {
+        #[command(flatten)]
+        _args: rusty_clients::ClientArgs,
+        #[command(flatten)]
+        options: SlamOptions,
+    }
+    <Cli as clap::CommandFactory>::command().debug_assert();
+    let cli = <Cli as clap::Parser>::parse_from(["slam", "--log", "run.log"]);
+    assert_eq!(cli.options, SlamOptions::default());
+}
