@@ -54,7 +54,7 @@ const INITIAL_M: f64 = 0.05;
 /// and this, rad.
 const INITIAL_RAD: f64 = 0.05;
 /// From this share of Table 8.3 on, the robot is looked for elsewhere as well.
-const LOST: f64 = 0.1;
+const LOST: f64 = 0.05;
 /// An answer whose position has a larger σ than this, m, is none.
 const NOWHERE_M: f64 = 1.0;
 
