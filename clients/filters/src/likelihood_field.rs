@@ -259,9 +259,9 @@ impl LikelihoodField {
     /// right and up, in parts of 256. In such parts of a step.
     #[inline(always)]
     fn between(&self, place: usize, right: u32, up: u32) -> u32 {
-        let pair = |at: usize| {
-            let (a, b) = (u32::from(self.steps[at]), u32::from(self.steps[at + 1]));
-            a * (PARTS - right) + b * right
+        let pair = |at: usize| match self.steps.get(at..at + 2) {
+            Some(&[a, b]) => u32::from(a) * (PARTS - right) + u32::from(b) * right,
+            _ => 0,
         };
         (pair(place) * (PARTS - up) + pair(place + self.stride) * up) / PARTS
     }

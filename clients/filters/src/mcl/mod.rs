@@ -237,12 +237,13 @@ impl Mcl {
             return;
         }
         self.recovery.update(self.belief.beam_likelihood);
-        if self.recovery.share() > LOST {
+        let doubted = self.belief.settled || self.belief.scans >= search::MOST_SCANS;
+        if self.recovery.share() > LOST && doubted {
             let Self { belief, search, sensor, space, options, .. } = self;
             if search.scan(belief, sensor, ranges_m, space, options) {
                 self.recovery.found(self.belief.beam_likelihood);
             }
-        } else {
+        } else if self.recovery.share() <= LOST {
             self.search.give_up();
         }
         let trusted = 1.0 - self.recovery.share();
