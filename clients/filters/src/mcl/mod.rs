@@ -54,7 +54,7 @@ const INITIAL_M: f64 = 0.05;
 /// and this, rad.
 const INITIAL_RAD: f64 = 0.05;
 /// From this share of Table 8.3 on, the robot is looked for elsewhere as well.
-const LOST: f64 = 0.1;
+const LOST: f64 = 0.05;
 /// An answer whose position has a larger σ than this, m, is none.
 const NOWHERE_M: f64 = 1.0;
 
@@ -237,12 +237,13 @@ impl Mcl {
             return;
         }
         self.recovery.update(self.belief.beam_likelihood);
-        if self.recovery.share() > LOST {
+        let doubted = self.belief.settled || self.belief.scans >= search::MOST_SCANS;
+        if self.recovery.share() > LOST && doubted {
             let Self { belief, search, sensor, space, options, .. } = self;
             if search.scan(belief, sensor, ranges_m, space, options) {
                 self.recovery.found(self.belief.beam_likelihood);
             }
-        } else {
+        } else if self.recovery.share() <= LOST {
             self.search.give_up();
         }
         let trusted = 1.0 - self.recovery.share();

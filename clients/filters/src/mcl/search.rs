@@ -18,8 +18,9 @@ use crate::{Motion, Random};
 
 /// By how much better a beam has to be explained elsewhere.
 const BETTER: f64 = 1.02;
-/// A search that has not settled after so many scans has failed.
-const MOST_SCANS: u32 = 50;
+/// A search that has not settled after so many scans has failed. The belief of a
+/// robot that does not know where it begins is one, too.
+pub(super) const MOST_SCANS: u32 = 50;
 /// One that has settled is watched for so many scans before it is believed.
 const LEAST_SCANS: u32 = 10;
 

@@ -73,7 +73,7 @@ fn it_finds_itself_keeps_to_that_and_finds_itself_again() {
     assert!(tau.norm() < 0.02, "{tau}");
     assert_eq!(mcl.particles().count(), 1000, "few are enough for one place");
     drive.truth = SE2::new(1.6, 6.6, -1.2);
-    (0..5).for_each(|_| drive.step(&mut mcl));
+    (0..10).for_each(|_| drive.step(&mut mcl));
     assert_eq!(mcl.answer(), None, "it has noticed");
     (0..40).for_each(|_| drive.step(&mut mcl));
     let tau = error(&mcl, &drive.truth).unwrap();
