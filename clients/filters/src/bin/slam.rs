@@ -5,10 +5,11 @@ use rusty_clients::{ClientArgs, run_from};
 use rusty_contract::Exit;
 use rusty_filters::slam::{Slam, SlamOptions};
 
-/// Odometry by matching scans: each scan is laid on the walls of a key scan
-/// (point-to-line ICP), and the wheels say where to begin and how far to trust
-/// it. Needs no map. Drifts, but from key scan to key scan only, and says by how
-/// much
+/// Finds out where it is and what the place looks like, without a map: key scans
+/// are the nodes of a graph, matches between them its edges; where the robot comes
+/// back to a place that it knows, the whole path is bent into one piece
+/// (Probabilistic Robotics, chapter 11; Grisetti et al. 2010). Writes its map at the
+/// end with --save-map
 #[derive(Parser)]
 #[command(version)]
 struct Cli {
