@@ -84,6 +84,14 @@ pub struct RunReport {
     pub fork: Option<Fork>,
 }
 
+fn how_ended(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Tick | Phase::Done => "done",
+        Phase::Interrupted => "interrupted",
+        Phase::Aborted => "aborted",
+    }
+}
+
 impl RunReport {
     /// Gathers what the run and its participants left.
     #[must_use]
@@ -122,11 +130,6 @@ impl RunReport {
         let blocked_ticks = scored.as_ref().and_then(|s| s.blocked_ticks);
         let (scores, unscored, pictures, report) =
             scored.map(|s| (s.scores, s.unscored, s.pictures, s.report)).unwrap_or_default();
-        let ended = match outcome.phase {
-            Phase::Tick | Phase::Done => "done",
-            Phase::Interrupted => "interrupted",
-            Phase::Aborted => "aborted",
-        };
         let per_s =
             if outcome.elapsed_s > 0.0 { outcome.ticks as f64 / outcome.elapsed_s } else { 0.0 };
         Self {
@@ -135,7 +138,7 @@ impl RunReport {
             seed: header.seed(),
             ticks: outcome.ticks,
             ticks_planned: source.ticks(),
-            ended,
+            ended: how_ended(outcome.phase),
             digest,
             world_digest: outcome.digest.world_hex(),
             ticks_per_s: per_s,
