@@ -10,7 +10,7 @@ use rusty_filters::scan_match::{ScanMatch, ScanMatchOptions};
 /// Explores: makes a map of what its laser sees, drives to the nearest edge of
 /// it, and again, until no edge is left that it can get to (Yamauchi 1997). Where
 /// it is, scan matching says, that of `scan-match`. It
-/// uses no map that it may be given. For a scenario with [script] kind =
+/// uses no map that it may be given. For a scenario with a script of kind
 /// "driver"; its role is driver. Writes its map at the end with --save
 #[derive(Parser)]
 #[command(version)]

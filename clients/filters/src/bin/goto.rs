@@ -10,7 +10,7 @@ use rusty_filters::goto::{Goto, Options};
 /// own estimate of where it is (an EKF on straight walls, that of `ekf`); in the Apartment, unless told otherwise, to the
 /// middle of every room and back. No command is given that could touch a wall
 /// before the next scan. Says at the end how many places it reached and in how
-/// many ticks. For a scenario with [script] kind = "driver"; its role is driver
+/// many ticks. For a scenario with a script of kind "driver"; its role is driver
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

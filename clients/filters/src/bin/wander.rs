@@ -7,7 +7,7 @@ use rusty_filters::wander::{Options, Wander};
 
 /// Drives about without a map: straight on while there is room, then some other
 /// free direction. No command is given that could touch a wall before the next
-/// scan. For a scenario with [script] kind = "driver"; its role is driver. Where
+/// scan. For a scenario with a script of kind "driver"; its role is driver. Where
 /// it is told the initial pose it also answers where it believes to be, which is
 /// dead reckoning
 #[derive(Parser)]
