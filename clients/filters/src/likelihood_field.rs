@@ -15,8 +15,8 @@
 //! * Between the centres of cells ln p is interpolated. A tracked robot's
 //!   particles are millimetres apart; if all within a cell were alike, the sum over
 //!   180 beams would be a rugged thing at that scale, by several units of ln p.
-//! * Where cells are all the map knows, σ² has the variance of a place in a cell
-//!   added to it, 1/12 of its side squared.
+//! * A map of cells is itself wrong by about a cell: its side is a σ that is added
+//!   to the laser's, as squares are.
 //! * Beyond the map is nothing where it is a floor plan, and what nobody has seen
 //!   where it was drawn from scans.
 //!
@@ -155,7 +155,7 @@ impl LikelihoodField {
         range_max_m: f64,
         blur_m: f64,
     ) -> Self {
-        let sigma_m = joint(&[model.sigma_hit_m, blur_m, map.frame.cell_m / 12.0_f64.sqrt()]);
+        let sigma_m = joint(&[model.sigma_hit_m, blur_m, map.frame.cell_m]);
         let unseen = |cell: usize| map.cells[cell] == Cell::Unknown;
         Self::of_distances(distances, model, sigma_m, range_max_m, unseen, true)
     }

@@ -45,7 +45,7 @@ pub use particles::Particles;
 use self::cloud::Cloud;
 use self::mode::Modes;
 use self::recovery::Recovery;
-use self::search::Search;
+use self::search::{Outcome, Search};
 use self::sensor::{Sensor, Use};
 use crate::{BeamModel, Beams, DistanceField, Motion, OccupancyMap, Odometry, Random};
 
@@ -240,8 +240,10 @@ impl Mcl {
         let doubted = self.belief.settled || self.belief.scans >= search::MOST_SCANS;
         if self.recovery.share() > LOST && doubted {
             let Self { belief, search, sensor, space, options, .. } = self;
-            if search.scan(belief, sensor, ranges_m, space, options) {
-                self.recovery.found(self.belief.beam_likelihood);
+            match search.scan(belief, sensor, ranges_m, space, options) {
+                Outcome::Looking => {}
+                Outcome::Found => self.recovery.found(self.belief.beam_likelihood),
+                Outcome::Nothing => self.recovery.allay(),
             }
         } else if self.recovery.share() <= LOST {
             self.search.give_up();

@@ -15,6 +15,9 @@
 //!   what the sensor model expects of a right pose. The book begins both with
 //!   what comes first; a filter that settled in a wrong place right away would
 //!   never know of a better one.
+//! * Where a search of the whole map found nothing better, the slow mean comes
+//!   down by half of the way, in its logarithm: a map drawn by a robot explains
+//!   even the right pose less well than a model of the laser alone expects.
 
 /// How fast the slow mean follows, per scan.
 const ALPHA_SLOW: f64 = 0.002;
@@ -57,6 +60,11 @@ impl Recovery {
         self.w_fast = w;
     }
 
+    /// The robot was looked for everywhere, and nothing better was found.
+    pub fn allay(&mut self) {
+        self.w_slow = (self.w_slow * self.w_fast).sqrt();
+    }
+
     /// Which share of the belief is to come from everywhere.
     #[must_use]
     pub fn share(&self) -> f64 {
@@ -80,6 +88,10 @@ mod tests {
         // What goes on like that is taken for the rule.
         (0..20_000).for_each(|_| recovery.update(4.0));
         assert!(recovery.share() < 1e-6, "{recovery:?}");
+        // A search in vain takes half of the doubt away.
+        (recovery.w_slow, recovery.w_fast) = (8.0, 2.0);
+        recovery.allay();
+        assert_eq!((recovery.w_slow, recovery.share()), (4.0, 0.5));
         // Better than ever is no reason for doubt.
         recovery.update(9.0);
         assert_eq!(recovery.share(), 0.0);

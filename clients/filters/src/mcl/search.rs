@@ -7,8 +7,8 @@
 //! drawing. So the strangers are a cloud of their own that localises globally
 //! as at the beginning, from the first scan that arouses suspicion on. When it
 //! has settled, the two are compared at one and the same scan: the one that
-//! explains it better is the belief. If that is the old one, and the suspicion
-//! lasts, another search begins. Nearest in the literature: S. Lenser, M. Veloso,
+//! explains it better is the belief. If that is the old one, the suspicion is
+//! allayed by half, and what is left of it sends for another search. Nearest in the literature: S. Lenser, M. Veloso,
 //! *Sensor Resetting Localization for Poorly Modelled Mobile Robots* (ICRA 2000).
 
 use super::cloud::Cloud;
@@ -23,6 +23,17 @@ const BETTER: f64 = 1.02;
 pub(super) const MOST_SCANS: u32 = 50;
 /// One that has settled is watched for so many scans before it is believed.
 const LEAST_SCANS: u32 = 10;
+
+/// What a scan did for a search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// It goes on.
+    Looking,
+    /// The robot was found: the belief is what was found, weighed by this scan.
+    Found,
+    /// There is nothing better than the belief as it was.
+    Nothing,
+}
 
 /// The search for a robot.
 #[derive(Debug)]
@@ -48,8 +59,7 @@ impl Search {
         self.cloud.move_by(motion);
     }
 
-    /// Takes a scan that the belief has been weighed by. Says whether the robot
-    /// was found: then the belief is what was found, weighed by this scan.
+    /// Takes a scan that the belief has been weighed by.
     pub(super) fn scan(
         &mut self,
         belief: &mut Cloud,
@@ -57,14 +67,14 @@ impl Search {
         ranges_m: &[f64],
         space: &FreeSpace,
         options: &Options,
-    ) -> bool {
+    ) -> Outcome {
         let cloud = &mut self.cloud;
         if cloud.particles.is_empty() {
             space.fill(&mut cloud.particles, options.particles as usize, &mut self.places);
             cloud.particles.level();
         }
         if !cloud.weigh(sensor, ranges_m) {
-            return false;
+            return Outcome::Looking;
         }
         let settled = cloud.settled && cloud.scans >= LEAST_SCANS;
         if settled || cloud.scans >= MOST_SCANS {
@@ -73,9 +83,9 @@ impl Search {
                 std::mem::swap(cloud, belief);
             }
             self.give_up();
-            return found;
+            return if found { Outcome::Found } else { Outcome::Nothing };
         }
         cloud.draw(options);
-        false
+        Outcome::Looking
     }
 }

@@ -119,7 +119,9 @@ impl Sensor {
     ) -> Self {
         let field =
             |blur_m| LikelihoodField::of_map(map, distances, model, beams.range_max_m, blur_m);
-        let fields = blurs(model.sigma_hit_m.max(map.frame.cell_m / 2.0)).map(field).collect();
+        // The sharpest field has the map's own error in it already.
+        let (sigma_m, cell_m) = (model.sigma_hit_m, map.frame.cell_m);
+        let fields = blurs((sigma_m * sigma_m + cell_m * cell_m).sqrt()).map(field).collect();
         Self::new(fields, None, beams, how)
     }
 
