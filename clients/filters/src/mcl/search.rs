@@ -8,7 +8,8 @@
 //! as at the beginning, from the first scan that arouses suspicion on. When it
 //! has settled, the two are compared at one and the same scan: the one that
 //! explains it better is the belief. If that is the old one, the suspicion is
-//! allayed by half, and what is left of it sends for another search. Nearest in the literature: S. Lenser, M. Veloso,
+//! allayed by half, and what is left of it sends for another search. Nearest in
+//! the literature: S. Lenser, M. Veloso,
 //! *Sensor Resetting Localization for Poorly Modelled Mobile Robots* (ICRA 2000).
 
 use super::cloud::Cloud;
