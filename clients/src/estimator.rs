@@ -22,7 +22,8 @@ pub trait Estimator: Sized {
 /// [`run_from`] runs it.
 pub trait Filter: Sized {
     /// Whether there is anything in [`belief`](Self::belief). A filter without
-    /// one says no and has no part in showing any.
+    /// one says no and has no part in showing any; `--beliefs` is then refused at
+    /// once.
     const SHOWS_BELIEF: bool = true;
 
     /// Answers one tick: a pose, an `Estimate`, a command, or `Reply::Abstain`.
@@ -151,10 +152,11 @@ fn drive<F: Filter>(
         if let Some(showing) = &mut showing {
             let moment = showing.moment(&tick);
             drop(tick);
-            showing.show(&mut session, moment, &filter).inspect_err(|_| session.fail())?;
+            showing.show(&mut session, moment, &filter);
         }
     }
-    showing.map_or(Ok(()), Showing::finish).inspect_err(|_| session.fail())?;
+    // What the filter leaves behind comes first: no belief is worth a map.
     filter.finish().inspect_err(|_| session.fail())?;
+    showing.map_or(Ok(()), Showing::finish).inspect_err(|_| session.fail())?;
     Ok(if session.log_is_broken() { Exit::Lost } else { Exit::Done })
 }

@@ -44,7 +44,12 @@ pub struct Scorer {
     digest: RunDigest,
     /// Which answers are in effect.
     effects: Effects,
+    /// The first tick that it has not seen.
+    next_tick: u64,
 }
+
+/// A filter may be so many ticks ahead of a scorer that nobody waits for.
+const AHEAD_TICKS: u64 = 1000;
 
 impl Witness for Scorer {
     fn start(_: &Start, brief: &Brief, args: &ClientArgs) -> Result<Self, ClientError> {
@@ -52,8 +57,11 @@ impl Witness for Scorer {
     }
 
     fn belief(&mut self, header: &BeliefHeader, poses: &mut Vec<WeightedPose>) {
-        // One that names nobody of this run is nobody's.
-        let name = header.name().filter(|name| self.header.answering().any(|p| p.name == *name));
+        // One that names nobody of this run, or another than has the place, is nobody's;
+        // neither is one of a tick that cannot have been yet.
+        let whose = self.header.roster.get(header.participant as usize);
+        let name = header.name().filter(|name| whose.is_some_and(|p| p.name == *name));
+        let name = name.filter(|_| header.tick <= self.next_tick.saturating_add(AHEAD_TICKS));
         let (Some(name), Some(kind)) = (name, BeliefKind::of_number(header.kind)) else { return };
         if tidy(poses) > 0 {
             let moment = BeliefMoment::of(header.tick, kind, header.whole.max(header.count), poses);
@@ -63,6 +71,7 @@ impl Witness for Scorer {
 
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         self.beliefs.close(step.frame.tick());
+        self.next_tick = step.frame.tick() + 1;
         self.shown.iter_mut().try_for_each(|shown| shown.check(step.frame))?;
         // A late estimate is judged as late as it is.
         let (tick, has_scan) = (step.frame.tick(), step.frame.ranges_m().is_some());
@@ -146,7 +155,8 @@ impl Scorer {
         }
         let mut beliefs = BeliefKeeper::default();
         let read = |file: &PathBuf| Shown::read(file, &brief.header.config.scenario, &mut beliefs);
-        let shown = args.beliefs.iter().map(read).collect::<Result<_, _>>()?;
+        let shown: Vec<Shown> = args.beliefs.iter().map(read).collect::<Result<_, _>>()?;
+        Shown::check_names(&shown)?;
         let names: Vec<String> = brief.header.answering().map(|p| p.name.clone()).collect();
         let kidnapped_at = brief.header.kidnappings().map(|k| k.tick).collect();
         // A simulation begins at 0; the stamps of a robot may be the time of day.
@@ -165,6 +175,7 @@ impl Scorer {
             seed: brief.header.seed(),
             digest: RunDigest::default(),
             effects: Effects::of(&brief.header),
+            next_tick: 0,
         })
     }
 

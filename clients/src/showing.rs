@@ -15,6 +15,7 @@ use rusty_contract::belief::{BeliefFileError, BeliefFileHeader, BeliefWriter, ti
 use rusty_contract::digest::observable_of;
 use rusty_contract::{BeliefHeader, Start, WeightedPose};
 
+use crate::logger::same_file;
 use crate::scoring::beliefs::MOST_MOMENTS;
 use crate::{ClientArgs, ClientError, Filter, Session, Tick};
 
@@ -24,6 +25,8 @@ pub(crate) struct Showing {
     has_scanned: bool,
     /// Reused, so that a tick allocates nothing.
     poses: Vec<WeightedPose>,
+    /// Why a file is not what was asked for: no reason for the filter to stop.
+    problem: Option<ClientError>,
 }
 
 enum To {
@@ -54,7 +57,7 @@ impl Showing {
                 return Err(ClientError::Unusable(text.to_owned()));
             }
         };
-        Ok(Self { to, has_scanned: false, poses: Vec::new() })
+        Ok(Self { to, has_scanned: false, poses: Vec::new(), problem: None })
     }
 
     /// Whether a tick is one after which a belief is shown: it has a scan, or
@@ -83,8 +86,20 @@ impl Showing {
         session: &mut Session,
         moment: Option<Moment>,
         filter: &impl Filter,
+    ) {
+        let shown = moment.map_or(Ok(()), |moment| self.try_show(session, moment, filter));
+        if let Err(problem) = shown {
+            (self.problem, self.to) = (Some(problem), To::Nobody);
+        }
+    }
+
+    fn try_show(
+        &mut self,
+        session: &mut Session,
+        moment: Moment,
+        filter: &impl Filter,
     ) -> Result<(), ClientError> {
-        let Some(Moment { tick, time_s, observable }) = moment else { return Ok(()) };
+        let Moment { tick, time_s, observable } = moment;
         let live = matches!(self.to, To::Onlookers);
         if live && !session.beliefs().is_some_and(|beliefs| beliefs.is_watched()) {
             return Ok(());
@@ -128,6 +143,9 @@ impl Showing {
 
     /// Writes the end of a file. One without a belief is taken away again.
     pub(crate) fn finish(self) -> Result<(), ClientError> {
+        if let Some(problem) = self.problem {
+            return Err(problem);
+        }
         let To::File { path, writer, .. } = self.to else { return Ok(()) };
         if writer.moments() == 0 {
             let _ = std::fs::remove_file(&path);
@@ -139,6 +157,11 @@ impl Showing {
 }
 
 fn create(path: &Path, args: &ClientArgs, start: &Start) -> Result<To, ClientError> {
+    if args.log.as_ref().is_some_and(|log| same_file(log, path)) {
+        let text =
+            format!("--beliefs {0}: that is the log being read; give another", path.display());
+        return Err(ClientError::Unusable(text));
+    }
     let header = BeliefFileHeader {
         writer: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned(),
         name: args.name(),
@@ -146,7 +169,9 @@ fn create(path: &Path, args: &ClientArgs, start: &Start) -> Result<To, ClientErr
     };
     let out = BufWriter::new(File::create(path).map_err(ClientError::io(path))?);
     let writer = BeliefWriter::new(out, &header).map_err(failure(path))?;
-    let planned = start.ticks / start.scan_every.max(1);
+    // A recording has scans when it has them: some for every eight ticks, say.
+    let between = if start.scan_every == 0 { 8 } else { start.scan_every };
+    let planned = start.ticks / between;
     let every = planned.div_ceil(MOST_MOMENTS as u64).max(1);
     Ok(To::File { path: path.to_owned(), writer, every, seen: 0 })
 }

@@ -37,25 +37,33 @@ impl DistanceField {
     /// The distances to the occupied cells of a map.
     #[must_use]
     pub fn of_map(map: &OccupancyMap) -> Self {
-        let frame = map.frame;
-        let of = |cell: &Cell| if *cell == Cell::Occupied { 0.0 } else { f64::INFINITY };
-        let mut squares: Vec<f64> = map.cells.iter().map(of).collect();
-        let mut envelope = Envelope::default();
-        let mut line = Vec::with_capacity(frame.width.max(frame.height));
-        for column in 0..frame.width {
-            line.clear();
-            line.extend((0..frame.height).map(|row| squares[row * frame.width + column]));
-            envelope.transform(&mut line);
-            for (row, square) in line.iter().enumerate() {
-                squares[row * frame.width + column] = *square;
-            }
-        }
-        for row in squares.chunks_mut(frame.width) {
-            envelope.transform(row);
-        }
-        let distances_m = squares.iter().map(|s| (s.sqrt() * frame.cell_m) as f32).collect();
-        Self { frame, distances_m }
+        let squares = squares_to(map, |cell| *cell == Cell::Occupied);
+        let cell_m = map.frame.cell_m;
+        let distances_m = squares.iter().map(|s| (s.sqrt() * cell_m) as f32).collect();
+        Self { frame: map.frame, distances_m }
     }
+}
+
+/// The squared distance from each cell to the nearest obstacle, from centre to
+/// centre, in cells; infinite where there is none at all.
+pub(crate) fn squares_to(map: &OccupancyMap, is_obstacle: impl Fn(&Cell) -> bool) -> Vec<f64> {
+    let frame = map.frame;
+    let of = |cell: &Cell| if is_obstacle(cell) { 0.0 } else { f64::INFINITY };
+    let mut squares: Vec<f64> = map.cells.iter().map(of).collect();
+    let mut envelope = Envelope::default();
+    let mut line = Vec::with_capacity(frame.width.max(frame.height));
+    for column in 0..frame.width {
+        line.clear();
+        line.extend((0..frame.height).map(|row| squares[row * frame.width + column]));
+        envelope.transform(&mut line);
+        for (row, square) in line.iter().enumerate() {
+            squares[row * frame.width + column] = *square;
+        }
+    }
+    for row in squares.chunks_mut(frame.width) {
+        envelope.transform(row);
+    }
+    squares
 }
 
 /// The lower envelope of parabolas of equal width, one over each finite sample.

@@ -226,6 +226,8 @@ impl Ekf {
 }
 
 impl Filter for Ekf {
+    const SHOWS_BELIEF: bool = false;
+
     fn tick(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.ticks());
         let innovation = tick.ranges_m().and_then(|ranges_m| self.scan(ranges_m));

@@ -16,9 +16,9 @@
 //!   circle need not.
 //! * A beam that met nothing is believed where its neighbours met nothing either:
 //!   lasers lose beams.
-//! * A frontier that is still there after the robot has been as near as it can
-//!   get, or that it cannot get to, is left out from then on, as Yamauchi leaves
-//!   out what was not reached. Where none is left, the map is done.
+//! * What lies within half a metre of a frontier that the robot has been as near to
+//!   as it can get, or that it could not get to, is left out from then on, as Yamauchi
+//!   leaves out what was not reached. Where none is left, the map is done.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -51,6 +51,10 @@ const NEAR_M: f64 = 0.6;
 
 /// What is this near to a place that was tried is left out, m.
 const TRIED_M: f64 = 0.5;
+
+/// A map without ways is done when it was looked at so often in a row: one bad
+/// scan can shut the robot in.
+const LAST_LOOKS: u32 = 3;
 
 /// What an explorer wants.
 #[derive(Args, Clone, Debug)]
@@ -102,9 +106,13 @@ pub struct Explore<L> {
     look_ticks: u64,
     since_look: u64,
     ticks: u64,
+    /// How often in a row there was no way to anywhere.
+    in_vain: u32,
     done_at: Option<u64>,
     /// Frontiers that are left, none of which it can get any nearer to.
     left: usize,
+    /// What the map could not take in first.
+    problem: Option<ClientError>,
 }
 
 impl<L: Localiser> Explore<L> {
@@ -126,8 +134,10 @@ impl<L: Localiser> Explore<L> {
             look_ticks: (LOOK_S / start.dt_s).ceil() as u64,
             since_look: 0,
             ticks: 0,
+            in_vain: 0,
             done_at: None,
             left: 0,
+            problem: None,
         }
     }
 
@@ -140,10 +150,13 @@ impl<L: Localiser> Explore<L> {
         self.pilot.tick(ticks, ranges_m);
         let pose = self.localiser.pose_in_world();
         if let Some(ranges_m) = ranges_m {
-            // A scan from a pose that is none, or too far off for any grid, is
-            // left out: the map stays as it was.
             let ranges_m = believed(ranges_m, self.beams.range_max_m);
-            let _ = self.grid.add(&pose, &ranges_m, &self.beams);
+            let added = self.grid.add(&pose, &ranges_m, &self.beams);
+            // The map stays as it was, and it is said at the end why.
+            if let (Err(e), None) = (added, &self.problem) {
+                let time_s = self.ticks as f64 * self.dt_s;
+                self.problem = Some(ClientError::Unusable(format!("{time_s:.2} s: {e}")));
+            }
         }
         let command = self.command(&pose, ranges_m.is_some());
         Reply::Both(self.localiser.estimate(innovation), command)
@@ -181,7 +194,7 @@ impl<L: Localiser> Explore<L> {
             return self.without_ways(edges.len());
         };
         let fresh = edges.iter().map(|f| self.fresh(&map, f));
-        let goals = fresh.filter_map(|cells| goal(&cells, &map, &chart, &routes));
+        let goals = fresh.filter_map(|cells| goal(&cells, &map, &routes));
         let kept = self.target.filter(|target| {
             let near = |cell: &usize| (map.frame.centre(*cell) - target).norm() < TRIED_M;
             edges.iter().any(|f| f.cells.iter().any(near))
@@ -195,6 +208,7 @@ impl<L: Localiser> Explore<L> {
         });
         match best {
             Some(goal) => {
+                self.in_vain = 0;
                 let corners = chart.corners(&routes, goal.cell);
                 match self.target {
                     Some(_) => self.pilot.follow_on(corners),
@@ -218,7 +232,10 @@ impl<L: Localiser> Explore<L> {
     fn without_ways(&mut self, left: usize) {
         self.pilot.follow(Vec::new());
         (self.target, self.left) = (None, left);
-        self.done_at = Some(self.ticks);
+        self.in_vain += 1;
+        if self.in_vain >= LAST_LOOKS {
+            self.done_at = Some(self.ticks);
+        }
     }
 
     /// The map as it is now.
@@ -247,7 +264,7 @@ fn believed(ranges_m: &[f64], range_max_m: f64) -> Vec<f64> {
     (0..count).map(believed).collect()
 }
 
-/// A cell is unknown as long as no reading ever said anything about it, and
+/// A cell is unknown as long as all that readings said of it is nothing, and
 /// otherwise what is more likely: Yamauchi's classes. The map that is written
 /// asks for more certainty, and between it and the walls there would be a seam of
 /// cells that never become certain.
@@ -272,7 +289,7 @@ struct Goal {
 }
 
 /// The cheapest place near these cells of a frontier; `None` if there is none.
-fn goal(edges: &[usize], map: &OccupancyMap, chart: &Chart, routes: &Routes) -> Option<Goal> {
+fn goal(edges: &[usize], map: &OccupancyMap, routes: &Routes) -> Option<Goal> {
     let frame = map.frame;
     let reach = (NEAR_M / frame.cell_m).ceil() as i64;
     let mut best: Option<Goal> = None;
@@ -293,10 +310,12 @@ fn goal(edges: &[usize], map: &OccupancyMap, chart: &Chart, routes: &Routes) -> 
             }
         }
     }
-    best.filter(|goal| chart.clearance.at(goal.cell) > 0.0)
+    best
 }
 
 impl<L: Localiser> Filter for Explore<L> {
+    const SHOWS_BELIEF: bool = false;
+
     fn tick(&mut self, tick: &Tick<'_>) -> Reply {
         self.step(tick.ticks(), tick.ranges_m())
     }
@@ -316,11 +335,15 @@ impl<L: Localiser> Filter for Explore<L> {
         let _ = writeln!(
             std::io::stderr(),
             "{name}: {when} {ticks} ticks ({time_s:.1} s), {area_m2:.1} m² free, {left} edges that \
-             cannot be reached"
+             cannot be reached{}",
+            self.pilot.remark()
         );
         match &self.options.save {
-            Some(stem) => Ok(map.save(stem)?),
-            None => Ok(()),
+            // An older map is better than none.
+            Some(_) if self.grid.known().is_none() => {}
+            Some(stem) => map.save(stem)?,
+            None => {}
         }
+        self.problem.map_or(Ok(()), Err)
     }
 }

@@ -22,8 +22,8 @@ use crate::pilot::{Pilot, Progress};
 use crate::planning::{Chart, Room, Unknown};
 use crate::surroundings::{Caution, length};
 
-/// Side of a cell, m.
-const CELL_M: f64 = 0.05;
+/// The most cells of a plan: ways over more take long, and memory.
+const MOST_CELLS: f64 = 4.0 * 1024.0 * 1024.0;
 
 /// Room between the walls' bounds and the end of the grid, m.
 const BORDER_M: f64 = 0.1;
@@ -65,13 +65,18 @@ pub struct Options {
     #[arg(long = "waypoint", value_name = "X,Y", allow_hyphen_values = true)]
     pub waypoints: Vec<Waypoint>,
 
-    /// It has been at a waypoint when it was this near, m
+    /// It has been at a waypoint when it was this near to it, or to the middle of the
+    /// nearest cell with enough room, m
     #[arg(long, value_name = "METRES", default_value_t = 0.15, value_parser = length)]
     pub within_m: f64,
 
     /// Distance from walls that it likes to keep, m
     #[arg(long, value_name = "METRES", default_value_t = 0.5, value_parser = length)]
     pub liked_m: f64,
+
+    /// Side of the cells that ways are found over, m
+    #[arg(long, value_name = "METRES", default_value_t = 0.05, value_parser = length)]
+    pub cell_m: f64,
 
     /// How careful it is.
     #[command(flatten)]
@@ -81,7 +86,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         let caution = Caution::default();
-        Self { waypoints: Vec::new(), within_m: 0.15, liked_m: 0.5, caution }
+        Self { waypoints: Vec::new(), within_m: 0.15, liked_m: 0.5, cell_m: 0.05, caution }
     }
 }
 
@@ -104,6 +109,36 @@ pub enum GotoError {
         name: String,
         /// What is wrong with the map.
         why: String,
+    },
+    /// The plan is too large for its cells.
+    #[error(
+        "{name:?} would plan on {width_m:.0} m × {height_m:.0} m in cells of {cell_m} m, which are \
+         more than 4 million: give it larger ones with --cell-m"
+    )]
+    TooLarge {
+        /// Who.
+        name: String,
+        /// Extent of the plan along x, m.
+        width_m: f64,
+        /// Along y, m.
+        height_m: f64,
+        /// Side of a cell, m.
+        cell_m: f64,
+    },
+    /// There is no way from where it starts.
+    #[error(
+        "{name:?} starts at ({x_m}, {y_m}), where it has less than {needed_m:.2} m to the walls \
+         and no place with more near it: start elsewhere, or give a smaller --margin-m"
+    )]
+    HemmedIn {
+        /// Who.
+        name: String,
+        /// m.
+        x_m: f64,
+        /// m.
+        y_m: f64,
+        /// Room that it needs, m.
+        needed_m: f64,
     },
     /// There is nowhere to go.
     #[error("{name:?} knows no tour of {world:?}: give it places with --waypoint X,Y")]
@@ -130,36 +165,15 @@ pub enum GotoError {
     },
 }
 
-/// Goes from place to place.
+/// Where to go, and a chart to find the ways on.
 #[derive(Debug)]
-pub struct Goto<L> {
-    name: String,
-    dt_s: f64,
-    localiser: L,
-    pilot: Pilot,
+struct Plan {
     chart: Chart,
     waypoints: Vec<Point2<f64>>,
-    within_m: f64,
-    next: usize,
-    /// Whether there is a way to the next one, and how often it was planned.
-    planned: bool,
-    tries: u32,
-    missed: usize,
-    ticks: u64,
-    /// When it was done.
-    done_at: Option<u64>,
 }
 
-impl<L: Localiser> Goto<L> {
-    /// Begins, with a filter that says where it is.
-    ///
-    /// # Errors
-    /// [`GotoError`], as text: no map, no pose, nowhere to go, no way there.
-    pub fn new(start: &Start, options: &Options, localiser: L) -> Result<Self, ClientError> {
-        Self::plan(start, options, localiser).map_err(|e| ClientError::Unusable(e.to_string()))
-    }
-
-    fn plan(start: &Start, options: &Options, localiser: L) -> Result<Self, GotoError> {
+impl Plan {
+    fn new(start: &Start, options: &Options) -> Result<Self, GotoError> {
         let name = start.name.clone();
         let walls = start.map.clone().ok_or_else(|| GotoError::NoMap(name.clone()))?;
         let pose = start.initial_pose.ok_or_else(|| GotoError::NoPose(name.clone()))?;
@@ -174,11 +188,12 @@ impl<L: Localiser> Goto<L> {
             [] => return Err(GotoError::NoTour { name, world: world.name().to_owned() }),
             given => given.iter().map(point).collect(),
         };
-        // A cell's centre is up to half a diagonal from the robot in it.
-        let room = Room::on_cells(start, &options.caution, options.liked_m, CELL_M);
-        let needed_m = room.needed_m;
-        let map = OccupancyMap::of_world(&world, BORDER_M, CELL_M);
-        let chart = Chart::new(&map, Unknown::Wall, room);
+        let chart = chart(&name, &world, start, options)?;
+        let needed_m = chart.room.needed_m;
+        if chart.routes_from(home).is_none() {
+            let (x_m, y_m) = (home.x, home.y);
+            return Err(GotoError::HemmedIn { name, x_m, y_m, needed_m });
+        }
         let mut from = home;
         for (k, to) in waypoints.iter().enumerate() {
             if chart.way(from, *to).is_none() {
@@ -187,13 +202,62 @@ impl<L: Localiser> Goto<L> {
             }
             from = *to;
         }
+        Ok(Self { chart, waypoints })
+    }
+}
+
+fn chart(name: &str, world: &World, start: &Start, options: &Options) -> Result<Chart, GotoError> {
+    let cell_m = options.cell_m;
+    let [x0_m, y0_m, x1_m, y1_m] = world.bounds();
+    let [width_m, height_m] = [x1_m - x0_m, y1_m - y0_m].map(|m| m + 2.0 * BORDER_M);
+    if (width_m / cell_m) * (height_m / cell_m) > MOST_CELLS {
+        let name = name.to_owned();
+        return Err(GotoError::TooLarge { name, width_m, height_m, cell_m });
+    }
+    // A cell's centre is up to half a diagonal from the robot in it.
+    let room = Room::on_cells(start, &options.caution, options.liked_m, cell_m);
+    let map = OccupancyMap::of_world(world, BORDER_M, cell_m);
+    Ok(Chart::new(&map, Unknown::Wall, room))
+}
+
+/// Goes from place to place.
+#[derive(Debug)]
+pub struct Goto<L> {
+    name: String,
+    dt_s: f64,
+    localiser: L,
+    pilot: Pilot,
+    plan: Plan,
+    within_m: f64,
+    next: usize,
+    /// Whether there is a way to the next one, and how often it was planned.
+    planned: bool,
+    tries: u32,
+    missed: usize,
+    ticks: u64,
+    /// When it was done.
+    done_at: Option<u64>,
+}
+
+impl<L: Localiser> Goto<L> {
+    /// Begins, with a filter that says where it is, which is made when there is
+    /// somewhere to go.
+    ///
+    /// # Errors
+    /// [`GotoError`], as text: no map, no pose, nowhere to go, no way there; or the
+    /// filter's.
+    pub fn new(
+        start: &Start,
+        options: &Options,
+        localiser: impl FnOnce(&Start) -> Result<L, ClientError>,
+    ) -> Result<Self, ClientError> {
+        let plan = Plan::new(start, options).map_err(|e| ClientError::Unusable(e.to_string()))?;
         Ok(Self {
-            name,
+            name: start.name.clone(),
             dt_s: start.dt_s,
-            localiser,
+            localiser: localiser(start)?,
             pilot: Pilot::new(start, &options.caution),
-            chart,
-            waypoints,
+            plan,
             within_m: options.within_m,
             next: 0,
             planned: false,
@@ -203,7 +267,6 @@ impl<L: Localiser> Goto<L> {
             done_at: None,
         })
     }
-
     /// A tick: encoder counts and, if there is one, the scan at its end. The
     /// answer to it.
     pub fn step(&mut self, ticks: EncoderTicks, ranges_m: Option<&[f64]>) -> Reply {
@@ -217,11 +280,11 @@ impl<L: Localiser> Goto<L> {
     }
 
     fn command(&mut self, pose: &SE2) -> Twist {
-        let Some(to) = self.waypoints.get(self.next).copied() else {
+        let Some(to) = self.plan.waypoints.get(self.next).copied() else {
             return Twist::default();
         };
         if !self.planned {
-            let way = self.chart.way(Point2::from(pose.translation()), to);
+            let way = self.plan.chart.way(Point2::from(pose.translation()), to);
             self.pilot.follow(way.unwrap_or_default());
             (self.planned, self.tries) = (true, self.tries + 1);
         }
@@ -240,7 +303,7 @@ impl<L: Localiser> Goto<L> {
 
     fn go_on(&mut self) {
         (self.next, self.planned, self.tries) = (self.next + 1, false, 0);
-        if self.next == self.waypoints.len() {
+        if self.next == self.plan.waypoints.len() {
             self.done_at = Some(self.ticks);
         }
     }
@@ -259,13 +322,15 @@ impl<L: Localiser> Goto<L> {
 }
 
 impl<L: Localiser> Filter for Goto<L> {
+    const SHOWS_BELIEF: bool = false;
+
     fn tick(&mut self, tick: &Tick<'_>) -> Reply {
         self.step(tick.ticks(), tick.ranges_m())
     }
 
     /// Says how far it came.
     fn finish(self) -> Result<(), ClientError> {
-        let (reached, all, name) = (self.reached(), self.waypoints.len(), &self.name);
+        let (reached, all, name) = (self.reached(), self.plan.waypoints.len(), &self.name);
         let (when, ticks) = match self.done_at {
             Some(ticks) => ("done in", ticks),
             None => ("not done in", self.ticks),
@@ -274,7 +339,8 @@ impl<L: Localiser> Filter for Goto<L> {
         // Nothing depends on whether anybody reads it.
         let _ = writeln!(
             std::io::stderr(),
-            "{name}: {reached} of {all} waypoints, {when} {ticks} ticks ({time_s:.1} s)"
+            "{name}: {reached} of {all} waypoints, {when} {ticks} ticks ({time_s:.1} s){}",
+            self.pilot.remark()
         );
         Ok(())
     }
@@ -291,8 +357,9 @@ mod tests {
     fn begin(told: &Start, waypoints: &[&str]) -> Result<usize, String> {
         let waypoints = waypoints.iter().map(|w| w.parse().unwrap()).collect();
         let options = Options { waypoints, ..Options::default() };
-        let reckoning = Reckoning::new(told, OdometryNoise::default());
-        Goto::new(told, &options, reckoning).map(|g| g.waypoints.len()).map_err(|e| e.to_string())
+        let reckoning = |told: &Start| Ok(Reckoning::new(told, OdometryNoise::default()));
+        let begun = Goto::new(told, &options, reckoning);
+        begun.map(|g| g.plan.waypoints.len()).map_err(|e| e.to_string())
     }
 
     #[test]
@@ -304,10 +371,19 @@ mod tests {
         assert!(why.starts_with("waypoint 2 (3.2, 8.7) cannot be reached"), "{why}");
         let why = begin(&Start { map: None, ..told.clone() }, &[]).unwrap_err();
         assert!(why.contains("no map") && why.contains("map = \"given\""), "{why}");
-        let why = begin(&Start { initial_pose: None, ..told }, &[]).unwrap_err();
+        let why = begin(&Start { initial_pose: None, ..told.clone() }, &[]).unwrap_err();
         assert!(why.contains("initial_pose = \"given\""), "{why}");
         let why = begin(&start(&hallway(), SE2::new(1.0, 0.8, 0.0)), &[]).unwrap_err();
         assert!(why.contains("no tour of \"hallway\"") && why.contains("--waypoint"), "{why}");
+        let options = Options { cell_m: 0.001, ..Options::default() };
+        let reckoning = |told: &Start| Ok(Reckoning::new(told, OdometryNoise::default()));
+        let why = Goto::new(&told, &options, reckoning).unwrap_err().to_string();
+        assert!(
+            why.contains("12 m × 9 m in cells of 0.001 m") && why.contains("--cell-m"),
+            "{why}"
+        );
+        let why = begin(&start(&apartment(), SE2::new(-5.0, 4.5, 0.0)), &[]).unwrap_err();
+        assert!(why.contains("starts at (-5, 4.5)"), "{why}");
         for text in ["5", "a,b", "1,nan", "1,2,3"] {
             assert!(text.parse::<Waypoint>().is_err(), "{text}");
         }

@@ -200,6 +200,8 @@ impl GridMap {
 }
 
 impl Filter for GridMap {
+    const SHOWS_BELIEF: bool = false;
+
     fn tick(&mut self, tick: &Tick<'_>) -> Reply {
         let motion = *self.odometry.advance(tick.ticks());
         let pose = self.start_in_world.compose(&motion.now_in_then);

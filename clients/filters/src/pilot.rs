@@ -28,6 +28,9 @@ const DETOUR_S: f64 = 2.0;
 
 /// Whoever gets no farther along than this in [`STUCK_S`] is stuck, m.
 const PROGRESS_M: f64 = 0.05;
+/// On ways that are planned anew all the time, this far from where it last got on, m:
+/// more than a detour takes it to and fro.
+const ELSEWHERE_M: f64 = DETOUR_M + PROGRESS_M;
 const STUCK_S: f64 = 6.0;
 
 /// Follows ways.
@@ -38,9 +41,13 @@ pub struct Pilot {
     dt_s: f64,
     way: Option<Pursuit>,
     detour: Option<Detour>,
-    /// How far along it was when it last got on, and how many ticks ago.
+    /// How far along it was when it last got on, where that was (odometry frame),
+    /// and how many ticks ago.
     got_to_m: f64,
+    got_to: SE2,
     waited_ticks: u64,
+    /// Whether the way goes on from an earlier one.
+    goes_on: bool,
 }
 
 /// A free direction that is kept for a while.
@@ -77,7 +84,9 @@ impl Pilot {
             way: None,
             detour: None,
             got_to_m: 0.0,
+            got_to: SE2::identity(),
             waited_ticks: 0,
+            goes_on: false,
         }
     }
 
@@ -88,16 +97,22 @@ impl Pilot {
 
     /// Follows another way from now on; one without corners is none.
     pub fn follow(&mut self, corners: Vec<Point2<f64>>) {
-        self.way = (!corners.is_empty()).then(|| Pursuit::new(corners));
-        (self.got_to_m, self.waited_ticks) = (0.0, 0);
+        self.follow_on(corners);
+        (self.got_to, self.waited_ticks, self.goes_on) = (self.around.pose_in_odometry(), 0, false);
+        self.detour = None;
     }
 
     /// Goes on along another way to the same or another aim: a robot that has
-    /// waited for long has still waited.
+    /// waited for long has still waited, and a detour goes on.
     pub fn follow_on(&mut self, corners: Vec<Point2<f64>>) {
-        let waited_ticks = self.waited_ticks;
-        self.follow(corners);
-        self.waited_ticks = waited_ticks;
+        self.way = (!corners.is_empty()).then(|| Pursuit::new(corners));
+        (self.got_to_m, self.goes_on) = (0.0, true);
+    }
+
+    /// What to say at the end of a run without a single scan.
+    #[must_use]
+    pub fn remark(&self) -> &'static str {
+        self.around.remark()
     }
 
     /// Whether a scan came lately, without which it does not drive.
@@ -118,8 +133,10 @@ impl Pilot {
         }
         let done_m = self.way.as_ref().map_or(0.0, Pursuit::done_m);
         self.waited_ticks += 1;
-        if done_m > self.got_to_m + PROGRESS_M {
-            (self.got_to_m, self.waited_ticks) = (done_m, 0);
+        let here = self.around.pose_in_odometry();
+        let moved_m = (here.translation() - self.got_to.translation()).norm();
+        if done_m > self.got_to_m + PROGRESS_M && (!self.goes_on || moved_m > ELSEWHERE_M) {
+            (self.got_to_m, self.got_to, self.waited_ticks) = (done_m, here, 0);
         }
         let stuck = self.waited_ticks as f64 * self.dt_s > STUCK_S;
         (self.towards(&aim), if stuck { Progress::Stuck } else { Progress::Under })

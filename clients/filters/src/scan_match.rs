@@ -319,6 +319,8 @@ pub fn placed(from: &SE2, covariance: &Matrix3<f64>, motion: &Motion) -> (SE2, M
 }
 
 impl Filter for ScanMatch {
+    const SHOWS_BELIEF: bool = false;
+
     fn tick(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.ticks());
         let told = tick.ranges_m().map(|ranges_m| self.scan(ranges_m)).unwrap_or_default();

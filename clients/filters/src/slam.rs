@@ -269,6 +269,8 @@ impl Slam {
 }
 
 impl Filter for Slam {
+    const SHOWS_BELIEF: bool = false;
+
     fn tick(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.ticks());
         let told = tick.ranges_m().map(|ranges_m| self.scan(ranges_m)).unwrap_or_default();

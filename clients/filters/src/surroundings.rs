@@ -13,14 +13,16 @@
 //! * Obstacles are points, those of all scans of the last seconds, carried along
 //!   by the odometry. A beam without an echo takes nothing away: dropouts, and a
 //!   wall that is seen edge on and slips between two beams, were seen before.
-//!   What nothing is known of, because no scan came lately, is not driven into.
+//!   What nothing is known of, because no scan came lately, is not driven into; what
+//!   no beam of a scan points at is taken for free, so the laser has to look to where
+//!   the robot goes.
 //! * The distance to a point on a circle is computed for the whole disc of the
 //!   body, in closed form ([`clear_along_m`]).
 
 use std::collections::VecDeque;
 
 use clap::Args;
-use nalgebra::{Point2, Vector3};
+use nalgebra::Point2;
 use rusty_contract::Start;
 use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Twist, odometry_delta, trig};
 
@@ -86,6 +88,7 @@ pub struct Surroundings {
     pose_in_odometry: SE2,
     /// Tick and points of each scan, odometry frame.
     scans: VecDeque<(u64, Vec<Point2<f64>>)>,
+    has_seen: bool,
     /// The same points in the body frame.
     points: Vec<Point2<f64>>,
 }
@@ -95,7 +98,7 @@ impl Surroundings {
     #[must_use]
     pub fn new(start: &Start, caution: &Caution) -> Self {
         let ticks = |time_s: f64| (time_s / start.dt_s).ceil() as u64;
-        // Without scans nothing is ever known, and this is never asked for.
+        // A recording does not say when its scans are.
         let between = start.scan_every.max(1);
         Self {
             beams: Beams::new(&start.lidar),
@@ -109,6 +112,7 @@ impl Surroundings {
             last: EncoderTicks::default(),
             pose_in_odometry: SE2::identity(),
             scans: VecDeque::new(),
+            has_seen: false,
             points: Vec::new(),
         }
     }
@@ -124,6 +128,7 @@ impl Surroundings {
             let seen = self.beams.endpoints(ranges_m).filter(|e| e.range_m < REACH_M);
             let points = seen.map(|e| pose.transform_point(&e.in_body)).collect();
             self.scans.push_back((self.now, points));
+            self.has_seen = true;
         }
         let oldest = self.now.saturating_sub(self.memory_ticks);
         while self.scans.front().is_some_and(|(at, _)| *at < oldest) {
@@ -143,10 +148,10 @@ impl Surroundings {
         self.pose_in_odometry
     }
 
-    /// The points, body frame, m.
+    /// What to say at the end of a run without a single scan; else nothing.
     #[must_use]
-    pub fn points(&self) -> &[Point2<f64>] {
-        &self.points
+    pub fn remark(&self) -> &'static str {
+        if self.has_seen { "" } else { "; no scan came, without which it stands: set scan_every" }
     }
 
     /// Whether a scan came lately.
@@ -204,14 +209,6 @@ impl Surroundings {
         }
         let share = clear_m / far_m;
         Twist { v_m_s: twist.v_m_s * share, omega_rad_s: twist.omega_rad_s * share }
-    }
-
-    /// The pose in the odometry frame after `twist` for the time that one
-    /// command may last.
-    #[must_use]
-    pub fn after(&self, twist: Twist) -> SE2 {
-        let tau = Vector3::new(twist.v_m_s, 0.0, twist.omega_rad_s) * self.horizon_s;
-        self.pose_in_odometry.boxplus(&tau)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::Random;
+use nalgebra::Vector3;
 use rusty_contract::LogHeader;
 use rusty_contract::log::Source;
 use rusty_contract::{OnLoss, RunConfig, Scenario};
@@ -107,7 +108,8 @@ fn whatever_is_commanded_the_admissible_part_touches_nothing() {
             omega_rad_s: 8.0 * random.uniform() - 4.0,
         };
         let given = around.limit(wanted);
-        let end = pose.compose(&around.after(given));
+        let tau = Vector3::new(given.v_m_s, 0.0, given.omega_rad_s) * around.horizon_s;
+        let end = pose.boxplus(&tau);
         let touches = world.blocks(&pose, &end, told.robot.body_radius_m);
         assert!(!touches, "{wanted:?} as {given:?} from {pose:?}");
         limited += u32::from(given != told.robot.drive.limit(wanted, 20.0));

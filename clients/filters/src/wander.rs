@@ -8,8 +8,10 @@
 //! with a chance in proportion to the square of how far it is free, so that a
 //! door is found from the middle of a room.
 
+use std::io::Write as _;
+
 use clap::Args;
-use rusty_clients::{Filter, Tick};
+use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Reply, Start};
 use rusty_geometry::{EncoderTicks, Twist, wrap_angle};
 
@@ -43,6 +45,7 @@ pub struct Options {
 /// Drives about.
 #[derive(Debug)]
 pub struct Wander {
+    name: String,
     around: Surroundings,
     reckoning: Reckoning,
     /// Whether the pose means something to others.
@@ -58,10 +61,11 @@ pub struct Wander {
 }
 
 impl Wander {
-    /// Begins with the wish to go straight on.
+    /// Begins without a wish: the first scan makes one.
     #[must_use]
     pub fn new(start: &Start, options: &Options) -> Self {
         Self {
+            name: start.name.clone(),
             around: Surroundings::new(start, &options.caution),
             reckoning: Reckoning::new(start, options.odometry),
             placed: start.initial_pose.is_some(),
@@ -112,6 +116,8 @@ impl Wander {
 }
 
 impl Filter for Wander {
+    const SHOWS_BELIEF: bool = false;
+
     fn tick(&mut self, tick: &Tick<'_>) -> Reply {
         self.reckoning.advance(tick.ticks());
         let command = self.command(tick.ticks(), tick.ranges_m());
@@ -120,5 +126,14 @@ impl Filter for Wander {
         } else {
             Reply::Command(command)
         }
+    }
+
+    /// Says why, if it stood all the time.
+    fn finish(self) -> Result<(), ClientError> {
+        if !self.around.remark().is_empty() {
+            // Nothing depends on whether anybody reads it.
+            let _ = writeln!(std::io::stderr(), "{}: stood{}", self.name, self.around.remark());
+        }
+        Ok(())
     }
 }

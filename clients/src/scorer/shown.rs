@@ -18,6 +18,8 @@ use crate::showing::failure;
 /// with what is observable of their frames.
 pub(super) struct Shown {
     path: PathBuf,
+    /// Whose beliefs.
+    name: String,
     frames: VecDeque<(u64, u64)>,
 }
 
@@ -58,7 +60,19 @@ impl Shown {
         }
         // All of them are here; no later one decides.
         keeper.close(u64::MAX);
-        Ok(Self { path: path.to_owned(), frames })
+        Ok(Self { path: path.to_owned(), name, frames })
+    }
+
+    /// Whether each file is of another filter.
+    pub(super) fn check_names(all: &[Self]) -> Result<(), ClientError> {
+        let twice = |(k, of): (usize, &Self)| {
+            all[..k].iter().find(|before| before.name == of.name).map(|before| {
+                let (name, a, b) = (&of.name, before.path.display(), of.path.display());
+                let text = format!("{a} and {b} are both of {name:?}: give one of them");
+                ClientError::Unusable(text)
+            })
+        };
+        all.iter().enumerate().find_map(twice).map_or(Ok(()), Err)
     }
 
     /// Whether the belief of this frame's tick, if there is one, was held after

@@ -23,6 +23,9 @@ use crate::{Domain, LinkError, Peer};
 /// the kernel cannot give ends the process that writes to it.
 const ROOM_BYTES: u64 = 32 << 20;
 
+/// It shows a belief only where this much is still free: several may be about to.
+const SPARE_BYTES: u64 = 8 << 20;
+
 /// One process's ends of the service.
 pub struct Beliefs {
     /// `None` where the run has no such service, or one of another layout.
@@ -70,6 +73,10 @@ impl Beliefs {
         if self.publisher.is_none() && !self.is_closed {
             self.publisher = self.service.as_ref().and_then(publisher);
             self.is_closed = self.publisher.is_none();
+        }
+        // Others may have filled the memory since.
+        if free_bytes() < SPARE_BYTES {
+            return false;
         }
         let poses = &poses[..poses.len().min(MAX_POSES)];
         let Some(loan) = self.publisher.as_ref().map(|port| port.loan_slice_uninit(poses.len()))

@@ -7,10 +7,12 @@ use rusty_filters::ekf::{self, Ekf};
 use rusty_filters::goto::{Goto, Options};
 
 /// Drives to one place after the other on the floor plan that it is given, by its
-/// own estimate of where it is (an EKF on straight walls, that of `ekf`); in the Apartment, unless told otherwise, to the
-/// middle of every room and back. No command is given that could touch a wall
-/// before the next scan. Says at the end how many places it reached and in how
-/// many ticks. For a scenario with a script of kind "driver"; its role is driver
+/// own estimate of where it is (an EKF on straight walls, that of `ekf`); in the
+/// Apartment, unless told otherwise, to the middle of every room and back. No command
+/// is given that could touch, before the next scan, a wall that its laser has met;
+/// where no beam points it sees nothing, and it counts on being answered within a
+/// scan. Says at the end how many places it reached and in how many ticks. For a
+/// scenario with a script of kind "driver"; its role is driver
 #[derive(Parser)]
 #[command(version)]
 struct Cli {
@@ -26,7 +28,7 @@ struct Cli {
 
 fn main() -> Exit {
     let Cli { args, options, ekf } = Cli::parse();
-    run_from(&args, |start| Goto::new(start, &options, Ekf::new(start, &ekf)?))
+    run_from(&args, |start| Goto::new(start, &options, |start| Ekf::new(start, &ekf)))
 }
 
 #[cfg(test)]

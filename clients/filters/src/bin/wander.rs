@@ -6,10 +6,11 @@ use rusty_contract::Exit;
 use rusty_filters::wander::{Options, Wander};
 
 /// Drives about without a map: straight on while there is room, then some other
-/// free direction. No command is given that could touch a wall before the next
-/// scan. For a scenario with a script of kind "driver"; its role is driver. Where
-/// it is told the initial pose it also answers where it believes to be, which is
-/// dead reckoning
+/// free direction. No command is given that could touch, before the next scan, a wall
+/// that its laser has met; where no beam points it sees nothing, and it counts on
+/// being answered within a scan. For a scenario with a script of kind "driver"; its
+/// role is driver. Where it is told the initial pose it also answers where it believes
+/// to be, which is dead reckoning
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

@@ -1,19 +1,15 @@
-//! How far the nearest wall is, for every cell of a map.
-//!
-//! Source: P. Felzenszwalb, D. Huttenlocher, *Distance transforms of sampled
-//! functions* (Theory of Computing 8, 2012), §2: the squared distance is a lower
-//! envelope of parabolas, first along columns, then along rows; exact, in time
-//! proportional to the cells.
+//! How far the nearest wall is, for every cell of a map, as one who looks for ways
+//! sees it: what nobody knows may count as a wall. The distances are those of
+//! [`crate::distance_field`].
 
 use nalgebra::Point2;
 
+use crate::distance_field::squares_to;
 use crate::{Cell, GridFrame, OccupancyMap};
 
 /// What a cell is that nobody knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
-    /// Free.
-    Free,
     /// Not to be entered; but the body may hang over it, as at the edge of what
     /// an explorer has seen.
     Shut,
@@ -35,28 +31,12 @@ impl Clearance {
     /// nobody knows.
     #[must_use]
     pub fn of_map(map: &OccupancyMap, unknown: Unknown) -> Self {
-        let wall = |cell: &Cell| match cell {
+        let frame = map.frame;
+        let squares = squares_to(map, |cell| match cell {
             Cell::Free => false,
             Cell::Occupied => true,
             Cell::Unknown => unknown == Unknown::Wall,
-        };
-        let frame = map.frame;
-        let mut squares: Vec<f64> =
-            map.cells.iter().map(|c| if wall(c) { 0.0 } else { f64::INFINITY }).collect();
-        let longest = frame.width.max(frame.height);
-        let mut envelope = Envelope::with_room(longest);
-        let mut line = Vec::with_capacity(longest);
-        for column in 0..frame.width {
-            line.clear();
-            line.extend((0..frame.height).map(|row| squares[row * frame.width + column]));
-            envelope.transform(&mut line);
-            for (row, square) in line.iter().enumerate() {
-                squares[row * frame.width + column] = *square;
-            }
-        }
-        for row in squares.chunks_mut(frame.width) {
-            envelope.transform(row);
-        }
+        });
         let shut = |cell: &Cell| *cell == Cell::Unknown && unknown == Unknown::Shut;
         let distance_m = |(square, cell): (&f64, &Cell)| {
             if shut(cell) { 0.0 } else { square.sqrt() * frame.cell_m }
@@ -78,54 +58,6 @@ impl Clearance {
     }
 }
 
-/// The lower envelope of parabolas (x − q)² + f(q).
-struct Envelope {
-    /// Where each parabola has its foot, and from where on it is the lowest.
-    feet: Vec<usize>,
-    from: Vec<f64>,
-    values: Vec<f64>,
-}
-
-impl Envelope {
-    fn with_room(length: usize) -> Self {
-        let room = || Vec::with_capacity(length);
-        Self { feet: Vec::with_capacity(length), from: room(), values: room() }
-    }
-
-    /// Squared distances of one line, in place.
-    fn transform(&mut self, line: &mut [f64]) {
-        self.values.clear();
-        self.values.extend_from_slice(line);
-        self.feet.clear();
-        self.from.clear();
-        for q in (0..line.len()).filter(|q| line[*q].is_finite()) {
-            let mut begins = f64::NEG_INFINITY;
-            while let (Some(&p), Some(&from)) = (self.feet.last(), self.from.last()) {
-                let (pf, qf) = (p as f64, q as f64);
-                begins = ((line[q] + qf * qf) - (line[p] + pf * pf)) / (2.0 * (qf - pf));
-                if begins > from {
-                    break;
-                }
-                self.feet.pop();
-                self.from.pop();
-                begins = f64::NEG_INFINITY;
-            }
-            self.feet.push(q);
-            self.from.push(begins);
-        }
-        let mut k = 0;
-        for (x, square) in line.iter_mut().enumerate() {
-            while self.from.get(k + 1).is_some_and(|from| *from < x as f64) {
-                k += 1;
-            }
-            if let Some(&foot) = self.feet.get(k) {
-                let off = x as f64 - foot as f64;
-                *square = off * off + self.values[foot];
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,7 +76,7 @@ mod tests {
                     _ => Cell::Free,
                 };
             }
-            for unknown in [Unknown::Free, Unknown::Shut, Unknown::Wall] {
+            for unknown in [Unknown::Shut, Unknown::Wall] {
                 let found = Clearance::of_map(&map, unknown);
                 let wall = |c: &Cell| match c {
                     Cell::Unknown => unknown == Unknown::Wall,
