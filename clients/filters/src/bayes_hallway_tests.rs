@@ -144,7 +144,7 @@ impl Drive {
             self.counts[1] += ways_m[1] / tick_length(&drive);
             let [left, right] = self.counts.map(|count| count as i64);
             self.filter.advance(EncoderTicks { left, right });
-            if self.tick % 5 == 0 {
+            if self.tick.is_multiple_of(5) {
                 self.scan.take(&world, &self.pose, config.range_max_m);
                 self.scan.write_distances_m(&mut ranges_m);
                 ranges_m.iter_mut().for_each(|range_m| {
