@@ -13,9 +13,10 @@
 //! * How many are drawn follows from the bins that a low-variance sample of the
 //!   present size occupies (T. Li, S. Sun, T. P. Sattar, *Adapting sample size
 //!   in particle filters through KLD-resampling*, Electronics Letters 49(12),
-//!   2013). Table 8.4 counts while it draws, one particle after the other, which
-//!   the low-variance sampler does not. More particles never occupy fewer bins, so
-//!   where the number shrinks, it is on the safe side.
+//!   2013), spread as those that are kept will be. Table 8.4 counts while it
+//!   draws, one particle after the other, which the low-variance sampler does not.
+//!   More particles never occupy fewer bins, so where the number shrinks, it is on
+//!   the safe side.
 //! * A place is counted once, however long the robot stands there: the module
 //!   `cloud` says why, and what is asked of its other scans.
 //! * New particles from everywhere are not mixed with the old ones, see
