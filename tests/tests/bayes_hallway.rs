@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use rusty_tests::{folder, launch, repository, sim_server, text};
+use rusty_tests::{folder, fresh_run, launch, repository, sim_server, text};
 
 #[test]
 fn it_finds_itself_by_the_doors_and_says_the_same_again() {
@@ -20,4 +20,9 @@ fn it_finds_itself_by_the_doors_and_says_the_same_again() {
     let verdict = verdict.expect(0).json();
     let again = &verdict["clients"]["participants"][0];
     assert_eq!((&again["compared"], &again["equal"]), (&1000.into(), &1000.into()));
+    // And as a client of a replay.
+    let (run, out) = (fresh_run("hallway-again"), place.path().join("again"));
+    let args = ["--json", "--run", run.as_str(), "--out", out.to_str().unwrap()];
+    let again = sim_server(&[&["replay", log.to_str().unwrap()][..], &args].concat()).expect(0);
+    assert_eq!(text(&again.json(), "digest"), text(&report, "digest"));
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use rusty_filters::OccupancyMap;
+use rusty_geometry::apartment;
 use rusty_tests::{folder, fresh_run, launch, repository, sim_server, text};
 use serde_json::Value;
 
@@ -12,8 +14,13 @@ fn scenario(name: &str) -> String {
 
 /// What the scorer says of `mcl`.
 fn convergence(report: &Value) -> Value {
+    score(report, "mcl")["convergence"].clone()
+}
+
+/// What it says of a participant.
+fn score<'a>(report: &'a Value, name: &str) -> &'a Value {
     let scores = report["scores"].as_array().unwrap();
-    scores.iter().find(|s| text(s, "name") == "mcl").unwrap()["convergence"].clone()
+    scores.iter().find(|s| text(s, "name") == name).unwrap()
 }
 
 #[test]
@@ -42,4 +49,21 @@ fn it_finds_itself_again_after_it_was_carried_away() {
     let recovered = found["recoveries"][0]["after_s"].as_f64().unwrap();
     assert!(recovered < 4.0, "{found}");
     assert!(found["position_rmse_m"].as_f64().unwrap() < 0.01, "{found}");
+}
+
+#[test]
+fn a_map_of_cells_and_the_beam_model_serve_as_processes() {
+    let place = folder();
+    let stem = place.path().join("cells");
+    OccupancyMap::of_world(&apartment(), 0.2, 0.05).save(&stem).unwrap();
+    let on_cells = format!("--add=on-cells=mcl --global --map {}.yaml", stem.display());
+    let with_rays = "--add=with-rays=mcl --model beam --particles 500 --particles-min 300";
+    let out = place.path().join("run");
+    let args = [&scenario("global.toml"), "--ticks", "300", &on_cells, with_rays];
+    let report = launch("maps", &out, &args);
+    for (name, most_m) in [("on-cells", 0.06), ("with-rays", 0.02)] {
+        let said = score(&report, name);
+        assert!(said["final_position_error_m"].as_f64().unwrap() < most_m, "{name}: {said}");
+        assert_eq!(said["nees"]["unusable"], 0, "{name}: {said}");
+    }
 }

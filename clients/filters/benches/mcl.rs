@@ -30,7 +30,7 @@ fn main() {
     scan.take(&world, &truth, lidar.range_max_m);
     scan.write_distances_m(&mut ranges_m);
     let begin = |initial| {
-        let (particles, particles_min) = (PARTICLES, PARTICLES);
+        let (particles, particles_min) = (PARTICLES, Some(PARTICLES));
         let options = Options { particles, particles_min, ..Options::default() };
         Mcl::new(robot, Map::Plan(Box::new(world.clone())), initial, &options).unwrap()
     };

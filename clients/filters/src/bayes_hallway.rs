@@ -1,6 +1,6 @@
 //! The histogram filter in the Hallway: where along the corridor, and which way.
 //!
-//! Source: *Probabilistic Robotics*, §1.3 (the robot that passes identical doors),
+//! Source: *Probabilistic Robotics*, §1.2, Fig. 1.1 (the robot that passes identical doors),
 //! Tables 2.1 and 4.1. The belief is a histogram over cells along the corridor,
 //! once for a robot that faces east and once for one that faces west; it begins
 //! uniform, whatever initial pose is given. The measurement is "door" or "no
@@ -12,16 +12,21 @@
 //! * A wall is looked at again only after some way. The same stretch looked at
 //!   twice errs twice in the same way, and Bayes' rule takes it for two opinions.
 //! * Across the corridor there is nothing to search: offset and heading come from
-//!   the straight walls of the last scan, and from the odometry since.
+//!   the straight walls of the last scan, and from the odometry since. Two walls look
+//!   the same either way round, so it is the odometry that says when the robot has
+//!   turned about, and then all that was believed of one heading is believed of the
+//!   other. Half-way round, what looks like a side is an end of the corridor.
 //! * The answer is the mean of the peak with the most likely cell. Its covariance
 //!   is that of the whole belief around it, other peaks and the other heading
 //!   included: a filter that holds three doors possible must say so.
+
+use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use clap::Args;
 use nalgebra::{Matrix3, Vector2};
 use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{BeliefKind, Estimate, Reply, Start, WeightedPose};
-use rusty_geometry::{EncoderTicks, SE2, trig};
+use rusty_geometry::{EncoderTicks, SE2, trig, wrap_angle};
 
 use crate::corridor::{Across, Corridor, Doors, Sides};
 use crate::histogram::Histogram;
@@ -30,6 +35,9 @@ use crate::{Beams, Odometry, OdometryNoise};
 
 /// A wall is looked at again after this way, m.
 const LOOK_EVERY_M: f64 = 0.1;
+/// Walls within this, rad, of the direction in which the odometry expects them, or
+/// of the opposite one, are the sides.
+const SIDES_RAD: f64 = FRAC_PI_4;
 /// A cell with less than this share of the mode's mass is beyond its peak.
 const PEAK_SHARE: f64 = 0.05;
 
@@ -143,7 +151,7 @@ impl BayesHallway {
         if whole != 0.0 {
             self.rest_m -= whole * cell_m;
             self.histogram.shift(0..cells, whole as i64);
-            self.histogram.shift(cells..2 * cells, -(whole as i64));
+            self.histogram.shift(cells..2 * cells, (whole as i64).saturating_neg());
         }
     }
 
@@ -151,6 +159,13 @@ impl BayesHallway {
     pub fn scan(&mut self, ranges_m: &[f64]) {
         let sides = Sides::of_scan(&self.extraction, &self.beams, ranges_m);
         if let Some(across) = Across::of_sides(&sides, self.corridor.width_m) {
+            let off_rad = wrap_angle(across.turned_rad - self.across.turned_rad).abs();
+            if off_rad.min(PI - off_rad) >= SIDES_RAD {
+                return;
+            }
+            if off_rad > FRAC_PI_2 {
+                self.turn_about();
+            }
             self.across = across;
         }
         if self.since_look_m >= LOOK_EVERY_M {
@@ -166,7 +181,16 @@ impl BayesHallway {
         self.histogram.spread(cells..2 * cells, variance);
         let (corridor, error) = (&self.corridor, self.look_error);
         self.histogram.correct(|k| corridor.likelihood(doors, k % cells, k < cells, error));
-        self.since_look_m = 0.0;
+        if doors.left.is_some() || doors.right.is_some() {
+            self.since_look_m = 0.0;
+        }
+    }
+
+    /// What was believed of a robot that faces east is believed of one that faces
+    /// west, and the other way round: it looks back along the corridor.
+    fn turn_about(&mut self) {
+        self.histogram.swap_halves();
+        self.rest_m = -self.rest_m;
     }
 
     /// The belief: the cells of a robot that faces east, west to east, then those
@@ -184,7 +208,7 @@ impl BayesHallway {
 
     /// Pose of a cell of the histogram, world frame.
     fn pose_in_world(&self, x_m: f64, east: bool) -> SE2 {
-        let (sign, heading_rad) = if east { (1.0, 0.0) } else { (-1.0, std::f64::consts::PI) };
+        let (sign, heading_rad) = if east { (1.0, 0.0) } else { (-1.0, PI) };
         let y_m = self.corridor.middle_y_m + sign * self.across.left_m;
         SE2::new(x_m, y_m, heading_rad + self.across.turned_rad)
     }
@@ -213,11 +237,12 @@ impl BayesHallway {
         let off_m2 = |k: usize| (self.x_m(k) - x_m) * (self.x_m(k) - x_m);
         let x_variance: f64 = (0..2 * cells).map(|k| belief[k] * off_m2(k)).sum();
         let other: f64 = belief.iter().sum::<f64>() - belief[row].iter().sum::<f64>();
-        let (across, pi) = (&self.across, std::f64::consts::PI);
+        let across = &self.across;
         let mut c = Matrix3::zeros();
-        c[(0, 0)] = x_variance + self.corridor.cell_m * self.corridor.cell_m / 12.0;
+        let cell_m = self.corridor.cell_m;
+        c[(0, 0)] = x_variance + self.rest_variance + cell_m * cell_m / 12.0;
         c[(1, 1)] = across.left_variance + other.max(0.0) * 4.0 * across.left_m * across.left_m;
-        c[(2, 2)] = across.turned_variance + other.max(0.0) * pi * pi;
+        c[(2, 2)] = across.turned_variance + other.max(0.0) * PI * PI;
         // From the corridor's axes into the body's.
         let (s, k) = trig::sin_cos(across.turned_rad);
         let turn = Matrix3::new(k, s, 0.0, -s, k, 0.0, 0.0, 0.0, 1.0);

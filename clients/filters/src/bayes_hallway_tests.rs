@@ -113,38 +113,111 @@ fn three_peaks_until_the_way_tells_the_doors_apart() {
     assert!((east[0] - 4.85).abs() < 0.1, "{east:?}");
 }
 
-/// A robot that slips drives from a pose; where it is at the end, and the filter.
-fn drive(seed: u64, from: SE2) -> (SE2, BayesHallway) {
-    let (world, config) = (rusty_geometry::hallway(), LidarConfig::default());
-    let (mut scan, mut random) = (Scan::new(config.fan()), Random::new(seed, 9));
-    let mut filter = BayesHallway::new(&start(), &Options::default()).unwrap();
-    let (drive, mut pose, mut counts) = (DiffDrive::rusty(), from, 0.0);
-    let mut ranges_m = vec![0.0; config.beams as usize];
-    for tick in 0..1000 {
-        counts += 0.01 / tick_length(&drive);
-        let mut side = || 0.01 * (1.0 + 0.02 * random.normal());
-        pose = pose.boxplus(&drive.tangent(side(), side()));
-        filter.advance(EncoderTicks { left: counts as i64, right: counts as i64 });
-        if tick % 5 == 0 {
-            scan.take(&world, &pose, config.range_max_m);
-            scan.write_distances_m(&mut ranges_m);
-            ranges_m.iter_mut().for_each(|range_m| {
-                *range_m = (*range_m + 0.02 * random.normal()).min(config.range_max_m);
-                if random.uniform() < 0.02 {
-                    *range_m = config.range_max_m;
-                }
-            });
-            filter.scan(&ranges_m);
+/// A robot that slips, what its laser reads, and the filter.
+struct Drive {
+    pose: SE2,
+    filter: BayesHallway,
+    random: Random,
+    scan: Scan,
+    /// Ways of the wheels in counts, left and right.
+    counts: [f64; 2],
+    tick: u64,
+}
+
+impl Drive {
+    fn from(seed: u64, pose: SE2) -> Self {
+        let filter = BayesHallway::new(&start(), &Options::default()).unwrap();
+        let (random, scan) = (Random::new(seed, 9), Scan::new(LidarConfig::default().fan()));
+        Self { pose, filter, random, scan, counts: [0.0; 2], tick: 0 }
+    }
+
+    /// So many ticks, its wheels going these ways (m) in each.
+    fn go(&mut self, ticks: u64, ways_m: [f64; 2]) {
+        let (world, config) = (rusty_geometry::hallway(), LidarConfig::default());
+        let mut ranges_m = vec![0.0; config.beams as usize];
+        let drive = DiffDrive::rusty();
+        for _ in 0..ticks {
+            let random = &mut self.random;
+            let [left, right] = ways_m.map(|way_m| way_m * (1.0 + 0.02 * random.normal()));
+            self.pose = self.pose.boxplus(&drive.tangent(left, right));
+            self.counts[0] += ways_m[0] / tick_length(&drive);
+            self.counts[1] += ways_m[1] / tick_length(&drive);
+            let [left, right] = self.counts.map(|count| count as i64);
+            self.filter.advance(EncoderTicks { left, right });
+            if self.tick.is_multiple_of(5) {
+                self.scan.take(&world, &self.pose, config.range_max_m);
+                self.scan.write_distances_m(&mut ranges_m);
+                ranges_m.iter_mut().for_each(|range_m| {
+                    *range_m = (*range_m + 0.02 * random.normal()).min(config.range_max_m);
+                    if random.uniform() < 0.02 {
+                        *range_m = config.range_max_m;
+                    }
+                });
+                self.filter.scan(&ranges_m);
+            }
+            self.tick += 1;
         }
     }
-    (pose, filter)
+}
+
+/// A robot drives ten metres; where it is at the end, and the filter.
+fn drive(seed: u64, from: SE2) -> (SE2, BayesHallway) {
+    let mut drive = Drive::from(seed, from);
+    drive.go(1000, [0.01; 2]);
+    (drive.pose, drive.filter)
+}
+
+#[test]
+fn who_turns_about_is_not_lost() {
+    // Six metres on, about on the spot either way round, and a part of the way back.
+    for (seed, from, turn_m) in [
+        (3, SE2::new(0.8, 0.8, 0.0), 0.002),
+        (4, SE2::new(0.8, 0.8, 0.0), -0.002),
+        (5, SE2::new(11.2, 0.8, PI), 0.002),
+    ] {
+        let mut drive = Drive::from(seed, from);
+        drive.go(600, [0.01; 2]);
+        let half_turn = PI * 0.5 * DiffDrive::rusty().track_m;
+        let ticks = (half_turn / f64::abs(turn_m)) as u64;
+        drive.go(ticks, [-turn_m, turn_m]);
+        for _ in 0..4 {
+            drive.go(75, [0.01; 2]);
+            let (found, covariance) = drive.filter.estimate();
+            let tau = drive.pose.boxminus(&found);
+            assert!(
+                tau.x.abs() < 0.2 && tau.y.abs() < 0.05 && tau.z.abs() < 0.05,
+                "seed {seed}: {tau}, {:?} for {:?}",
+                found,
+                drive.pose
+            );
+            assert!(tau.x * tau.x < 9.0 * covariance[(0, 0)], "seed {seed}: {covariance}");
+        }
+    }
+}
+
+#[test]
+fn a_look_that_sees_nothing_is_none() {
+    let mut filter = BayesHallway::new(&start(), &Options::default()).unwrap();
+    filter.see(&Doors::default());
+    assert!(filter.since_look_m >= LOOK_EVERY_M);
+    filter.see(&Doors { left: None, right: Some(false) });
+    assert_eq!(filter.since_look_m, 0.0);
+}
+
+#[test]
+fn the_way_since_the_last_look_is_in_doubt_too() {
+    let mut filter = BayesHallway::new(&start(), &Options::default()).unwrap();
+    let before = filter.estimate().1[(0, 0)];
+    filter.rest_variance = 0.25;
+    assert!((filter.estimate().1[(0, 0)] - before - 0.25).abs() < 1e-12);
+    // As far as numbers go, and back: no overflow.
+    filter.advance(EncoderTicks { left: i64::MIN, right: i64::MIN });
+    assert!((filter.histogram().cells().iter().sum::<f64>() - 1.0).abs() < 1e-9);
 }
 
 #[test]
 fn it_finds_a_robot_that_faces_either_way() {
-    for (seed, from) in
-        [(1, SE2::new(0.8, 0.8, 0.0)), (2, SE2::new(11.2, 0.8, std::f64::consts::PI))]
-    {
+    for (seed, from) in [(1, SE2::new(0.8, 0.8, 0.0)), (2, SE2::new(11.2, 0.8, PI))] {
         let (truth, filter) = drive(seed, from);
         let (found, covariance) = filter.estimate();
         let tau = truth.boxminus(&found);

@@ -1,6 +1,6 @@
 //! What a filter believes of a range: the beam model.
 //!
-//! Source: *Probabilistic Robotics*, §6.3, equations 6.4 to 6.11 and Table 6.1:
+//! Source: *Probabilistic Robotics*, §6.3, equations 6.4 to 6.12 and Table 6.1:
 //! a reading is a mixture of four. It met what the map has there (*hit*, normal
 //! around the range z* that the map promises), something nearer that the map
 //! does not know (*short*, exponential), nothing (*max*), or it is inexplicable
@@ -62,6 +62,9 @@ impl Parts {
 
 /// The least σ that is believed in, m: a normal density needs some.
 const LEAST_SIGMA_M: f64 = 1e-3;
+
+/// Beyond so many σ a normal law has nothing left that a sum would show.
+const FAR: f64 = 9.0;
 
 impl BeamModel {
     /// What the data sheet says: σ and dropout. That one reading in fifty is
@@ -133,6 +136,19 @@ impl BeamModel {
         let below = |end_m: f64| normal_below((end_m - expected_m) / sigma_m);
         let mass = below(range_max_m) - below(0.0);
         trig::exp(-0.5 * z * z) / ((2.0 * PI).sqrt() * sigma_m * mass)
+    }
+
+    /// The second moment of a hit about z* in units of σ², below z_max and above 0: 1
+    /// where both are far away. With η the mass of equation 6.6 it is
+    /// 1 + (a φ(a) − b φ(b)) / η between a = −z*/σ and b = (z_max − z*)/σ, and
+    /// ∂ ln η / ∂σ is what it has beyond 1, over σ.
+    pub(crate) fn hit_second_moment(sigma_m: f64, expected_m: f64, range_max_m: f64) -> f64 {
+        let (a, b) = (-expected_m / sigma_m, (range_max_m - expected_m) / sigma_m);
+        if a < -FAR && b > FAR {
+            return 1.0;
+        }
+        let end = |z: f64| z * trig::exp(-0.5 * z * z) / (2.0 * PI).sqrt();
+        1.0 + (end(a) - end(b)) / (normal_below(b) - normal_below(a))
     }
 
     /// Equations 6.7 to 6.9: exponential up to z*, and normalised to that.

@@ -10,6 +10,10 @@
 //! * λ of *short* is where its expected log likelihood is greatest with the law
 //!   cut off at z*, as the model has it. The book's Σe / Σe·z is that of a law
 //!   without an end, which lets the likelihood fall; it is where the search starts.
+//! * σ of *hit* is where its expected log likelihood is greatest with the law cut
+//!   off at 0 and z_max (the η of equation 6.6), as the model has it. The book's
+//!   √(Σe·r² / Σe) is that of a law without ends. Where walls are about z_max away it
+//!   goes too far or not far enough, and where it stops depends on where it began.
 //! * Beside each number stands its standard error, from the observed information:
 //!   the sum of the outer products of the readings' scores (I. Meilijson, *A Fast
 //!   Improvement to the EM Algorithm on its Own Terms*, JRSS B 51, 1989). The
@@ -34,8 +38,10 @@ use crate::beam_model::Parts;
 const NO_WEIGHT: f64 = 1e-8;
 /// λ is looked for between this and its inverse, 1/m.
 const LEAST_LAMBDA: f64 = 1e-3;
-/// σ is looked for from this on, m.
+/// σ is looked for from this on, m,
 const LEAST_SIGMA_M: f64 = 1e-5;
+/// and up to so many z_max: a law as wide as that is flat.
+const MOST_SIGMA: f64 = 10.0;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,9 +119,17 @@ pub struct BeamFit {
 struct Sums {
     log_likelihood: f64,
     count: [f64; 4],
-    /// Readings below z_max that were hits, and the squares of their errors, m².
-    measured: f64,
+    /// Squares of the errors of readings below z_max that were hits, m².
     squares_m2: f64,
+}
+
+/// Readings that may have come about in these ways: how likely it is, and where.
+#[derive(Default)]
+struct Causes {
+    /// By something in front of the map: e, the range and z*, m.
+    shorts: Vec<[f64; 3]>,
+    /// By what the map has, below z_max: e and z*, m.
+    hits: Vec<[f64; 2]>,
 }
 
 /// Fits the model to the readings, beginning with `guess`; `None` if there is no
@@ -128,13 +142,12 @@ pub fn fit(readings: &Readings, guess: BeamModel, criterion: Criterion) -> Optio
     let count = readings.all.len() as f64;
     let mut model = guess;
     let mut rounds: Vec<Round> = Vec::new();
-    let mut shorts = Vec::new();
-    let mut converged = false;
-    while rounds.len() <= criterion.rounds {
-        let mut sums = expect(readings, &model, &mut shorts);
+    let mut causes = Causes::default();
+    let converged = loop {
+        let mut sums = expect(readings, &model, &mut causes);
         let before = rounds.last().map(|r| r.log_likelihood);
-        // σ is that of a normal law without ends. Where many walls are about z_max
-        // away that goes too far: then half as far, until it is no step down.
+        // The mass of a hit is known to seven digits. Where the last ones of σ make
+        // the likelihood fall: half as far, until it is no step down.
         while let Some(last) =
             rounds.last().filter(|l| sums.log_likelihood < l.log_likelihood * count)
         {
@@ -143,16 +156,17 @@ pub fn fit(readings: &Readings, guess: BeamModel, criterion: Criterion) -> Optio
                 break;
             }
             model.sigma_hit_m = last.sigma_hit_m + 0.5 * change_m;
-            sums = expect(readings, &model, &mut shorts);
+            sums = expect(readings, &model, &mut causes);
         }
         let log_likelihood = sums.log_likelihood / count;
         rounds.push(Round::new(&model, log_likelihood));
-        converged = before.is_some_and(|b| log_likelihood - b < criterion.tolerance);
-        if converged {
-            break;
+        let converged = before.is_some_and(|b| log_likelihood - b < criterion.tolerance);
+        // What is answered is the model of the last round.
+        if converged || rounds.len() > criterion.rounds {
+            break converged;
         }
-        model = maximise(&model, &sums, &shorts);
-    }
+        model = maximise(&model, &sums, &causes, readings.range_max_m);
+    };
     let errors = standard_errors(readings, &model);
     let fitted = |value, place: usize| Fitted { value, std_error: errors[place] };
     Some(BeamFit {
@@ -168,11 +182,12 @@ pub fn fit(readings: &Readings, guess: BeamModel, criterion: Criterion) -> Optio
     })
 }
 
-/// Who is responsible for each reading: the sums of Table 6.2, and of readings
-/// that something in front may be responsible for, how much and where.
-fn expect(readings: &Readings, model: &BeamModel, shorts: &mut Vec<[f64; 3]>) -> Sums {
+/// Who is responsible for each reading: the sums of Table 6.2, and the readings
+/// that the parts with a shape may be responsible for.
+fn expect(readings: &Readings, model: &BeamModel, causes: &mut Causes) -> Sums {
     let mut sums = Sums::default();
-    shorts.clear();
+    causes.shorts.clear();
+    causes.hits.clear();
     for Reading { range_m, expected_m } in &readings.all {
         let density = model.density(*range_m, *expected_m, readings.range_max_m);
         let e = model.responsibilities(*range_m, *expected_m, readings.range_max_m);
@@ -182,31 +197,69 @@ fn expect(readings: &Readings, model: &BeamModel, shorts: &mut Vec<[f64; 3]>) ->
             *sum += e;
         }
         // A reading of z_max where nothing was expected has no error.
-        if *range_m < readings.range_max_m {
+        if *range_m < readings.range_max_m && e.hit > NO_WEIGHT {
             let error_m = range_m - expected_m;
-            sums.measured += e.hit;
             sums.squares_m2 += e.hit * error_m * error_m;
+            causes.hits.push([e.hit, *expected_m]);
         }
         if e.short > NO_WEIGHT {
-            shorts.push([e.short, *range_m, expected_m.min(readings.range_max_m)]);
+            causes.shorts.push([e.short, *range_m, expected_m.min(readings.range_max_m)]);
         }
     }
     sums
 }
 
 /// The numbers under which what [`expect`] said is most likely.
-fn maximise(model: &BeamModel, sums: &Sums, shorts: &[[f64; 3]]) -> BeamModel {
+fn maximise(model: &BeamModel, sums: &Sums, causes: &Causes, range_max_m: f64) -> BeamModel {
     let all: f64 = sums.count.iter().sum();
     if all <= 0.0 {
         return *model;
     }
     let [z_hit, z_short, z_max, z_rand] = sums.count.map(|n| n / all);
-    let sigma_hit_m = match sums.measured {
-        n if n > 0.0 => (sums.squares_m2 / n).sqrt().max(LEAST_SIGMA_M),
-        _ => model.sigma_hit_m,
-    };
-    let lambda_short_per_m = most_likely_lambda(model.lambda_short_per_m, shorts);
+    let sigma_hit_m =
+        most_likely_sigma_m(model.sigma_hit_m, sums.squares_m2, &causes.hits, range_max_m);
+    let lambda_short_per_m = most_likely_lambda(model.lambda_short_per_m, &causes.shorts);
     BeamModel { z_hit, z_short, z_max, z_rand, sigma_hit_m, lambda_short_per_m }
+}
+
+/// σ where Σ e ln N(z; z*, σ) / η is greatest: where the squares of the errors are
+/// together what such a law has on average. That grows with σ; the book's step,
+/// towards the σ that would have them if the law were as far from its ends as it is
+/// now, is kept between the bounds that are known.
+fn most_likely_sigma_m(sigma_m: f64, squares_m2: f64, hits: &[[f64; 2]], range_max_m: f64) -> f64 {
+    if hits.is_empty() {
+        return sigma_m;
+    }
+    let squares_at = |sigma_m: f64| -> f64 {
+        let of = |[e, expected_m]: &[f64; 2]| {
+            e * BeamModel::hit_second_moment(sigma_m, *expected_m, range_max_m)
+        };
+        sigma_m * sigma_m * hits.iter().map(of).sum::<f64>()
+    };
+    let (mut low_m, mut high_m) = (LEAST_SIGMA_M, MOST_SIGMA * range_max_m);
+    if squares_at(low_m) >= squares_m2 {
+        return low_m;
+    }
+    if squares_at(high_m) <= squares_m2 {
+        return high_m;
+    }
+    let mut sigma_m = sigma_m.clamp(low_m, high_m);
+    for _ in 0..200 {
+        let there_m2 = squares_at(sigma_m);
+        if there_m2 < squares_m2 {
+            low_m = sigma_m;
+        } else {
+            high_m = sigma_m;
+        }
+        let book_m = sigma_m * (squares_m2 / there_m2).sqrt();
+        let is_inside = book_m > low_m && book_m < high_m;
+        let next_m = if is_inside { book_m } else { (low_m * high_m).sqrt() };
+        if (next_m - sigma_m).abs() <= 1e-9 * sigma_m {
+            return next_m;
+        }
+        sigma_m = next_m;
+    }
+    sigma_m
 }
 
 /// z* / (exp(λ z*) − 1): what cutting the exponential law off at z* takes from
@@ -307,7 +360,9 @@ fn score(reading: &Reading, model: &BeamModel, range_max_m: f64) -> Option<SVect
     let (sigma_m, lambda) = (model.sigma_hit_m, model.lambda_short_per_m);
     let error_m = range_m - expected_m;
     let by_sigma = if range_m < range_max_m {
-        model.z_hit * hit * (error_m * error_m / (sigma_m * sigma_m) - 1.0) / sigma_m
+        // Of the normal law, and of its mass between 0 and z_max.
+        let moment = BeamModel::hit_second_moment(sigma_m, expected_m, range_max_m);
+        model.z_hit * hit * (error_m * error_m / (sigma_m * sigma_m) - moment) / sigma_m
     } else {
         0.0
     };

@@ -16,6 +16,9 @@
 //!   tick is an arc has them equal. What it says of ahead and round holds for both.
 //! * Counts of the encoders are whole: two readings at the ends of a window are off
 //!   by up to half a count each, whatever was driven. That is known and taken out.
+//! * The half count at the end of a window is that at the beginning of the next, so
+//!   the errors of neighbours hang together; they are taken as independent. Beside
+//!   what a window of more than some counts slips they are nothing.
 //! * A number that a log does not tell is not made up. A robot that never turns on
 //!   the spot says next to nothing of α₁ and α₄.
 

@@ -41,7 +41,7 @@ impl Histogram {
     }
 
     /// Corrects by a measurement with this likelihood in each cell (Table 2.1,
-    /// lines 4 and 5). One that is possible in no cell changes nothing, and the
+    /// line 4). One that is possible in no cell changes nothing, and the
     /// answer is `false`.
     pub fn correct(&mut self, likelihood: impl Fn(usize) -> f64) -> bool {
         let before = self.cells.clone();
@@ -83,6 +83,15 @@ impl Histogram {
                 row[cell] += mass - 2.0 * aside;
             }
         }
+    }
+
+    /// Swaps the first half of the cells with the second. The middle one of an odd
+    /// number stays.
+    pub fn swap_halves(&mut self) {
+        let half = self.cells.len() / 2;
+        let (first, rest) = self.cells.split_at_mut(half);
+        let from = rest.len() - half;
+        first.swap_with_slice(&mut rest[from..]);
     }
 
     /// The cell with the most mass, the first of equal ones.
@@ -189,6 +198,9 @@ mod tests {
         assert_eq!(belief.cells(), [0.25, 0.75]);
         assert_eq!(belief.mode(), 1);
         assert_eq!(Histogram::new(vec![0.0; 4]).cells(), [0.25; 4]);
+        let mut halves = Histogram::new(vec![1.0, 2.0, 3.0, 4.0]);
+        halves.swap_halves();
+        assert_eq!(halves.cells(), [0.3, 0.4, 0.1, 0.2]);
         let mut nothing = Histogram::new(Vec::new());
         nothing.shift(0..0, 3);
         nothing.spread(0..0, 1.0);

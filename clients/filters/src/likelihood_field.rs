@@ -16,7 +16,12 @@
 //!   particles are millimetres apart; if all within a cell were alike, the sum over
 //!   180 beams would be a rugged thing at that scale, by several units of ln p.
 //! * A map of cells is itself wrong by about a cell: its side is a σ that is added
-//!   to the laser's, as squares are.
+//!   to the laser's, as squares are. The same goes for a floor plan so large that
+//!   its cells have to be larger than they were wanted (over four million).
+//! * What stands in front of the map, *short* of the beam model, has no place in
+//!   Table 6.3; it is as inexplicable here as *rand* and counted with that. The
+//!   mixture is that of readings below z_max, so its weights are divided by
+//!   1 − z_max.
 //! * Beyond the map is nothing where it is a floor plan, and what nobody has seen
 //!   where it was drawn from scans.
 //!
@@ -126,8 +131,9 @@ impl Ends {
 }
 
 impl LikelihoodField {
-    /// The field of a floor plan, in cells of `cell_m`, and with `blur_m` of
-    /// doubt about where the ends are beside the laser's own σ.
+    /// The field of a floor plan, in cells of `cell_m` (larger ones, and blurred
+    /// by as much, where these would be too many), and with `blur_m` of doubt
+    /// about where the ends are beside the laser's own σ.
     #[must_use]
     pub fn of_world(
         world: &World,
@@ -136,11 +142,12 @@ impl LikelihoodField {
         blur_m: f64,
         cell_m: f64,
     ) -> Self {
-        let sigma_m = joint(&[model.sigma_hit_m, blur_m]);
-        let margin_m = 4.0 * sigma_m;
-        let mut frame = GridFrame::covering(world.bounds(), margin_m, cell_m);
+        let mut sigma_m = joint(&[model.sigma_hit_m, blur_m]);
+        let mut frame = GridFrame::covering(world.bounds(), 4.0 * sigma_m, cell_m);
         while frame.cells() > MOST_CELLS {
-            frame = GridFrame::covering(world.bounds(), margin_m, frame.cell_m * 2.0);
+            let coarse_m = 2.0 * frame.cell_m;
+            sigma_m = joint(&[model.sigma_hit_m, blur_m, coarse_m]);
+            frame = GridFrame::covering(world.bounds(), 4.0 * sigma_m, coarse_m);
         }
         let field = DistanceField::of_world(world, frame);
         Self::of_distances(&field, model, sigma_m, range_max_m, |_| false, false)

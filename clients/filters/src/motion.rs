@@ -12,10 +12,12 @@
 //!   ticks add up on the group as independent errors do ([`Motion::push`]).
 //! * A tick is an arc (the encoders say so), whose two turns are equal halves.
 //!   The book takes them from the chord by `atan2`, which sees half a turn where
-//!   a robot backs up.
+//!   a robot backs up. Its δ_trans is the length of the arc, which the wheels
+//!   turn, and not that of the chord: over one tick the two are as good as
+//!   equal.
 //! * What is sampled is the error of the whole motion since the last scan, from
 //!   a normal law in the tangent space at its end (Solà et al.,
-//!   arXiv:1812.01537, §II-E): in the plane that is the banana the book draws.
+//!   arXiv:1812.01537, §II-H): in the plane that is the banana the book draws.
 
 use clap::Args;
 use nalgebra::{Matrix3, Vector3};
@@ -52,10 +54,13 @@ impl Default for OdometryNoise {
 
 fn alpha(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
-        _ => Err("give a number, 0 or more".to_owned()),
+        Ok(value) if (0.0..=MOST_ALPHA).contains(&value) => Ok(value),
+        _ => Err("give a number from 0 to 1000000".to_owned()),
     }
 }
+
+/// The most an α may be: beyond it squares of variances have no numbers.
+const MOST_ALPHA: f64 = 1e6;
 
 impl OdometryNoise {
     /// Covariance (m, m, rad) of the error of one tick's motion `step` (the
@@ -218,6 +223,14 @@ mod tests {
         second.push(&steps[1], &noise.of_step(&steps[1]));
         let difference = second.propagate(&first.covariance) - whole.covariance;
         assert!(difference.norm() < 1e-18, "{difference}");
+    }
+
+    #[test]
+    fn alphas_are_bounded() {
+        assert_eq!((alpha("0"), alpha("1e6")), (Ok(0.0), Ok(1e6)));
+        for nonsense in ["-1", "nan", "inf", "1e300", "1.1e6", "x"] {
+            assert!(alpha(nonsense).is_err(), "{nonsense}");
+        }
     }
 
     #[test]

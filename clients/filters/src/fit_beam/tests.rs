@@ -100,11 +100,72 @@ fn one_round_is_the_book_s_table_by_hand() {
     let e = guess().responsibilities(3.1, 3.0, RANGE_MAX_M);
     let last = fit.rounds.last().unwrap();
     assert_eq!(fit.rounds.len(), 2);
+    assert_eq!(numbers(&fit)[..4].iter().map(|n| n.value).collect::<Vec<_>>(), last.weights);
+    assert_eq!(fit.sigma_hit_m.value, last.sigma_hit_m);
+    assert_eq!(fit.lambda_short_per_m.value, last.lambda_short_per_m);
     for (found, wanted) in last.weights.iter().zip([0.5 * e.hit, 0.0, 0.5, 0.5 * e.rand]) {
         assert!((found - wanted).abs() < 1e-15, "{last:?}");
     }
     // Only the first was a hit, 0.1 m off.
     assert!((last.sigma_hit_m - 0.1).abs() < 1e-12);
+}
+
+#[test]
+fn a_wide_hit_is_found_wherever_the_search_begins() {
+    let wide = BeamModel { sigma_hit_m: 1.5, ..MIXTURE };
+    let criterion = Criterion { tolerance: 1e-12, rounds: 20_000 };
+    let found = [0.5, 3.0].map(|sigma_hit_m| {
+        let guess = BeamModel { sigma_hit_m, ..guess() };
+        let fit = fit(&drawn(&wide, 4000, 2), guess, criterion).unwrap();
+        assert!(fit.converged, "{} rounds", fit.rounds.len());
+        fit.sigma_hit_m
+    });
+    let std_error = found[0].std_error.unwrap();
+    assert!((found[0].value - found[1].value).abs() < 0.02 * std_error, "{found:?}");
+    assert!((found[0].value - 1.5).abs() < 3.0 * std_error && std_error < 0.3, "{found:?}");
+}
+
+#[test]
+fn sigma_is_where_its_likelihood_is_greatest() {
+    let squares = [[0.9, 0.4, 0.7], [0.5, 7.5, -2.0], [1.0, 4.0, 1.5], [0.3, 6.0, -0.2]];
+    let hits = squares.map(|[e, expected_m, _]| [e, expected_m]);
+    let sum_m2: f64 = squares.iter().map(|[e, _, off_m]| e * off_m * off_m).sum();
+    let likelihood = |sigma_hit_m: f64| -> f64 {
+        let model = BeamModel { sigma_hit_m, ..guess() };
+        let of = |[e, expected_m, off_m]: &[f64; 3]| {
+            e * trig::ln(model.parts(expected_m + off_m, *expected_m, RANGE_MAX_M).hit)
+        };
+        squares.iter().map(of).sum()
+    };
+    for start_m in [1e-5, 0.1, 3.0, 70.0] {
+        let best = most_likely_sigma_m(start_m, sum_m2, &hits, RANGE_MAX_M);
+        let there = likelihood(best);
+        assert!(there > likelihood(best * 1.01) && there > likelihood(best / 1.01), "{best}");
+    }
+    // Errors of nothing, and errors that no law between the ends has.
+    assert_eq!(most_likely_sigma_m(1.0, 0.0, &hits, RANGE_MAX_M), LEAST_SIGMA_M);
+    assert_eq!(most_likely_sigma_m(1.0, 1e3, &hits, RANGE_MAX_M), MOST_SIGMA * RANGE_MAX_M);
+    assert_eq!(most_likely_sigma_m(1.0, 0.0, &[], RANGE_MAX_M), 1.0);
+}
+
+#[test]
+fn scores_are_the_slopes_of_the_log_likelihood() {
+    let model = BeamModel { sigma_hit_m: 1.5, ..MIXTURE };
+    for (range_m, expected_m) in [(3.0, 2.5), (0.5, 1.0), (7.5, 7.0), (6.0, 7.9)] {
+        let slopes = score(&Reading { range_m, expected_m }, &model, RANGE_MAX_M).unwrap();
+        let log = |model: BeamModel| trig::ln(model.density(range_m, expected_m, RANGE_MAX_M));
+        let step = 1e-3;
+        let of = |change: fn(&mut BeamModel, f64)| {
+            let [mut more, mut less] = [model; 2];
+            change(&mut more, step);
+            change(&mut less, -step);
+            (log(more) - log(less)) / (2.0 * step)
+        };
+        let by_sigma = of(|model, by| model.sigma_hit_m += by);
+        let by_lambda = of(|model, by| model.lambda_short_per_m += by);
+        assert!((slopes[3] - by_sigma).abs() < 2e-3, "{range_m}: {slopes} for {by_sigma}");
+        assert!((slopes[4] - by_lambda).abs() < 2e-3, "{range_m}: {slopes} for {by_lambda}");
+    }
 }
 
 #[test]

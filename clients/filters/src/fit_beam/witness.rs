@@ -16,7 +16,7 @@ use crate::{BeamModel, Beams, OccupancyMap};
 const LONG: u64 = 20_000;
 
 /// What is fitted to, and how it is said.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, PartialEq)]
 pub struct Options {
     /// Map to expect ranges from: the YAML page of a map_server pair
     /// [default: the floor plan of the log]
@@ -24,11 +24,11 @@ pub struct Options {
     pub map: Option<PathBuf>,
 
     /// Stop once a round makes a reading's mean log likelihood better by less
-    #[arg(long, value_name = "X", default_value_t = Criterion::default().tolerance)]
+    #[arg(long, value_name = "X", default_value_t = Criterion::default().tolerance, value_parser = tolerance)]
     pub tolerance: f64,
 
     /// and after so many rounds in any case
-    #[arg(long, value_name = "N", default_value_t = Criterion::default().rounds)]
+    #[arg(long, value_name = "N", default_value_t = Criterion::default().rounds, value_parser = rounds)]
     pub rounds: usize,
 
     /// Print every round
@@ -38,6 +38,27 @@ pub struct Options {
     /// Print JSON, rounds included
     #[arg(long)]
     pub json: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        let Criterion { tolerance, rounds } = Criterion::default();
+        Self { map: None, tolerance, rounds, verbose: false, json: false }
+    }
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
+        _ => Err("give a number, 0 or more".to_owned()),
+    }
+}
+
+fn rounds(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(value) if (1..=1_000_000).contains(&value) => Ok(value),
+        _ => Err("give a whole number from 1 to 1000000".to_owned()),
+    }
 }
 
 /// A log's readings on their way to a fit.
@@ -110,7 +131,7 @@ fn plan(brief: &Brief, lidar: &LidarConfig) -> Result<Expected, ClientError> {
 
 impl Witness for FitBeam {
     fn start(start: &Start, brief: &Brief, _: &ClientArgs) -> Result<Self, ClientError> {
-        Self::new(start, brief, &Options { tolerance: 1e-10, rounds: 1000, ..Options::default() })
+        Self::new(start, brief, &Options::default())
     }
 
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
@@ -187,4 +208,26 @@ fn line_of(number: usize, round: &Round) -> String {
         "{number:5} {:15.9} {hit:8.6} {short:8.6} {max:8.6} {rand:8.6} {:9.6} {:11.6}",
         round.log_likelihood, round.sigma_hit_m, round.lambda_short_per_m
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: Options,
+    }
+
+    #[test]
+    fn flags_and_defaults_agree_and_nonsense_is_refused() {
+        assert_eq!(Line::parse_from(["fit-beam"]).options, Options::default());
+        for nonsense in
+            ["--tolerance=nan", "--tolerance=-1", "--tolerance=inf", "--rounds=0", "--rounds=-1"]
+        {
+            assert!(Line::try_parse_from(["fit-beam", nonsense]).is_err(), "{nonsense}");
+        }
+    }
 }

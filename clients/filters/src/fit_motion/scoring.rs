@@ -93,9 +93,11 @@ pub fn fit(windows: &Windows) -> Option<MotionFit> {
     while rounds.len() <= MOST_ROUNDS && !converged {
         let at_edge = |k: usize| alphas[k] <= 0.0 && here.slope[k] <= 0.0;
         let wanted = std::array::from_fn(|k| informs[k] && !at_edge(k));
-        let step = inverse(&here.expected, wanted, 1e-12)
-            .or_else(|| inverse(&here.expected, wanted, 1e-6))
-            .map_or_else(Vector4::zeros, |inverse| inverse * here.slope);
+        let inverse = inverse(&here.expected, wanted, 1e-12)
+            .or_else(|| inverse(&here.expected, wanted, 1e-6));
+        // No way up is known: it is not said that this is the top.
+        let Some(inverse) = inverse else { break };
+        let step = inverse * here.slope;
         let (mut next, mut there) = (alphas, None);
         for halved in 0..40 {
             let share = 1.0 / (1_u64 << halved) as f64;

@@ -202,3 +202,20 @@ fn a_wheel_that_is_larger_than_said_shows() {
     assert!(turn.is_there() && (turn.value - 0.01 / 0.16).abs() < 4.0 * turn.std_error, "{turn:?}");
     assert!(way.value > 0.0, "{way:?}");
 }
+
+#[test]
+fn where_no_way_up_is_known_it_is_not_said_to_be_at_the_top() {
+    let mut windows = Windows::new(DiffDrive::rusty());
+    let each = nalgebra::Matrix2::identity();
+    let window = |size: f64| Window {
+        error: nalgebra::Vector2::new(1.0, 1.0),
+        of_alpha: [each * size; 4],
+        of_counts: each,
+        driven: nalgebra::Vector2::new(1.0, 1.0),
+        ticks: 1,
+    };
+    windows.all = vec![window(1e200)];
+    assert!(!fit(&windows).unwrap().converged);
+    windows.all = vec![window(1.0)];
+    assert!(fit(&windows).unwrap().converged);
+}

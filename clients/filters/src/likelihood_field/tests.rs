@@ -23,7 +23,7 @@ fn one_wall() -> World {
     World::new(WorldSpec { name, bounds, walls: vec![wall] }).unwrap()
 }
 
-/// Table 6.3, line 7, of readings that are not z_max.
+/// Table 6.3, line 8, of readings that are not z_max.
 fn by_the_book(distance_m: f64, sigma_m: f64) -> f64 {
     let z = distance_m / sigma_m;
     let normal = trig::exp(-0.5 * z * z) / ((2.0 * PI).sqrt() * sigma_m);
@@ -119,4 +119,30 @@ fn the_right_pose_has_what_is_expected_of_it() {
     }));
     let found = field.log_likelihood(&ends, &SE2::identity()) / f64::from(count);
     assert!((found - said).abs() < 0.05, "{found} for {said}");
+}
+
+#[test]
+fn a_large_world_has_coarse_cells_and_is_as_likely_as_is_expected() {
+    use crate::Random;
+    let wall = |a, b| WallSpec { a, b, material: Material::Wall };
+    let walls = vec![wall([0.0, 0.0], [100.0, 0.0]), wall([33.33, 0.0], [33.33, 100.0])];
+    let (name, bounds) = ("large".to_owned(), [0.0, 0.0, 100.0, 100.0]);
+    let world = World::new(WorldSpec { name, bounds, walls }).unwrap();
+    let model = BeamModel { sigma_hit_m: 0.02, ..model() };
+    let field = LikelihoodField::of_world(&world, &model, RANGE_MAX_M, 0.0, 0.01);
+    let cell_m = field.frame.cell_m;
+    assert!(cell_m > 0.04 && field.frame.cells() <= MOST_CELLS, "{cell_m}");
+    assert!((field.sigma_m() - joint(&[0.02, cell_m])).abs() < 1e-12, "{}", field.sigma_m());
+    let (mut random, mut ends) = (Random::new(3, 1), Ends::default());
+    let count = 20_000;
+    ends.set((0..count).map(|k| {
+        let strange = random.uniform() < 0.08 / 0.98;
+        let off_m = if strange { 3.0 } else { 0.02 * random.normal() };
+        Point2::new(33.33 + off_m, 2.0 + 0.004 * f64::from(k))
+    }));
+    let found = field.log_likelihood(&ends, &SE2::identity()) / f64::from(count);
+    // No worse than a robot at the right pose has to be; better, as its laser is
+    // not as blurred as the cells are.
+    let ratio = trig::exp(found - field.expected_log());
+    assert!((0.98..1.8).contains(&ratio), "{ratio}");
 }

@@ -5,8 +5,8 @@
 
 use rusty_contract::FieldError;
 
-/// The most pixels of a picture: 3.2 km² in cells of 5 cm is 1.3 · 10⁹, a large
-/// building some 10⁶.
+/// The most pixels of a picture, 6.7 · 10⁷: a square of 410 m in cells of 5 cm. A
+/// large building has some 10⁶.
 pub const MAX_PIXELS: usize = 1 << 26;
 
 /// A picture as it lies in the file: the first row is the uppermost.
@@ -45,8 +45,9 @@ impl Reader<'_> {
         let token = rest.split(|b| b.is_ascii_whitespace() || *b == b'#').next().unwrap_or(rest);
         self.place += token.len();
         let text = String::from_utf8_lossy(&token[..token.len().min(20)]).into_owned();
+        let whole = str::from_utf8(token).unwrap_or("not text");
         let remedy = || format!("give a whole number, at most {most}, or save the picture again");
-        match text.parse::<usize>() {
+        match whole.parse::<usize>() {
             Ok(value) if value <= most => Ok(value),
             Ok(_) => Err(FieldError::new(field, text, "is too large", remedy())),
             Err(_) if token.is_empty() => {
@@ -150,6 +151,7 @@ mod tests {
         let commented = b"P2# a\n#b\n3 #c\n2\r\n# d e\n255\n0 1# x\n32\n10 255\t128\n";
         assert_eq!(grey(commented), [0, 1, 32, 10, 255, 128]);
         assert_eq!(grey(b"P5 2 1 1000 \x03\xe8\x00\x01"), [1000, 1]);
+        assert_eq!(grey(b"P2 2 1 000000000000000000000255 255 0000000000000000000007"), [255, 7]);
         // The byte after maxval ends the head, whatever the first pixel is.
         assert_eq!(grey(b"P5 2 1 255\n# "), [35, 32]);
     }
@@ -174,6 +176,7 @@ mod tests {
             (b"P5 0 2 255 ", "size = 0"),
             (b"P5 60000 60000 255 ", "size = 60000"),
             (b"P5 99999999999999999999 1 255 ", "width = 99999999999999999999"),
+            (b"P2 00000000000000000001x 1 255 0", "width = 00000000000000000001: is no number"),
             (b"P5 1 1 0 \x00", "maxval = 0: leaves no grey"),
             (b"P5 1 1 65536 \x00", "maxval = 65536: is too large"),
             (b"P5 3 2 255 \x00\x00", "bytes of pixels = 2: are fewer than the 6"),

@@ -1,11 +1,23 @@
 //! Particles that are moved, weighed and drawn: Table 8.2 with the number of
 //! Table 8.4.
+//!
+//! Scans of a robot that stands still err in the same way, as far as they err
+//! because of the map and the model, and its particles do not move apart: counted
+//! one after the other, a minute of them would leave copies of one particle and
+//! a covariance of nothing (§4.3.4 warns of it). So of every place one scan counts,
+//! as in ROS's amcl, whose `update_min_d` says what a place is. There are two
+//! exceptions. As long as the particles are too far apart for a scan to be taken
+//! as sharply as it is, each counts: on its way up the ladder of [`super::sensor`]
+//! a cloud is spread again at every step, and a robot that wakes up standing is to
+//! find itself. And how well the belief explains a scan is asked of every one: so a
+//! robot that is carried away with its wheels still is missed.
 
 use super::sensor::Sensor;
 use super::{Options, Particles};
 use crate::kld::{Bins, sample_size};
 use crate::resampling::{effective_size, low_variance};
 use crate::{Motion, Random};
+use rusty_geometry::SE2;
 
 /// Side of the bins that particles are counted in, m, and their number in a turn.
 const BINS: (f64, u32) = (0.1, 36);
@@ -15,6 +27,10 @@ const EPSILON: f64 = 0.05;
 const QUANTILE: f64 = 2.326_347_874;
 /// Particles are drawn anew when their weights are worth less than this share.
 const WORTH: f64 = 0.5;
+/// Nearer to where the last scan counted than this, m,
+const SAME_PLACE_M: f64 = 0.01;
+/// and turned by less, rad, the robot is at the same place.
+const SAME_PLACE_RAD: f64 = 0.01;
 
 /// A sample of a belief.
 #[derive(Debug)]
@@ -27,10 +43,13 @@ pub(super) struct Cloud {
     pub settled: bool,
     /// How many scans it has taken.
     pub scans: u32,
+    /// Way of the robot since the last scan that counted.
+    since: SE2,
     bins: Bins,
     /// By how much the survivors of the last scan are to be spread (m, rad).
     spread: (f64, f64),
     drawn: Vec<u32>,
+    trial: Vec<SE2>,
     motions: Random,
     draws: Random,
 }
@@ -43,9 +62,11 @@ impl Cloud {
             beam_likelihood: 0.0,
             settled: false,
             scans: 0,
+            since: SE2::identity(),
             bins: Bins::new(BINS.0, BINS.1),
             spread: (0.0, 0.0),
             drawn: Vec::new(),
+            trial: Vec::new(),
             motions: Random::new(seed, purpose),
             draws: Random::new(seed, purpose + 1),
         }
@@ -55,35 +76,103 @@ impl Cloud {
     pub fn clear(&mut self) {
         self.particles.clear();
         (self.beam_likelihood, self.settled, self.scans) = (0.0, false, 0);
+        self.since = SE2::identity();
     }
 
     /// Moves all particles, each by a motion of its own.
     pub fn move_by(&mut self, motion: &Motion) {
         self.particles.move_by(motion, &mut self.motions);
+        self.since = self.since.compose(&motion.now_in_then);
     }
 
-    /// Weighs all particles. Says whether the scan had anything to say.
+    /// Weighs all particles, if the scan counts. Says whether it had anything to
+    /// say.
     pub fn weigh(&mut self, sensor: &mut Sensor, ranges_m: &[f64]) -> bool {
+        if self.settled && self.is_same_place() {
+            let Some(likelihood) = sensor.beam_likelihood(ranges_m, &self.particles) else {
+                return false;
+            };
+            self.beam_likelihood = likelihood;
+            self.scans += 1;
+            return true;
+        }
         let Some(weighed) = sensor.weigh(ranges_m, &mut self.particles) else { return false };
         self.beam_likelihood = weighed.beam_likelihood;
         self.spread = weighed.spread;
         self.settled = weighed.spread.0 == 0.0;
         self.scans += 1;
+        self.since = SE2::identity();
         true
+    }
+
+    /// Whether the robot is where it was when the last scan counted.
+    fn is_same_place(&self) -> bool {
+        self.since.translation().norm() < SAME_PLACE_M && self.since.theta().abs() < SAME_PLACE_RAD
     }
 
     /// Draws the next generation, if the weights call for one.
     pub fn draw(&mut self, options: &Options) {
-        let (least, most) = (options.particles_min as usize, options.particles as usize);
+        let (least, most) = (options.least() as usize, options.particles as usize);
         let weights = &self.particles.weights;
         if effective_size(weights) >= WORTH * weights.len() as f64 {
             return;
         }
         low_variance(weights, weights.len(), self.draws.uniform(), &mut self.drawn);
-        let drawn = self.drawn.iter().map(|k| self.particles.pose(*k as usize));
-        let needed = sample_size(self.bins.fill(drawn), EPSILON, QUANTILE);
+        // Spread as those that are kept will be: that is what their bins are of.
+        self.particles.draw(&self.drawn, self.spread, &mut self.draws, &mut self.trial);
+        let needed = sample_size(self.bins.fill(self.trial.iter().copied()), EPSILON, QUANTILE);
         let count = needed.max(least).min(most);
         low_variance(weights, count, self.draws.uniform(), &mut self.drawn);
-        self.particles.replace(&self.drawn, self.spread, &mut self.draws);
+        self.particles.draw(&self.drawn, self.spread, &mut self.draws, &mut self.trial);
+        self.particles.set(&self.trial);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bins_are_counted_where_those_that_are_kept_come_to_lie() {
+        let mut cloud = Cloud::new(1, 2);
+        (0..2000).for_each(|k| cloud.particles.push(&SE2::new(f64::from(k % 3), 0.0, 0.0)));
+        // Two of three places have weight.
+        cloud.particles.level();
+        cloud.particles.weights.iter_mut().skip(2).step_by(3).for_each(|w| *w = 0.0);
+        cloud.particles.weights.iter_mut().take(300).for_each(|w| *w *= 20.0);
+        crate::resampling::normalise(&mut cloud.particles.weights);
+        let options = Options { particles: 50_000, particles_min: Some(10), ..Options::default() };
+        let (mut few, mut many) = (cloud, Cloud::new(1, 2));
+        many.particles = few.particles.clone();
+        few.draw(&options);
+        // Two bins: 1 degree of freedom, χ² of 99 % is 6.6, over 2ε.
+        assert_eq!(few.particles.count(), sample_size(2, EPSILON, QUANTILE));
+        many.spread = (0.1, 0.1);
+        many.draw(&options);
+        // As many as the bins ask for that they lie in, or a little less: a larger
+        // sample reaches a few bins more.
+        let bins = many.bins.fill(many.particles.poses());
+        let needed = sample_size(bins, EPSILON, QUANTILE) as f64;
+        let ratio = many.particles.count() as f64 / needed;
+        assert!(bins > 50 && (0.6..1.7).contains(&ratio), "{bins} bins, {ratio}");
+    }
+
+    #[test]
+    fn a_place_is_left_by_going_or_by_turning() {
+        let mut cloud = Cloud::new(1, 2);
+        let by = |x_m, theta_rad| Motion {
+            now_in_then: SE2::new(x_m, 0.0, theta_rad),
+            ..Motion::default()
+        };
+        assert!(cloud.is_same_place());
+        cloud.move_by(&by(0.006, 0.0));
+        cloud.move_by(&by(-0.006, 0.009));
+        assert!(cloud.is_same_place());
+        cloud.move_by(&by(0.0, 0.002));
+        assert!(!cloud.is_same_place());
+        cloud.clear();
+        assert!(cloud.is_same_place());
+        (0..3).for_each(|_| cloud.move_by(&by(0.004, 0.0)));
+        assert!(!cloud.is_same_place());
     }
 }

@@ -13,9 +13,12 @@
 //! * How many are drawn follows from the bins that a low-variance sample of the
 //!   present size occupies (T. Li, S. Sun, T. P. Sattar, *Adapting sample size
 //!   in particle filters through KLD-resampling*, Electronics Letters 49(12),
-//!   2013). Table 8.4 counts while it draws, one particle after the other, which
-//!   the low-variance sampler does not. More particles never occupy fewer bins, so
-//!   where the number shrinks, it is on the safe side.
+//!   2013), spread as those that are kept will be. Table 8.4 counts while it
+//!   draws, one particle after the other, which the low-variance sampler does not.
+//!   More particles never occupy fewer bins, so where the number shrinks, it is on
+//!   the safe side.
+//! * A place is counted once, however long the robot stands there: the module
+//!   `cloud` says why, and what is asked of its other scans.
 //! * New particles from everywhere are not mixed with the old ones, see
 //!   [`search`].
 //! * The answer is one mode of the belief ([`mode`]), and there is none while
@@ -132,13 +135,22 @@ impl Mcl {
     /// Begins at `initial`, or anywhere where that is not given.
     ///
     /// # Errors
-    /// The map has no place for the robot, or no rays for the beam model.
+    /// The map has no place for the robot, or no rays for the beam model; or the
+    /// fewest particles are more than the most.
     pub fn new(
         robot: Robot,
         map: Map,
         initial: Option<SE2>,
         options: &Options,
     ) -> Result<Self, ClientError> {
+        if options.least() > options.particles {
+            return Err(ClientError::Unusable(format!(
+                "--particles-min {} is more than --particles {}, the most there may be: give \
+                 fewer of the one or more of the other",
+                options.least(),
+                options.particles
+            )));
+        }
         let Robot { drive, body_radius_m, lidar } = robot;
         let mut model = BeamModel::of_lidar(&lidar);
         model.sigma_hit_m = options.sigma_m.unwrap_or(model.sigma_hit_m);

@@ -24,9 +24,9 @@ pub struct Options {
     #[arg(long, default_value_t = 5000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub particles: u32,
 
-    /// The fewest particles
-    #[arg(long, default_value_t = 1000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub particles_min: u32,
+    /// The fewest particles [default: 1000, or --particles if these are fewer]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub particles_min: Option<u32>,
 
     /// Seed of its own random numbers
     #[arg(long, default_value_t = 1)]
@@ -66,6 +66,17 @@ pub struct Options {
     pub noise: OdometryNoise,
 }
 
+/// The fewest particles where nothing is said of it.
+const LEAST: u32 = 1000;
+
+impl Options {
+    /// The fewest particles.
+    #[must_use]
+    pub fn least(&self) -> u32 {
+        self.particles_min.unwrap_or(LEAST.min(self.particles))
+    }
+}
+
 fn number(text: &str, fits: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if fits(value) => Ok(value),
@@ -89,7 +100,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             particles: 5000,
-            particles_min: 1000,
+            particles_min: None,
             seed: 1,
             model: Model::Field,
             skip: 1,

@@ -19,7 +19,6 @@ pub struct Particles {
     /// Sine and cosine of each heading: a scan asks for them again and again.
     sin_cos: Vec<(f64, f64)>,
     normals: Vec<f64>,
-    before: Vec<SE2>,
 }
 
 impl Particles {
@@ -109,26 +108,30 @@ impl Particles {
         }
     }
 
-    /// Puts the drawn ones in the place of all, equally heavy, each moved by a
-    /// normal error with these standard deviations (m, rad).
-    pub fn replace(&mut self, drawn: &[u32], spread: (f64, f64), random: &mut Random) {
-        self.before.clear();
-        self.before.extend(
-            (0..self.x_m.len()).map(|k| SE2::new(self.x_m[k], self.y_m[k], self.theta_rad[k])),
-        );
-        let before = std::mem::take(&mut self.before);
-        self.clear();
-        for of in drawn {
-            let pose = &before[*of as usize];
-            if spread.0 > 0.0 {
-                let z = [random.normal(), random.normal(), random.normal()];
-                let tau = Vector3::new(spread.0 * z[0], spread.0 * z[1], spread.1 * z[2]);
-                self.push(&pose.boxplus(&tau));
-            } else {
-                self.push(pose);
+    /// Makes `poses` the drawn ones, each moved by a normal error with these
+    /// standard deviations (m, rad).
+    pub fn draw(
+        &self,
+        drawn: &[u32],
+        spread: (f64, f64),
+        random: &mut Random,
+        poses: &mut Vec<SE2>,
+    ) {
+        poses.clear();
+        poses.extend(drawn.iter().map(|of| {
+            let pose = self.pose(*of as usize);
+            if spread.0 <= 0.0 {
+                return pose;
             }
-        }
-        self.before = before;
+            let z = [random.normal(), random.normal(), random.normal()];
+            pose.boxplus(&Vector3::new(spread.0 * z[0], spread.0 * z[1], spread.1 * z[2]))
+        }));
+    }
+
+    /// Forgets all, and takes these instead, equally heavy.
+    pub fn set(&mut self, poses: &[SE2]) {
+        self.clear();
+        poses.iter().for_each(|pose| self.push(pose));
         self.level();
     }
 }

@@ -10,7 +10,8 @@
 //!   beams of a scan. The product over 180 of them changes by powers of ten from
 //!   one place to the next, and a mean of such numbers is that of its largest.
 //! * Over particles it is the mean by their weights *after* the scan: how well
-//!   the belief explains it. The book weighs all alike, wrong ones included.
+//!   the belief explains it. The book weighs all alike, wrong ones included. A scan of
+//!   a place that has had one changes no weights; it is a mean by those there are.
 //! * Where the robot may be anywhere at the beginning, the slow mean begins at
 //!   what the sensor model expects of a right pose. The book begins both with
 //!   what comes first; a filter that settled in a wrong place right away would

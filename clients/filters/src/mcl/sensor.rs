@@ -16,6 +16,8 @@
 //! *Sequential Monte Carlo Methods in Practice*, 2001). At the top, where a robot
 //! is tracked, none of this takes place.
 
+use core::f64::consts::PI;
+
 use rusty_geometry::{Scan, World, trig};
 
 use super::Particles;
@@ -93,13 +95,14 @@ impl Sensor {
     /// For a floor plan. `scan` has the laser's beams.
     #[must_use]
     pub fn of_world(world: &World, model: BeamModel, beams: Beams, scan: Scan, how: Use) -> Self {
-        let mut fields = Vec::new();
-        for blur_m in blurs(model.sigma_hit_m) {
-            let sigma_m = (model.sigma_hit_m * model.sigma_hit_m + blur_m * blur_m).sqrt();
-            let cell_m = sigma_m / CELLS_PER_SIGMA;
-            let range_max_m = beams.range_max_m;
-            fields.push(LikelihoodField::of_world(world, &model, range_max_m, blur_m, cell_m));
-        }
+        let own_m = model.sigma_hit_m;
+        let field = |sigma_m: f64| {
+            let (blur_m, cell_m) = (blur(sigma_m, own_m), sigma_m / CELLS_PER_SIGMA);
+            LikelihoodField::of_world(world, &model, beams.range_max_m, blur_m, cell_m)
+        };
+        // In a large world it is less sharp than the laser.
+        let mut fields = vec![field(own_m)];
+        fields.extend(blurred(fields[0].sigma_m()).map(field));
         let expected_m = vec![0.0; beams.count()];
         let rays = how.rays.then(|| {
             let (world, ranges_m) = (world.clone(), Vec::new());
@@ -120,8 +123,9 @@ impl Sensor {
         let field =
             |blur_m| LikelihoodField::of_map(map, distances, model, beams.range_max_m, blur_m);
         // The sharpest field has the map's own error in it already.
-        let (sigma_m, cell_m) = (model.sigma_hit_m, map.frame.cell_m);
-        let fields = blurs((sigma_m * sigma_m + cell_m * cell_m).sqrt()).map(field).collect();
+        let mut fields = vec![field(0.0)];
+        let own_m = fields[0].sigma_m();
+        fields.extend(blurred(own_m).map(|sigma_m| field(blur(sigma_m, own_m))));
         Self::new(fields, None, beams, how)
     }
 
@@ -144,29 +148,44 @@ impl Sensor {
     pub fn expected_likelihood(&self) -> f64 {
         trig::exp(match &self.rays {
             None => self.fields[0].expected_log(),
-            Some(rays) => rays.expected_log(&self.fields[0], self.beams.range_max_m),
+            Some(rays) => expected_log(&rays.model, self.beams.range_max_m),
         })
+    }
+
+    /// Takes a scan. Says whether it has anything to say: a beam that met
+    /// something.
+    fn take(&mut self, ranges_m: &[f64]) -> bool {
+        let skip = self.skip;
+        let taken = |beam: usize| beam.is_multiple_of(skip);
+        let hits = self.beams.endpoints(ranges_m).filter(|end| taken(end.beam));
+        self.ends.set(hits.map(|end| end.in_body));
+        let stride = self.ends.count().div_ceil(FEW).max(1);
+        let hits = self.beams.endpoints(ranges_m).filter(|end| taken(end.beam));
+        self.few.set(hits.step_by(stride).map(|end| end.in_body));
+        self.ends.count() > 0
+    }
+
+    /// Likelihood of a beam of this scan under the belief as it is: the geometric
+    /// mean over beams and particles. `None` where it says nothing.
+    pub fn beam_likelihood(&mut self, ranges_m: &[f64], particles: &Particles) -> Option<f64> {
+        if particles.is_empty() || !self.take(ranges_m) {
+            return None;
+        }
+        let beams = self.look_sharply(ranges_m, particles);
+        Some(trig::exp(mean(&self.logs, &particles.weights) / beams))
     }
 
     /// Weighs the particles by a scan. `None`: it says nothing, because no beam
     /// met anything, and they weigh what they did.
     pub fn weigh(&mut self, ranges_m: &[f64], particles: &mut Particles) -> Option<Weighed> {
-        let skip = self.skip;
-        let taken = |beam: usize| beam.is_multiple_of(skip);
-        let hits = self.beams.endpoints(ranges_m).filter(|end| taken(end.beam));
-        self.ends.set(hits.map(|end| end.in_body));
-        let count = self.ends.count();
-        if count == 0 || particles.is_empty() {
+        if particles.is_empty() || !self.take(ranges_m) {
             return None;
         }
-        let stride = count.div_ceil(FEW);
-        let hits = self.beams.endpoints(ranges_m).filter(|end| taken(end.beam));
-        self.few.set(hits.step_by(stride).map(|end| end.in_body));
         self.prior.clone_from(&particles.weights);
         let beams = self.look_sharply(ranges_m, particles);
         let sharp = self.logs.clone();
         let width_m = self.climb(particles, beams);
-        let mean_log: f64 = sharp.iter().zip(&particles.weights).map(|(log, w)| log * w).sum();
+        let mean_log = mean(&sharp, &particles.weights);
         let turn_rad = (SPREAD * width_m / self.ends.rms_m().max(1e-3)).min(MOST_TURN_RAD);
         Some(Weighed {
             spread: (SPREAD * width_m, turn_rad),
@@ -204,33 +223,38 @@ impl Sensor {
             }
             exponent = (exponent / 4.0).max(least);
         }
-        let few = self.few.count() as f64;
-        let least = (BEAMS_WORTH / few).min(1.0);
+        let (mut sigma_m, mut worth) = (self.fields[0].sigma_m(), exponent * beams);
         for field in &self.fields[1..] {
+            let few = self.few.count() as f64;
+            exponent = (BEAMS_WORTH / few).min(1.0);
+            (sigma_m, worth) = (field.sigma_m(), exponent * few);
             look_up(field, &self.few, particles, &mut self.logs);
-            if survivors(&self.prior, &self.logs, least, &mut particles.weights) >= enough {
-                return width(field.sigma_m(), least * few);
+            if survivors(&self.prior, &self.logs, exponent, &mut particles.weights) >= enough {
+                return width(sigma_m, worth);
             }
         }
         // Some are better than all others by more than such a scan should say.
-        let mut exponent = least;
         for _ in 0..MOST_HALVINGS {
             exponent *= 0.5;
             if survivors(&self.prior, &self.logs, exponent, &mut particles.weights) >= enough {
                 break;
             }
         }
-        let sigma_m = self.fields.last().map_or(0.0, LikelihoodField::sigma_m);
-        width(sigma_m, least * few)
+        width(sigma_m, worth)
     }
 }
 
-/// The blurs of a ladder whose rungs double, m: none, and then those that add
-/// up to twice σ, four times σ and so on.
-fn blurs(sigma_m: f64) -> impl Iterator<Item = f64> {
-    let sigmas = std::iter::successors(Some(sigma_m), |sigma| Some(2.0 * sigma));
-    let within = sigmas.take_while(|sigma| *sigma <= MOST_BLUR_M);
-    within.map(move |sigma| (sigma * sigma - sigma_m * sigma_m).sqrt())
+/// σ of the lower rungs of a ladder whose highest has this one, m: twice as
+/// much, four times as much and so on. A highest rung that is wide already is the
+/// only one.
+fn blurred(sigma_m: f64) -> impl Iterator<Item = f64> {
+    let sigmas = std::iter::successors(Some(2.0 * sigma_m), |sigma| Some(2.0 * sigma));
+    sigmas.take_while(|sigma| *sigma <= MOST_BLUR_M)
+}
+
+/// What has to be added to `own_m` to make it `sigma_m`, as squares are.
+fn blur(sigma_m: f64, own_m: f64) -> f64 {
+    (sigma_m * sigma_m - own_m * own_m).sqrt()
 }
 
 /// Weighs by the likelihood to the power of `exponent`, and says how many
@@ -242,6 +266,11 @@ fn survivors(prior: &[f64], logs: &[f64], exponent: f64, weights: &mut [f64]) ->
     }
     normalise(weights);
     effective_size(weights)
+}
+
+/// Mean by weights that add up to 1.
+fn mean(values: &[f64], weights: &[f64]) -> f64 {
+    values.iter().zip(weights).map(|(value, weight)| value * weight).sum()
 }
 
 /// ln p of these ends for every particle.
@@ -265,7 +294,9 @@ impl Rays {
     ) -> f64 {
         self.ranges_m.clear();
         self.ranges_m.extend(ranges_m.iter().take(beams.count()));
-        let taken = self.ranges_m.iter().step_by(skip).filter(|r| r.is_finite()).count();
+        // What lies beyond the longest range is that, as in all that reads scans.
+        let is_range = |range_m: &f64| *range_m >= 0.0;
+        let taken = self.ranges_m.iter().step_by(skip).filter(|r| is_range(r)).count();
         let range_max_m = beams.range_max_m;
         logs.clear();
         for k in 0..particles.count() {
@@ -273,7 +304,7 @@ impl Rays {
             self.scan.take(&self.world, &sensor, range_max_m);
             self.scan.write_distances_m(&mut self.expected_m);
             let pairs = self.ranges_m.iter().zip(&self.expected_m).step_by(skip);
-            let known = pairs.filter(|(range_m, _)| range_m.is_finite());
+            let known = pairs.filter(|(range_m, _)| is_range(range_m));
             let log = |(range_m, expected_m): (&f64, &f64)| {
                 let density = self.model.density(*range_m, *expected_m, range_max_m);
                 trig::ln(density.max(1e-12))
@@ -282,13 +313,18 @@ impl Rays {
         }
         taken.max(1) as f64
     }
-
-    /// ln p of a beam on average at the right pose.
-    fn expected_log(&self, field: &LikelihoodField, range_max_m: f64) -> f64 {
-        let BeamModel { z_hit, z_max, z_short, z_rand, .. } = self.model;
-        let ln = |p: f64| trig::ln(p.max(1e-12));
-        z_hit * field.expected_log()
-            + z_max * ln(z_max)
-            + (z_short + z_rand) * ln((z_short + z_rand) / range_max_m)
-    }
 }
+
+/// ln p of a beam on average at the right pose, by the beam model: of hits, which
+/// are normal, of readings of nothing, and of those that lie anywhere.
+fn expected_log(model: &BeamModel, range_max_m: f64) -> f64 {
+    let BeamModel { z_hit, z_max, z_short, z_rand, sigma_hit_m, .. } = *model;
+    let ln = |p: f64| trig::ln(p.max(1e-12));
+    let peak = z_hit / ((2.0 * PI).sqrt() * sigma_hit_m);
+    let strange = z_short + z_rand;
+    z_hit * (ln(peak) - 0.5) + z_max * ln(z_max) + strange * ln(strange / range_max_m)
+}
+
+#[cfg(test)]
+#[path = "sensor_tests.rs"]
+mod tests;

@@ -36,11 +36,16 @@ impl Drive {
         Mcl::new(self.robot, Map::Plan(Box::new(self.world.clone())), initial, options).unwrap()
     }
 
-    /// A tick of 0.1 s, and a scan at its end.
+    /// A tick of 0.1 s in which it drives on, and a scan at its end.
     fn step(&mut self, mcl: &mut Mcl) {
+        self.turn_wheels(mcl, [500, 620]);
+    }
+
+    /// The same, the wheels turning by these counts.
+    fn turn_wheels(&mut self, mcl: &mut Mcl, [left, right]: [i64; 2]) {
         let before = self.ticks;
-        self.ticks.left += 500;
-        self.ticks.right += 620;
+        self.ticks.left += left;
+        self.ticks.right += right;
         let step = odometry_delta(before, self.ticks, &self.robot.drive);
         self.truth = self.truth.boxplus(&step);
         let max_m = self.robot.lidar.range_max_m;
@@ -83,7 +88,7 @@ fn it_finds_itself_keeps_to_that_and_finds_itself_again() {
 #[test]
 fn the_beam_model_finds_and_keeps_it_too() {
     let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
-    let (particles, particles_min) = (2000, 300);
+    let (particles, particles_min) = (2000, Some(300));
     let options = Options { model: Model::Beam, particles, particles_min, ..Options::default() };
     let mut mcl = drive.mcl(None, &options);
     (0..20).for_each(|_| drive.step(&mut mcl));
@@ -144,7 +149,8 @@ fn scans_of_nothing_and_of_nonsense_are_borne() {
     for (model, initial) in
         [(Model::Field, Some(drive.truth)), (Model::Beam, Some(drive.truth)), (Model::Field, None)]
     {
-        let options = Options { model, particles: 300, particles_min: 100, ..Options::default() };
+        let options =
+            Options { model, particles: 300, particles_min: Some(100), ..Options::default() };
         let mut mcl = drive.mcl(initial, &options);
         let bad =
             [vec![], vec![8.0; 180], vec![f64::NAN; 180], vec![1e300; 180], vec![1e-300; 500]];
@@ -157,6 +163,100 @@ fn scans_of_nothing_and_of_nonsense_are_borne() {
         }
         drive.step(&mut mcl);
     }
+}
+
+/// NEES of an answer.
+fn nees(mcl: &Mcl, truth: &SE2) -> f64 {
+    let p = Matrix3::from_row_slice(&mcl.answer().unwrap().covariance.unwrap());
+    let tau = error(mcl, truth).unwrap();
+    tau.dot(&(p.cholesky().unwrap().inverse() * tau))
+}
+
+#[test]
+fn a_minute_in_one_place_says_no_more_than_it_can() {
+    let (mut sum, robots) = (0.0, 8);
+    for k in 0..robots {
+        let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4 + 0.3 * f64::from(k)));
+        drive.random = Random::new(k as u64, 99);
+        let options = Options { seed: k as u64, particles: 2000, ..Options::default() };
+        let mut mcl = drive.mcl(Some(drive.truth), &options);
+        (0..40).for_each(|_| drive.turn_wheels(&mut mcl, [0, 0]));
+        let settled = mcl.answer().unwrap();
+        // A count to and fro is no motion. Once is enough for a whole minute of it.
+        let steps = if k == 0 { 560 } else { 100 };
+        (0..steps).for_each(|step| {
+            let count = if step % 2 == 0 { 1 } else { -1 };
+            drive.turn_wheels(&mut mcl, [count, -count]);
+        });
+        let after = mcl.answer().unwrap();
+        let (was, is) = (settled.covariance.unwrap(), after.covariance.unwrap());
+        for i in [0, 4, 8] {
+            let ratio = is[i] / was[i];
+            assert!((0.9..1.5).contains(&ratio), "robot {k}, {i}: {ratio}");
+        }
+        assert!(is[0].sqrt() > 3e-4, "robot {k}: {} m", is[0].sqrt());
+        sum += nees(&mcl, &drive.truth);
+    }
+    // χ² with 24 degrees, 1 in 2000 at either end.
+    assert!((8.0..54.0).contains(&sum), "{sum}");
+}
+
+#[test]
+fn standing_it_finds_itself_too_and_misses_itself() {
+    let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
+    let mut mcl = drive.mcl(None, &Options { particles: 3000, ..Options::default() });
+    let mut known = 0;
+    for _ in 0..100 {
+        drive.turn_wheels(&mut mcl, [0, 0]);
+        if let Some(tau) = error(&mcl, &drive.truth) {
+            known += 1;
+            assert!(tau.norm() < 0.1, "{tau}");
+        }
+    }
+    assert!(known > 50, "{known} answers");
+    assert!(nees(&mcl, &drive.truth) < 20.0);
+    // Carried away, its wheels still.
+    drive.truth = SE2::new(1.6, 6.6, -1.2);
+    (0..10).for_each(|_| drive.turn_wheels(&mut mcl, [0, 0]));
+    assert_eq!(mcl.answer(), None, "it has noticed");
+    (0..60).for_each(|_| drive.turn_wheels(&mut mcl, [0, 0]));
+    let tau = error(&mcl, &drive.truth).unwrap();
+    assert!(tau.norm() < 0.02, "{tau}");
+}
+
+#[test]
+fn driving_its_errors_are_as_large_as_it_says() {
+    let (mut sum, mut count, robots) = (0.0, 0.0, 10);
+    for k in 0..robots {
+        let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
+        drive.random = Random::new(k, 98);
+        let options = Options { seed: k, particles: 1000, ..Options::default() };
+        let mut mcl = drive.mcl(Some(drive.truth), &options);
+        (0..20).for_each(|_| drive.step(&mut mcl));
+        for _ in 0..20 {
+            drive.step(&mut mcl);
+            sum += nees(&mcl, &drive.truth);
+            count += 1.0;
+        }
+    }
+    // Wheels that do not slip are better than it believes: 3 at the most. Errors
+    // of one drive hang together, so it is not told more narrowly.
+    let mean = sum / count;
+    assert!((1.0..4.0).contains(&mean), "{mean}");
+}
+
+#[test]
+fn few_particles_are_the_fewest_and_more_of_them_are_refused() {
+    let options = Options { particles: 500, ..Options::default() };
+    assert_eq!((options.least(), Options::default().least()), (500, 1000));
+    let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
+    let mut mcl = drive.mcl(Some(drive.truth), &options);
+    (0..5).for_each(|_| drive.step(&mut mcl));
+    assert_eq!(mcl.particles().count(), 500);
+    let options = Options { particles_min: Some(501), ..options };
+    let map = Map::Plan(Box::new(drive.world.clone()));
+    let refused = Mcl::new(drive.robot, map, None, &options).unwrap_err().to_string();
+    assert!(refused.contains("--particles-min 501 is more than --particles 500"), "{refused}");
 }
 
 #[test]
