@@ -282,10 +282,8 @@ impl Slam {
     /// The map: the pose of every key scan, and what it met there, world frame, m.
     pub fn map(&self) -> impl Iterator<Item = (SE2, Vec<Point2<f64>>)> + '_ {
         self.graph.poses().iter().zip(&self.seen).map(|(pose, seen)| {
-            (
-                *pose,
-                seen.surface.rays().iter().map(|ray| pose.transform_point(&ray.point)).collect(),
-            )
+            let rays = seen.surface.rays().iter();
+            (*pose, rays.map(|ray| pose.transform_point(&ray.point)).collect())
         })
     }
 
