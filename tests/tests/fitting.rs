@@ -4,6 +4,10 @@
 use std::fs;
 use std::path::Path;
 
+use rusty_contract::log::LogReader;
+use rusty_contract::{Brief, Start};
+use rusty_filters::gridmap::{GridMapOf, Options, Poses};
+use rusty_filters::occupancy_grid::InverseModel;
 use rusty_tests::*;
 use serde_json::Value;
 
@@ -95,6 +99,13 @@ fn a_log_is_mapped_with_the_poses_that_are_asked_for() {
     let sealed = blind(&log, place.path());
     let args = ["--log", &sealed, "--poses", "truth", "--save", &stem("x")];
     assert!(run("gridmap", &args).expect(1).stderr.contains("--key-file"));
+    // Nor does the library map with the truth for one who asks for the wheels.
+    let header = LogReader::open(Path::new(&log)).unwrap().header().clone();
+    let start = Start::new(&header, 0, &header.roster[0]);
+    let (poses, save) = (Poses::Odometry, place.path().join("x"));
+    let options = Options { poses, save, from: 0.0, until: None, model: InverseModel::default() };
+    let refused = GridMapOf::new(&start, &Brief { header, out_dir: None }, &options).err().unwrap();
+    assert!(refused.to_string().contains("--poses odometry"), "{refused}");
 }
 
 #[test]

@@ -14,9 +14,11 @@
 //!
 //! Source: the constant errors of wheels are those of J. Borenstein and L. Feng,
 //! *Measurement and correction of systematic odometry errors in mobile robots*,
-//! IEEE Trans. Robotics and Automation 12 (1996), whose E_d is c; learning them
-//! in the filter's state is A. Martinelli et al., *Simultaneous localization and
-//! odometry self calibration for mobile robot*, Autonomous Robots 22 (2007).
+//! IEEE Trans. Robotics and Automation 12 (1996). Their E_d, the right wheel's
+//! diameter over the left one's, is c: (E_d − 1)/track; their E_b, the true track
+//! over the nominal one, is b: 1/E_b − 1. Learning them in the filter's state is
+//! A. Martinelli et al., *Simultaneous localization and odometry self calibration for
+//! mobile robot*, Autonomous Robots 22 (2007).
 //!
 //! Departure: pose and numbers are one Gaussian for the length of a motion only.
 //! Between motions their correlation is dropped, so that what is constant and not
@@ -136,7 +138,8 @@ impl LearningWheels {
         let Some(inverse) = s.cholesky().map(|s| s.inverse()) else { return };
         let surprise = evidence.measured - gain * mean;
         let chi2 = (surprise.transpose() * inverse * surprise).x;
-        let inverse = inverse / (chi2 / USUAL_CHI2).max(1.0);
+        let surprising = (chi2 / USUAL_CHI2).max(1.0);
+        let (s, inverse) = (s * surprising, inverse / surprising);
         // How the four numbers show in what is measured.
         let shown = gain * right_jacobian_inverse(&mean) * sensitivity;
         let k = self.covariance * shown.transpose() * inverse;
@@ -213,6 +216,34 @@ mod tests {
                 assert!(deviation < 0.2 * UNKNOWN[k], "{k}: {deviation}");
             }
         }
+    }
+
+    #[test]
+    fn a_surprise_teaches_as_a_measurement_of_more_noise_does() {
+        let mut wheels = LearningWheels::new(DiffDrive::rusty(), OdometryNoise::default());
+        for k in 1..=30 {
+            wheels.advance(EncoderTicks { left: 150 * k, right: 190 * k });
+        }
+        let (prior, _) = wheels.seen(&wheels.since_key);
+        let gain = Matrix3::identity() * 1e5;
+        let mut evidence = Evidence {
+            at: prior.now_in_then,
+            gain,
+            measured: gain * Vector3::new(0.1, -0.05, 0.1),
+            noise: gain,
+        };
+        let s = symmetric(&(gain * prior.covariance * gain + evidence.noise));
+        let inverse = s.try_inverse().unwrap();
+        let chi2 = (evidence.measured.transpose() * inverse * evidence.measured).x;
+        assert!(chi2 > 3.0 * USUAL_CHI2, "{chi2}");
+        let mut surprised = wheels.clone();
+        surprised.learn(&evidence);
+        evidence.noise += s * (chi2 / USUAL_CHI2 - 1.0);
+        wheels.learn(&evidence);
+        let off = surprised.errors - wheels.errors;
+        let unlike = surprised.covariance - wheels.covariance;
+        assert!(off.norm() < 1e-9 && unlike.norm() < 1e-12, "{off} {unlike}");
+        assert!(wheels.covariance.trace() < UNKNOWN.iter().map(|u| u * u).sum());
     }
 
     #[test]

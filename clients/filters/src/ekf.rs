@@ -38,6 +38,7 @@ use rusty_geometry::{EncoderTicks, SE2};
 
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
 use crate::lines::{Extraction, Segment};
+use crate::tangent::{right_jacobian, rows, symmetric};
 use crate::{Beams, Odometry, OdometryNoise};
 
 /// The smallest σ that is believed of a range, m: a laser without any error
@@ -231,9 +232,8 @@ impl Filter for Ekf {
     fn tick(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.ticks());
         let innovation = tick.ranges_m().and_then(|ranges_m| self.scan(ranges_m));
-        let p = &self.covariance;
-        let rows = std::array::from_fn(|i| p[(i / 3, i % 3)]);
-        let estimate = Estimate::new(self.pose_in_world).with_covariance(rows);
+        let covariance = rows(&self.covariance);
+        let estimate = Estimate::new(self.pose_in_world).with_covariance(covariance);
         Reply::Estimate(Estimate { innovation, ..estimate })
     }
 }
@@ -251,22 +251,11 @@ pub fn updated(
     let tau = gain * nu;
     let rest = Matrix3::identity() - gain * h;
     let joseph = rest * covariance * rest.transpose() + gain * r * gain.transpose();
+    // The same error, seen from the pose that τ leads to.
     let jr = right_jacobian(&tau);
     let covariance = symmetric(&(jr * joseph * jr.transpose()));
     let whole = tau.iter().chain(covariance.iter()).all(|v| v.is_finite());
     whole.then(|| (pose_in_world.boxplus(&tau), covariance))
-}
-
-/// Jr with exp(τ + ε) = exp(τ) exp(Jr ε) for small ε: the same error, seen from
-/// the pose that τ leads to. I − ad(τ)/2, the first two terms of its series.
-fn right_jacobian(tau: &Vector3<f64>) -> Matrix3<f64> {
-    let half = tau * 0.5;
-    Matrix3::new(1.0, half.z, -half.y, -half.z, 1.0, half.x, 0.0, 0.0, 1.0)
-}
-
-/// The mean of a matrix and its transpose.
-fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
-    (matrix + matrix.transpose()) * 0.5
 }
 
 #[cfg(test)]

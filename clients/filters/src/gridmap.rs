@@ -12,14 +12,14 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use nalgebra::Matrix3;
 use rusty_clients::witness::{Ending, Step};
 use rusty_clients::{ClientArgs, ClientError, Filter, Tick, Witness};
 use rusty_contract::{Brief, Estimate, Exit, Reply, Start};
 use rusty_geometry::SE2;
 
 use crate::map_picture::picture;
-use crate::occupancy_grid::InverseModel;
+use crate::occupancy_grid::{GridError, InverseModel};
+use crate::tangent::rows;
 use crate::{Beams, OccupancyGrid, Odometry, OdometryNoise};
 
 /// Where the poses come from.
@@ -71,7 +71,8 @@ pub struct Options {
     pub model: InverseModel,
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
+/// A time after the start, for a command line.
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     let fits = |v: &f64| *v >= 0.0 && v.is_finite();
     text.parse().ok().filter(fits).ok_or_else(|| "give a time in seconds, 0 or more".to_owned())
 }
@@ -123,7 +124,15 @@ impl Mapper {
             return Ok(());
         };
         let at = |e| ClientError::Unusable(format!("{since_s:.2} s: {e}"));
-        self.grid.add(&pose, ranges_m, &self.beams).map_err(at)?;
+        self.add(ranges_m, &pose).map_err(at)
+    }
+
+    /// Takes in a scan from a pose, whatever the time.
+    ///
+    /// # Errors
+    /// A pose so far off that the grid would be too large.
+    pub fn add(&mut self, ranges_m: &[f64], pose: &SE2) -> Result<(), GridError> {
+        self.grid.add(pose, ranges_m, &self.beams)?;
         self.path.push([pose.x(), pose.y()]);
         Ok(())
     }
@@ -133,14 +142,26 @@ impl Mapper {
     /// # Errors
     /// No scan had a pose, or a file cannot be written.
     pub fn finish(self) -> Result<String, ClientError> {
-        let (scans, stem) = (self.grid.scans(), &self.options.save);
-        if self.grid.known().is_none() {
-            let without = self.without_pose;
-            return Err(ClientError::Unusable(format!(
+        let (scans, without) = (self.grid.scans(), self.without_pose);
+        let nothing = || {
+            ClientError::Unusable(format!(
                 "nothing to map: {scans} scans had a pose and {without} had none; choose other \
                  --poses, or other times with --from and --until"
-            )));
+            ))
+        };
+        self.write()?.ok_or_else(nothing)
+    }
+
+    /// Writes map and picture, and says what is in them; `None`, and no file, where
+    /// nothing is known.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(self) -> Result<Option<String>, ClientError> {
+        if self.grid.known().is_none() {
+            return Ok(None);
         }
+        let (scans, stem) = (self.grid.scans(), &self.options.save);
         let map = self.grid.to_map();
         map.save(stem)?;
         let title = stem.file_name().unwrap_or_default().to_string_lossy();
@@ -157,7 +178,7 @@ impl Mapper {
             let count = map.cells.iter().filter(|cell| **cell == wanted).count();
             100.0 * count as f64 / map.cells.len() as f64
         };
-        Ok(format!(
+        Ok(Some(format!(
             "{scans} scans ({} left out: no pose) on {} × {} cells, {:.1} m × {:.1} m: {:.1} % \
              free, {:.1} % occupied; {stem}.pgm, .yaml and .png",
             self.without_pose,
@@ -168,7 +189,7 @@ impl Mapper {
             share(crate::Cell::Free),
             share(crate::Cell::Occupied),
             stem = stem.display(),
-        ))
+        )))
     }
 }
 
@@ -208,7 +229,7 @@ impl Filter for GridMap {
         if self.problem.is_none() {
             self.problem = self.mapper.tick(tick.time_s(), tick.ranges_m(), Some(pose)).err();
         }
-        Estimate::new(pose).with_covariance(row_major(&motion.covariance)).into()
+        Estimate::new(pose).with_covariance(rows(&motion.covariance)).into()
     }
 
     fn finish(self) -> Result<(), ClientError> {
@@ -226,10 +247,6 @@ impl Filter for GridMap {
     }
 }
 
-fn row_major(m: &Matrix3<f64>) -> [f64; 9] {
-    std::array::from_fn(|i| m[(i / 3, i % 3)])
-}
-
 /// Maps with poses that only one who may read the truth is shown.
 pub struct GridMapOf {
     mapper: Mapper,
@@ -241,7 +258,8 @@ impl GridMapOf {
     /// Begins with the poses of `options`.
     ///
     /// # Errors
-    /// Nobody of that name answered, or the log is blind.
+    /// Nobody of that name answered, the log is blind, or the poses are the wheels'
+    /// own, which are [`GridMap`]'s business.
     pub fn new(start: &Start, brief: &Brief, options: &Options) -> Result<Self, ClientError> {
         let names = || brief.header.answering().map(|p| p.name.as_str());
         let place = match &options.poses {
@@ -253,7 +271,11 @@ impl GridMapOf {
                     there.join(", ")
                 ))
             })?),
-            Poses::Truth | Poses::Odometry => None,
+            Poses::Truth => None,
+            Poses::Odometry => {
+                let text = "--poses odometry: who maps with the wheels' poses is an estimator";
+                return Err(ClientError::Unusable(text.to_owned()));
+            }
         };
         if place.is_none() && brief.header.is_blind() {
             let text = "--poses truth: the log is blind and has none; give its --key-file";

@@ -42,8 +42,6 @@ pub struct Line {
 /// from the origin of the frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Which beam of the scan.
-    pub beam: usize,
     /// Where it points.
     pub direction: Vector2<f64>,
     /// How far it came, m.
@@ -154,7 +152,7 @@ fn meets(normal: &Vector2<f64>, rho_m: f64, direction: &Vector2<f64>) -> Option<
 }
 
 /// The line with the least sum of squared distances across it (Siegwart and
-/// Nourbakhsh, eqs. 4.74 and 4.75, all weights 1).
+/// Nourbakhsh, eqs. 4.73 and 4.74, all weights 1).
 fn guess(rays: &[Ray]) -> Option<(f64, f64)> {
     if rays.len() < 2 {
         return None;
@@ -179,12 +177,12 @@ mod tests {
 
     /// Exact rays onto the line (α, ρ) under these bearings.
     fn rays(alpha_rad: f64, rho_m: f64, bearings_rad: &[f64]) -> Vec<Ray> {
-        let ray = |(beam, bearing_rad): (usize, &f64)| {
+        let ray = |bearing_rad: &f64| {
             let (s, c) = trig::sin_cos(*bearing_rad);
             let range_m = rho_m / trig::cos(bearing_rad - alpha_rad);
-            Ray { beam, direction: Vector2::new(c, s), range_m }
+            Ray { direction: Vector2::new(c, s), range_m }
         };
-        bearings_rad.iter().enumerate().map(ray).collect()
+        bearings_rad.iter().map(ray).collect()
     }
 
     #[test]

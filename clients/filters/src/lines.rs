@@ -5,9 +5,10 @@
 //! explains are merged, the longest first. What is long enough is a wall.
 //!
 //! Source: R. Siegwart, I. Nourbakhsh, *Introduction to Autonomous Mobile
-//! Robots* (2004), §4.3.1.3; V. Nguyen et al., *A comparison of line extraction
-//! algorithms using 2D laser rangefinder for indoor mobile robotics* (IROS 2005),
-//! algorithm 1.
+//! Robots* (2004), §4.3.1.2, for what segmentation is (it merges by clustering);
+//! V. Nguyen et al., *A comparison of line extraction algorithms using 2D laser
+//! rangefinder for indoor mobile robotics* (IROS 2005), algorithm 1, for splitting and
+//! merging.
 //!
 //! Departures, and why:
 //! * "Explained" means that no range is farther from the line's than a few
@@ -211,11 +212,7 @@ impl Extraction {
 fn rays(beams: &Beams, ranges_m: &[f64]) -> Vec<Ray> {
     let hits = beams.endpoints(ranges_m);
     let mut rays: Vec<Ray> = hits
-        .map(|hit| Ray {
-            beam: hit.beam,
-            direction: beams.direction(hit.beam),
-            range_m: hit.range_m,
-        })
+        .map(|hit| Ray { direction: beams.direction(hit.beam), range_m: hit.range_m })
         .collect();
     if is_full_circle(beams) && rays.len() > 2 {
         let gap_m =

@@ -95,19 +95,19 @@ impl Squares<'_> {
     /// How dark a square is: as its cell that is occupied most probably; `None`
     /// if none of them is known.
     fn grey(&self, column: usize, row: usize) -> Option<usize> {
-        let mut most: Option<f64> = None;
+        let mut most: Option<usize> = None;
         for y in (row * self.cells..(row + 1) * self.cells).take_while(|y| *y < self.frame.height) {
             for x in (column * self.cells..(column + 1) * self.cells)
                 .take_while(|x| *x < self.frame.width)
             {
                 let cell = (y + self.corner[1]) * self.grid.frame().width + x + self.corner[0];
                 let odds = self.grid.log_odds(cell);
-                if odds != 0.0 && most.is_none_or(|most| odds > most) {
-                    most = Some(odds);
+                if odds != 0.0 && most.is_none_or(|most| odds > self.grid.log_odds(most)) {
+                    most = Some(cell);
                 }
             }
         }
-        let p = 1.0 / (1.0 + rusty_geometry::trig::exp(-most?));
+        let p = self.grid.probability(most?);
         Some((p * LEVELS as f64).floor().clamp(0.0, (LEVELS - 1) as f64) as usize)
     }
 }

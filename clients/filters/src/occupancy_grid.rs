@@ -19,111 +19,26 @@
 //!   drops readings, that is clearing through walls ([`NothingMet`]), and real
 //!   ones have a z_max of 80 m: it clears up to 8 m, unless told otherwise.
 
-use clap::{Args, ValueEnum};
+mod model;
+
 use nalgebra::Point2;
 use rusty_geometry::{SE2, trig};
 use thiserror::Error;
 
+pub use self::model::{InverseModel, NothingMet};
 use crate::map_server::{FREE_BELOW, OCCUPIED_ABOVE};
 use crate::ray_walk::RayWalk;
 use crate::{Beams, Cell, GridFrame, OccupancyMap};
 
 /// The most cells of a grid: 290 m square in cells of 5 cm.
 pub const MAX_CELLS: usize = 1 << 25;
+/// No cell is farther from the world's origin than so many: beyond it, whole numbers
+/// of cells no longer tell one from the next.
+const FARTHEST_CELLS: f64 = (1_u64 << 40) as f64;
 /// By so many cells at once a grid grows.
 const GROWTH: i64 = 64;
 /// Log odds of 1 in whole numbers.
 const ONE: f64 = 65_536.0;
-
-/// What a beam says that met nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum NothingMet {
-    /// There is nothing up to the longest range, as the book has it
-    Clears,
-    /// There is nothing up to what is already held to be occupied
-    Stops,
-    /// Nothing at all
-    Ignored,
-}
-
-/// What a reading is believed to say about cells.
-#[derive(Args, Clone, Copy, Debug, PartialEq)]
-#[command(next_help_heading = "What is believed of a reading (Probabilistic Robotics, Table 9.2)")]
-pub struct InverseModel {
-    /// Side of a cell, m
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().cell_m, value_parser = side)]
-    pub cell_m: f64,
-
-    /// How probable a cell is to be occupied where one beam ended
-    #[arg(long, value_name = "P", default_value_t = Self::default().p_occupied, value_parser = likely)]
-    pub p_occupied: f64,
-
-    /// and where one went through
-    #[arg(long, value_name = "P", default_value_t = Self::default().p_free, value_parser = unlikely)]
-    pub p_free: f64,
-
-    /// No cell is more probable to be occupied than this,
-    #[arg(long, value_name = "P", default_value_t = Self::default().p_most, value_parser = likely)]
-    pub p_most: f64,
-
-    /// nor less than this
-    #[arg(long, value_name = "P", default_value_t = Self::default().p_least, value_parser = unlikely)]
-    pub p_least: f64,
-
-    /// How thick things are (α of the book), m; 0: as thick as the cell in which a
-    /// beam ends
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().thickness_m, value_parser = length)]
-    pub thickness_m: f64,
-
-    /// What a beam says that met nothing
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = Self::default().nothing_met)]
-    pub nothing_met: NothingMet,
-
-    /// up to this length, m
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().nothing_m, value_parser = side)]
-    pub nothing_m: f64,
-
-    /// Use beams up to this length, m; longer ones clear as far as that
-    /// [default: the laser's longest]
-    #[arg(long, value_name = "METRES", value_parser = side)]
-    pub reach_m: Option<f64>,
-}
-
-impl Default for InverseModel {
-    fn default() -> Self {
-        Self {
-            cell_m: 0.05,
-            p_occupied: 0.7,
-            p_free: 0.4,
-            p_most: 0.971,
-            p_least: 0.1192,
-            thickness_m: 0.0,
-            nothing_met: NothingMet::Stops,
-            nothing_m: 8.0,
-            reach_m: None,
-        }
-    }
-}
-
-fn number(text: &str, fits: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|v| fits(*v)).ok_or_else(|| format!("give {wanted}"))
-}
-
-fn side(text: &str) -> Result<f64, String> {
-    number(text, |v| (1e-3..=1e3).contains(&v), "a length in metres, 0.001 to 1000")
-}
-
-fn length(text: &str) -> Result<f64, String> {
-    number(text, |v| (0.0..=1e3).contains(&v), "a length in metres, 0 to 1000")
-}
-
-fn likely(text: &str) -> Result<f64, String> {
-    number(text, |v| v > 0.5 && v <= 0.999_999, "a probability above 0.5, at most 0.999999")
-}
-
-fn unlikely(text: &str) -> Result<f64, String> {
-    number(text, |v| (1e-6..0.5).contains(&v), "a probability below 0.5, at least 0.000001")
-}
 
 /// Log odds of `p`, in whole numbers.
 fn fixed(p: f64) -> i32 {
@@ -136,6 +51,17 @@ pub enum GridError {
     /// The pose is none.
     #[error("a scan was taken at {0:?}, which is no pose; leave such scans out")]
     Pose(SE2),
+    /// The scan was taken where there are no cells.
+    #[error(
+        "a scan was taken at ({x_m:.1e} m, {y_m:.1e} m), more than 2⁴⁰ cells from the origin; use \
+         better poses or larger cells (--cell-m)"
+    )]
+    TooFar {
+        /// Where the sensor was, world frame, m.
+        x_m: f64,
+        /// Where the sensor was, world frame, m.
+        y_m: f64,
+    },
     /// The scan reaches too far.
     #[error(
         "with a scan taken at ({x_m:.1} m, {y_m:.1} m) the map would have {cells:.1e} cells, more \
@@ -303,12 +229,15 @@ impl OccupancyGrid {
                 high[axis] = high[axis].max(point[axis]);
             }
         }
-        // Whole steps, and a cell more on each side against roundings. Numbers
-        // beyond those of cells saturate, and are then too many.
+        let inside = |v: &f64| (v / self.frame.cell_m).abs() <= FARTHEST_CELLS;
+        if !low.iter().chain(&high).all(inside) {
+            return Err(GridError::TooFar { x_m: eye.x, y_m: eye.y });
+        }
+        // Whole steps, and a cell more on each side against roundings.
         let step =
             |v: f64, more: f64| ((v / self.frame.cell_m + more) / GROWTH as f64).floor() as i64;
         let mut first = low.map(|v| step(v, -1.0));
-        let mut end = high.map(|v| step(v, 1.0).saturating_add(1));
+        let mut end = high.map(|v| step(v, 1.0) + 1);
         if self.frame.cells() > 0 {
             let size = [self.frame.width, self.frame.height].map(|n| n as i64 / GROWTH);
             for axis in 0..2 {

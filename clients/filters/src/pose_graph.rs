@@ -142,8 +142,10 @@ impl PoseGraph {
         self.factor = None;
     }
 
-    /// Moves the poses to where they fit best. Returns the number of steps, or
-    /// `None` if the motions do not determine the poses (they then stay).
+    /// Moves the poses to where they fit best. Returns the number of steps, 30 where
+    /// they have not come to rest by then and stay where the last one led (loops whose
+    /// weights change from step to step), or `None` if the motions do not determine the
+    /// poses (they then stay).
     pub fn optimise(&mut self) -> Option<u32> {
         let before = self.poses.clone();
         for step in 1..=MOST_STEPS {
@@ -190,16 +192,6 @@ impl PoseGraph {
         (matrix, right)
     }
 
-    /// Σ eᵀ Λ e at these poses, loops as they count.
-    #[must_use]
-    pub fn cost(&self) -> f64 {
-        let costs = self.constraints.iter().map(|constraint| {
-            let chi2 = constraint.chi2(&self.poses);
-            constraint.weight(chi2) * chi2
-        });
-        costs.sum()
-    }
-
     /// The covariance of the last pose, in its own tangent space.
     pub fn last_covariance(&mut self) -> Option<Matrix3<f64>> {
         if self.poses.len() == 1 {
@@ -209,8 +201,12 @@ impl PoseGraph {
     }
 
     /// The motion from each of these poses to the last one, with its covariance.
+    /// `None` where there is but one pose, or the motions do not determine them.
     pub fn to_last(&mut self, from: &[usize]) -> Option<Vec<crate::Motion>> {
         let last = self.poses.len() - 1;
+        if last == 0 {
+            return None;
+        }
         let to_last: Vec<SE2> =
             from.iter().map(|k| self.poses[*k].inverse() * self.poses[last]).collect();
         let factor = self.factored()?;

@@ -28,9 +28,8 @@ use rusty_geometry::{EncoderTicks, SE2, trig};
 use crate::calibration::LearningWheels;
 use crate::icp::{
     Evidence, FEWEST, Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans,
-    match_widely, positive,
+    match_widely, positive, share,
 };
-use crate::motion::carried;
 use crate::tangent::{chained, rows, symmetric};
 use crate::{Motion, OdometryNoise};
 
@@ -66,7 +65,7 @@ fn slipped(wheels: &Motion) -> Motion {
 }
 
 /// The share of points that match, 0 where nothing does.
-fn share(found: &Result<(Fused, Match), NoMatch>) -> f64 {
+fn share_of(found: &Result<(Fused, Match), NoMatch>) -> f64 {
     found.as_ref().map_or(0.0, |(_, found)| found.share)
 }
 
@@ -81,8 +80,9 @@ pub struct ScanMatchOptions {
     #[arg(long, value_name = "DEGREES", default_value_t = Self::default().key_turn_deg, value_parser = positive)]
     pub key_turn_deg: f64,
 
-    /// A new key scan where less than this share of the points matches
-    #[arg(long, value_name = "0..1", default_value_t = Self::default().key_share)]
+    /// A new key scan where less than this share of the points matches and a fifth of
+    /// that way or turn is done; the match is then tried with wheels that slipped, too
+    #[arg(long, value_name = "0..1", default_value_t = Self::default().key_share, value_parser = share)]
     pub key_share: f64,
 
     /// How scans are matched.
@@ -109,9 +109,7 @@ impl Default for ScanMatchOptions {
 /// A scan that others are matched with.
 #[derive(Clone, Debug)]
 pub struct KeyScan {
-    /// What it met.
-    pub rays: Vec<Ray>,
-    /// The walls there.
+    /// What it met, and the walls there.
     pub surface: Surface,
     /// The motion to it from the key scan before it; none for the first.
     pub since_last: Motion,
@@ -181,7 +179,7 @@ impl Tracker {
         let rays = self.laser.rays(ranges_m);
         let mut told = Told::default();
         let Some(surface) = &self.surface else {
-            told.key = self.new_key(rays, None);
+            told.key = self.new_key(&rays, None);
             return told;
         };
         let (mut share, mut evidence) = (0.0, None);
@@ -197,7 +195,7 @@ impl Tracker {
         self.to_now = self.to_scan;
         let matches_well = share >= self.options.key_share;
         if self.is_beyond(1.0) || (!matches_well && self.is_beyond(EARLY)) {
-            told.key = self.new_key(rays, evidence.filter(|_| matches_well));
+            told.key = self.new_key(&rays, evidence.filter(|_| matches_well));
         }
         told
     }
@@ -223,17 +221,17 @@ impl Tracker {
         let slipped = slipped(wheels);
         let mut again = match_scans(surface, &self.laser, rays, &guess, &slipped, options)
             .and_then(|found| with(found, &slipped));
-        if share(&again) < self.options.key_share {
+        if share_of(&again) < self.options.key_share {
             let half = Vector3::new(LOST_M, LOST_M, LOST_RAD);
             let mut lost = *wheels;
             lost.covariance += Matrix3::from_diagonal(&half.component_mul(&half));
             let wide = match_widely(surface, &self.laser, rays, &lost, &half, options)
                 .and_then(|found| with(found, &lost));
-            if share(&wide) > share(&again) + BETTER_SHARE {
+            if share_of(&wide) > share_of(&again) + BETTER_SHARE {
                 again = wide;
             }
         }
-        if again.is_err() || share(&again) < share(&by_the_book) - WORSE_SHARE {
+        if again.is_err() || share_of(&again) < share_of(&by_the_book) - WORSE_SHARE {
             return by_the_book;
         }
         // How surprising it was is told as the wheels should have been.
@@ -254,8 +252,8 @@ impl Tracker {
     /// Makes a key scan of what was met, and learns from what the scan said of the
     /// motion to it; `None` where it shows too little for anything to be matched
     /// with it.
-    fn new_key(&mut self, rays: Vec<Ray>, evidence: Option<Evidence>) -> Option<KeyScan> {
-        let surface = Surface::new(&self.laser, &rays, self.options.icp.roughness_m);
+    fn new_key(&mut self, rays: &[Ray], evidence: Option<Evidence>) -> Option<KeyScan> {
+        let surface = Surface::new(&self.laser, rays, self.options.icp.roughness_m);
         if surface.pieces().len() < FEWEST {
             return None;
         }
@@ -266,7 +264,7 @@ impl Tracker {
         let since_last = std::mem::take(&mut self.to_scan);
         self.to_now = Motion::default();
         self.surface = Some(surface.clone());
-        Some(KeyScan { rays, surface, since_last })
+        Some(KeyScan { surface, since_last })
     }
 }
 
@@ -314,8 +312,7 @@ impl ScanMatch {
 /// A motion from an uncertain pose: where it ends, and how sure that is.
 #[must_use]
 pub fn placed(from: &SE2, covariance: &Matrix3<f64>, motion: &Motion) -> (SE2, Matrix3<f64>) {
-    let covariance = carried(covariance, &motion.now_in_then) + motion.covariance;
-    (*from * motion.now_in_then, symmetric(&covariance))
+    (*from * motion.now_in_then, symmetric(&motion.propagate(covariance)))
 }
 
 impl Filter for ScanMatch {

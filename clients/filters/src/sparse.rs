@@ -154,15 +154,21 @@ fn eliminated(matrix: &BlockMatrix) -> (Vec<usize>, Vec<Column>) {
             beside[j].insert(*i);
         }
     }
-    let mut remaining: BTreeSet<usize> = (0..blocks.saturating_sub(1)).collect();
+    // By degree and number, so that the next is always the first.
+    let mut remaining: BTreeSet<(usize, usize)> =
+        (0..blocks.saturating_sub(1)).map(|k| (beside[k].len(), k)).collect();
     let mut order = Vec::with_capacity(blocks);
     let mut rows: Vec<BTreeSet<usize>> = Vec::with_capacity(blocks);
-    while let Some(block) = remaining.iter().copied().min_by_key(|k| beside[*k].len()) {
-        remaining.remove(&block);
+    while let Some((_, block)) = remaining.pop_first() {
         let neighbours = std::mem::take(&mut beside[block]);
         for one in &neighbours {
+            let before = beside[*one].len();
             beside[*one].remove(&block);
             beside[*one].extend(neighbours.iter().filter(|other| *other != one));
+            // The last block is not among them, and stays last.
+            if remaining.remove(&(before, *one)) {
+                remaining.insert((beside[*one].len(), *one));
+            }
         }
         order.push(block);
         rows.push(neighbours);
@@ -243,6 +249,33 @@ mod tests {
         assert_eq!(filled(&[]), 59);
         assert_eq!(filled(&[(0, 59)]), 59 + 58);
         assert!(filled(&[(0, 59), (10, 50), (30, 59)]) < 59 + 3 * 58);
+    }
+
+    #[test]
+    fn the_least_degree_comes_first_and_of_equals_the_first() {
+        // Of every block that is left, asked anew each time.
+        let loops = [(0, 29), (3, 17), (17, 25), (4, 28), (9, 21), (3, 28)];
+        let (matrix, _) = matrix(30, &loops);
+        let mut beside = vec![BTreeSet::new(); 30];
+        for (j, column) in matrix.below.iter().enumerate() {
+            for i in column.keys() {
+                beside[*i].insert(j);
+                beside[j].insert(*i);
+            }
+        }
+        let mut left: Vec<usize> = (0..29).collect();
+        let mut expected = Vec::new();
+        while let Some(block) = left.iter().copied().min_by_key(|k| beside[*k].len()) {
+            left.retain(|k| *k != block);
+            let neighbours = std::mem::take(&mut beside[block]);
+            for one in &neighbours {
+                beside[*one].extend(neighbours.iter().filter(|other| *other != one));
+                beside[*one].remove(&block);
+            }
+            expected.push(block);
+        }
+        expected.push(29);
+        assert_eq!(Cholesky::of(&matrix).unwrap().order, expected);
     }
 
     #[test]

@@ -20,6 +20,9 @@ use rusty_filters::gridmap::{GridMap, GridMapOf, Options, Poses};
 /// with what another filter believed; --poses truth says how good the map could
 /// be, and no robot can have it.
 ///
+/// What is believed of the wheels (--alpha1 to --alpha4) never changes the map: it is
+/// the covariance that is answered with --poses odometry, and nothing otherwise.
+///
 ///   gridmap --log run.log --poses mcl --save map
 ///   gridmap --log intel.log --poses truth --until 1326 --save intel
 #[derive(Parser)]

@@ -23,7 +23,7 @@ use rusty_geometry::SE2;
 use super::laser::Ray;
 use super::surface::Surface;
 use crate::Motion;
-use crate::tangent::{at_least_zero, seen_from, symmetric};
+use crate::tangent::{at_least_zero, right_jacobian, right_jacobian_inverse, seen_from, symmetric};
 
 /// A point and the piece of wall that it lies on.
 #[derive(Clone, Copy, Debug)]
@@ -153,7 +153,11 @@ impl Evidence {
         let k = covariance * self.gain * inverse;
         let rest = Matrix3::identity() - k * self.gain;
         let posterior = rest * covariance * rest.transpose() + k * self.noise * k.transpose();
-        let now_in_then = self.at.boxplus(&(mean + k * surprise));
+        let tau = mean + k * surprise;
+        // The error is counted from `at` so far, and now from where τ leads.
+        let jr = right_jacobian(&tau);
+        let posterior = jr * posterior * jr.transpose();
+        let now_in_then = self.at.boxplus(&tau);
         let nis = (surprise.transpose() * inverse * surprise).x;
         let motion = Motion { now_in_then, covariance: symmetric(&posterior) };
         let is_sane = now_in_then.is_finite() && nis >= 0.0 && motion.covariance.sum().is_finite();
@@ -170,7 +174,9 @@ impl Evidence {
         let damping = Matrix3::identity() * (1e-9 * information.trace() + 1e-12);
         let pulled = self.gain * inverse * self.measured;
         let tau = (information + damping).cholesky()?.solve(&pulled);
-        Some((self.at.boxplus(&tau), information))
+        // Λ is that of errors counted from `at` so far, and now from z.
+        let j = right_jacobian_inverse(&tau);
+        Some((self.at.boxplus(&tau), symmetric(&(j.transpose() * information * j))))
     }
 }
 

@@ -88,7 +88,8 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-fn share(text: &str) -> Result<f64, String> {
+/// A share, for a command line.
+pub(crate) fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
         _ => Err("give a share from 0 to 1".to_owned()),
@@ -103,9 +104,6 @@ pub struct Match {
     /// Which share of the points that the first scan looked at lies on its walls,
     /// within three deviations.
     pub share: f64,
-    /// Root of the mean squared residual, in deviations: 1 for what the models
-    /// say, more where walls are not what they were.
-    pub misfit: f64,
     /// Pairs that counted.
     pub pairs: usize,
 }
@@ -193,11 +191,12 @@ pub fn match_scans(
     let sure = pairs.iter().filter(|pair| pair.surprise() <= SURE_DEVIATIONS).count();
     let share = enough(surface, rays, &now, sure, options.least_share)?;
     let squares: f64 = pairs.iter().map(|p| p.surprise() * p.surprise()).sum();
+    // In deviations: 1 for what the models say, more where walls are not what they
+    // were, which is a noise of its own.
     let misfit = (squares / pairs.len() as f64).sqrt();
     let mut evidence = Evidence::of(surface, rays, &pairs, &now, true);
-    // Walls that are not what they were are a noise of their own.
     evidence.noise *= (misfit * misfit).max(1.0);
-    Ok(Match { evidence, share, misfit, pairs: pairs.len() })
+    Ok(Match { evidence, share, pairs: pairs.len() })
 }
 
 /// The pairs without those whose residual is far beyond that of most.

@@ -153,6 +153,33 @@ fn a_corridor_says_nothing_along_itself() {
 }
 
 #[test]
+fn what_is_known_is_counted_from_the_pose_that_it_is_about() {
+    // A measurement of 3 m and some turn from where it was linearised; what a pose
+    // beside the one that comes out costs, by the measurement itself.
+    let tau = Vector3::new(3.0, 0.1, 0.3);
+    let root = Matrix3::new(40.0, 3.0, -8.0, 0.0, 70.0, 20.0, 0.0, 0.0, 90.0);
+    let gain = root.transpose() * root;
+    let at = SE2::new(-1.0, 2.0, 0.7);
+    let evidence = Evidence { at, gain, measured: gain * tau, noise: gain };
+    let (z, information) = evidence.constraint().unwrap();
+    assert!(z.boxminus(&at.boxplus(&tau)).norm() < 1e-6, "{z:?}");
+    for by in
+        [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.5), Vector3::new(0.2, 0.3, 1.0)]
+    {
+        let by = by * 1e-4;
+        let off = z.boxplus(&by).boxminus(&at) - tau;
+        let (costs, said) =
+            ((off.transpose() * gain * off).x, (by.transpose() * information * by).x);
+        assert!((said / costs - 1.0).abs() < 1e-3, "{by}: {said} for {costs}");
+    }
+    // With a belief that says nothing that is all that is known.
+    let fused = evidence.fuse(&loose(&at)).unwrap().motion;
+    assert!(fused.now_in_then.boxminus(&z).norm() < 1e-6, "{fused:?}");
+    let product = fused.covariance * information;
+    assert!((product - Matrix3::identity()).norm() < 1e-4, "{product}");
+}
+
+#[test]
 fn scans_that_are_none_are_named() {
     let mut eye = Eye::new(apartment(), 180, 0.02, 5);
     let options = IcpOptions::default();

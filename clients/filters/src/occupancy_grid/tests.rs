@@ -118,13 +118,63 @@ fn what_says_nothing_changes_nothing_and_what_is_too_much_is_named() {
     assert_eq!(grid.to_map().cells, [Cell::Unknown]);
     let error = grid.add(&SE2::new(f64::NAN, 0.0, 0.0), &[1.0; 4], &beams).unwrap_err();
     assert!(error.to_string().contains("which is no pose"), "{error}");
-    for far_m in [1e5, 1e300] {
+    for (far_m, wanted) in [(1e5, "the map would have"), (1e300, "2⁴⁰ cells from the origin")] {
         let error = grid.add(&SE2::new(far_m, 0.0, 0.0), &[1.0; 4], &beams).unwrap_err();
-        assert!(error.to_string().contains("use larger cells (--cell-m)"), "{error}");
+        assert!(error.to_string().contains(wanted), "{error}");
     }
     // An infinite range is one of nothing met.
     grid.add(&SE2::identity(), &[f64::INFINITY; 4], &beams).unwrap();
     assert!(odds_at(&grid, 5.0, 0.0) < 0.0);
+}
+
+#[test]
+fn a_first_pose_far_off_is_named_and_leaves_the_grid_as_it_was() {
+    let beams = Beams::new(&LidarConfig { beams: 4, ..LidarConfig::default() });
+    for far_m in [1e11, 1e17, 1e300, -1e17] {
+        for pose in [SE2::new(far_m, 0.0, 0.0), SE2::new(0.0, far_m, 0.0)] {
+            let mut grid = OccupancyGrid::new(InverseModel::default());
+            let error = grid.add(&pose, &[1.0; 4], &beams).unwrap_err();
+            assert!(matches!(error, GridError::TooFar { .. }), "{error}");
+            grid.add(&SE2::identity(), &[1.0; 4], &beams).unwrap();
+            assert!(odds_at(&grid, 1.0, 0.0) > 0.0 && grid.scans() == 1, "{far_m}");
+        }
+    }
+    // So far cells are told apart.
+    let mut grid = OccupancyGrid::new(InverseModel::default());
+    grid.add(&SE2::new(-5e10, 5e10, 0.0), &[1.0; 4], &beams).unwrap();
+    assert!(odds_at(&grid, -5e10 + 1.0, 5e10) > 0.0);
+}
+
+#[test]
+fn what_could_not_work_is_refused() {
+    #[derive(Debug, clap::Parser)]
+    struct Cli {
+        #[command(flatten)]
+        model: InverseModel,
+    }
+    let given = |option: &str, value: &str| {
+        <Cli as clap::Parser>::try_parse_from(["cli", option, value]).map(|cli| cli.model)
+    };
+    for (option, good, bad) in [
+        ("--p-occupied", "0.51", "0.500001"),
+        ("--p-free", "0.49", "0.499999"),
+        ("--p-most", "0.66", "0.65"),
+        ("--p-least", "0.19", "0.196"),
+        ("--p-most", "0.999999", "NaN"),
+        ("--p-least", "0.000001", "0"),
+    ] {
+        assert!(given(option, good).is_ok(), "{option} {good}");
+        assert!(given(option, bad).is_err(), "{option} {bad}");
+    }
+    // What is just let in marks cells.
+    for option in [["--p-occupied", "0.51"], ["--p-most", "0.66"]] {
+        let grid = one_beam(given(option[0], option[1]).unwrap(), &[(SE2::identity(), 1.0); 40]);
+        assert!(grid.to_map().cells.contains(&Cell::Occupied), "{option:?}");
+    }
+    for option in [["--p-free", "0.49"], ["--p-least", "0.19"]] {
+        let grid = one_beam(given(option[0], option[1]).unwrap(), &[(SE2::identity(), 1.0); 40]);
+        assert!(grid.to_map().cells.contains(&Cell::Free), "{option:?}");
+    }
 }
 
 /// What a laser with these beams reads in `world` from `poses`: σ 2 cm, and one

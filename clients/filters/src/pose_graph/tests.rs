@@ -186,8 +186,31 @@ fn a_wrong_loop_bends_little() {
 }
 
 #[test]
+fn the_weight_is_that_of_dynamic_covariance_scaling() {
+    // s = 2Φ / (Φ + χ²), and what multiplies Λ is s².
+    let chain = constraint(0, 1, SE2::identity(), Matrix3::identity(), Kind::Chain);
+    let closing = Constraint { kind: Kind::Loop, ..chain };
+    for (of_phi, weight) in [(0.0, 1.0), (1.0, 1.0), (3.0, 0.25), (7.0, 0.0625)] {
+        let found = closing.weight(of_phi * SUSPECT_CHI2);
+        assert!((found - weight).abs() < 1e-12, "{of_phi}: {found}");
+        assert_eq!(chain.weight(of_phi * SUSPECT_CHI2), 1.0);
+    }
+    // A chain says 0 with the variance 1, a loop 9 with the same: where they come to
+    // rest, x = s² (9 − x).
+    let mut graph = PoseGraph::new(SE2::identity());
+    graph.extend(&SE2::identity(), &Matrix3::identity());
+    let motion = SE2::new(9.0, 0.0, 0.0);
+    graph.constrain(constraint(0, 1, motion, Matrix3::identity(), Kind::Loop));
+    graph.optimise().unwrap();
+    let x = graph.poses()[1].x();
+    let s = 2.0 * SUSPECT_CHI2 / (SUSPECT_CHI2 + (9.0 - x) * (9.0 - x));
+    assert!(s < 0.6 && (x - s * s * (9.0 - x)).abs() < 1e-4, "{x} m, s = {s}");
+}
+
+#[test]
 fn what_is_not_determined_stays() {
     let mut graph = PoseGraph::new(SE2::new(1.0, 2.0, 3.0));
+    assert_eq!((graph.to_last(&[]), graph.to_last(&[0])), (None, None));
     assert_eq!(graph.last_covariance(), Some(Matrix3::zeros()));
     graph.extend(&SE2::new(1.0, 0.0, 0.0), &Matrix3::zeros());
     let before = graph.poses().to_vec();
