@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rusty_filters::OccupancyMap;
 use rusty_geometry::apartment;
-use rusty_tests::{folder, fresh_run, launch, repository, sim_server, text};
+use rusty_tests::{real_data, folder, fresh_run, launch, repository, sim_server, text};
 use serde_json::Value;
 
 fn scenario(name: &str) -> String {

@@ -199,6 +199,10 @@ fn page(fit: &BeamFit, lidar: &LidarConfig, scans: u64, verbose: bool) -> String
         let (value, error) = (figure(value), figure(std_error));
         lines.push(format!("{name:8} {value:>12} {error:>12} {:>12}", figure(sheet)));
     }
+    lines.push(format!(
+        "for mcl: --sigma-m {:.4} --z-short {:.4} --z-max {:.4} --z-rand {:.4}",
+        fit.sigma_hit_m.value, fit.z_short.value, fit.z_max.value, fit.z_rand.value
+    ));
     lines.join("\n")
 }
 

@@ -42,7 +42,7 @@ use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Scan, World};
 
 pub use free_space::FreeSpace;
 pub use mode::Mode;
-pub use options::{Model, Options};
+pub use options::{Model, Options, Reading};
 pub use particles::Particles;
 
 use self::cloud::Cloud;
@@ -50,7 +50,7 @@ use self::mode::Modes;
 use self::recovery::Recovery;
 use self::search::{Outcome, Search};
 use self::sensor::{Sensor, Use};
-use crate::{BeamModel, Beams, DistanceField, Motion, OccupancyMap, Odometry, Random};
+use crate::{Beams, DistanceField, Motion, OccupancyMap, Odometry, Random};
 
 /// Where an initial pose is given, it is believed to be right up to this, m
 const INITIAL_M: f64 = 0.05;
@@ -152,8 +152,7 @@ impl Mcl {
             )));
         }
         let Robot { drive, body_radius_m, lidar } = robot;
-        let mut model = BeamModel::of_lidar(&lidar);
-        model.sigma_hit_m = options.sigma_m.unwrap_or(model.sigma_hit_m);
+        let model = options.reading.model(&lidar)?;
         let beams = Beams::new(&lidar);
         let how = Use {
             skip: options.skip as usize,
@@ -179,7 +178,7 @@ impl Mcl {
                 (Sensor::of_map(&map, &distances, &model, beams, how), space)
             }
         };
-        let initial = initial.filter(|_| !options.global);
+        let initial = options.at.or(initial.filter(|_| !options.global));
         if space.is_empty() && initial.is_none() {
             return Err(ClientError::Unusable(format!(
                 "the map has no place where a body of {body_radius_m} m radius touches nothing; \
@@ -222,6 +221,8 @@ impl Mcl {
             let variances =
                 [INITIAL_M * INITIAL_M, INITIAL_M * INITIAL_M, INITIAL_RAD * INITIAL_RAD];
             let before = Matrix3::from_diagonal(&Vector3::from(variances));
+            // Where it is told to begin, it is when it wakes up.
+            let motion = if self.options.at.is_some() { &Motion::default() } else { motion };
             let mean = initial.compose(&motion.now_in_then);
             let covariance = motion.propagate(&before);
             particles.push_normal(&mean, &covariance, most, &mut self.places);

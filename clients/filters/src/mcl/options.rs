@@ -3,8 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use rusty_clients::ClientError;
+use rusty_contract::config::LidarConfig;
+use rusty_geometry::SE2;
 
-use crate::OdometryNoise;
+use crate::{BeamModel, OdometryNoise};
 
 /// Which model of the laser weighs the particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -45,26 +48,78 @@ pub struct Options {
     #[arg(long, default_value_t = 1.0, value_name = "0..1", value_parser = exponent)]
     pub exponent: f64,
 
-    /// Believe in this σ of a range, m [default: what the laser's maker says]
-    #[arg(long, value_name = "METRES", value_parser = sigma)]
-    pub sigma_m: Option<f64>,
-
     /// Localise in this map (a ROS map_server YAML file) instead of the given walls
     #[arg(long, value_name = "FILE.yaml")]
     pub map: Option<PathBuf>,
 
     /// Begin anywhere, even where an initial pose is given
-    #[arg(long)]
+    #[arg(long, conflicts_with = "at")]
     pub global: bool,
+
+    /// Begin here, world frame, m and rad, instead of where it is told
+    #[arg(long, value_name = "X,Y,THETA", value_parser = pose, allow_hyphen_values = true)]
+    pub at: Option<SE2>,
 
     /// Sleep until so many seconds after the first tick: count odometry, say nothing
     #[arg(long, default_value_t = 0.0, value_name = "SECONDS", value_parser = seconds)]
     pub from: f64,
 
+    /// What is believed of a reading.
+    #[command(flatten)]
+    pub reading: Reading,
+
     /// What is believed of the wheels.
     #[command(flatten)]
     pub noise: OdometryNoise,
 }
+
+/// What is believed of a reading of the laser, where that is not what its maker says.
+/// The rest of the weights is that of hits.
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
+#[command(next_help_heading = "What is believed of a reading (Probabilistic Robotics, §6.3; \
+                               fit-beam finds it in a log)")]
+pub struct Reading {
+    /// σ of a hit, m [default: what the laser's maker says]
+    #[arg(long, value_name = "METRES", value_parser = sigma)]
+    pub sigma_m: Option<f64>,
+
+    /// Weight of readings of something in front of the map [default: 0.01]
+    #[arg(long, value_name = "0..1", value_parser = weight)]
+    pub z_short: Option<f64>,
+
+    /// Weight of readings of nothing [default: what the laser's maker says, or 0.001]
+    #[arg(long, value_name = "0..1", value_parser = weight)]
+    pub z_max: Option<f64>,
+
+    /// Weight of readings of anything [default: 0.01]
+    #[arg(long, value_name = "0..1", value_parser = weight)]
+    pub z_rand: Option<f64>,
+}
+
+impl Reading {
+    /// The model of this laser's readings.
+    ///
+    /// # Errors
+    /// The weights leave nothing for hits.
+    pub fn model(&self, lidar: &LidarConfig) -> Result<BeamModel, ClientError> {
+        let said = BeamModel::of_lidar(lidar);
+        let z_short = self.z_short.unwrap_or(said.z_short);
+        let z_max = self.z_max.unwrap_or(said.z_max);
+        let z_rand = self.z_rand.unwrap_or(said.z_rand);
+        let z_hit = 1.0 - z_short - z_max - z_rand;
+        if z_hit < LEAST_HIT {
+            return Err(ClientError::Unusable(format!(
+                "--z-short {z_short}, --z-max {z_max} and --z-rand {z_rand} leave {z_hit:.3} for \
+                 hits, and without {LEAST_HIT} a scan says nothing: give smaller ones"
+            )));
+        }
+        let sigma_hit_m = self.sigma_m.unwrap_or(said.sigma_hit_m);
+        Ok(BeamModel { z_hit, z_short, z_max, z_rand, sigma_hit_m, ..said })
+    }
+}
+
+/// The least weight of hits.
+const LEAST_HIT: f64 = 0.01;
 
 /// The fewest particles where nothing is said of it.
 const LEAST: u32 = 1000;
@@ -92,6 +147,20 @@ fn sigma(text: &str) -> Result<f64, String> {
     number(text, |v| (1e-3..=10.0).contains(&v), "a distance from 0.001 to 10 m")
 }
 
+fn weight(text: &str) -> Result<f64, String> {
+    number(text, |v| (0.0..1.0).contains(&v), "a share from 0 to below 1")
+}
+
+fn pose(text: &str) -> Result<SE2, String> {
+    let numbers = text.split(',').map(|word| word.trim().parse::<f64>().ok());
+    match numbers.collect::<Option<Vec<f64>>>().as_deref() {
+        Some(&[x_m, y_m, theta_rad]) if [x_m, y_m, theta_rad].iter().all(|v| v.is_finite()) => {
+            Ok(SE2::new(x_m, y_m, theta_rad))
+        }
+        _ => Err("give three numbers, x and y in metres and a heading in rad: 6,4.5,0".to_owned()),
+    }
+}
+
 fn seconds(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), "a time in seconds, 0 or more")
 }
@@ -105,11 +174,39 @@ impl Default for Options {
             model: Model::Field,
             skip: 1,
             exponent: 1.0,
-            sigma_m: None,
             map: None,
             global: false,
+            at: None,
             from: 0.0,
+            reading: Reading::default(),
             noise: OdometryNoise::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_said_of_readings_is_believed_and_the_rest_are_hits() {
+        let lidar = LidarConfig { dropout: 0.02, ..LidarConfig::default() };
+        let told = Reading::default().model(&lidar).unwrap();
+        assert_eq!(told, BeamModel::of_lidar(&lidar));
+        let reading = Reading { sigma_m: Some(0.05), z_rand: Some(0.1), ..Reading::default() };
+        let model = reading.model(&lidar).unwrap();
+        assert_eq!((model.sigma_hit_m, model.z_rand, model.z_max), (0.05, 0.1, 0.02));
+        assert!((model.z_hit - 0.87).abs() < 1e-12, "{model:?}");
+        let none = Reading { z_short: Some(0.5), z_rand: Some(0.5), ..Reading::default() };
+        let refused = none.model(&lidar).unwrap_err().to_string();
+        assert!(refused.contains("--z-short 0.5") && refused.contains("hits"), "{refused}");
+    }
+
+    #[test]
+    fn a_pose_is_three_numbers() {
+        assert_eq!(pose("5.3, -21.9,-0.8"), Ok(SE2::new(5.3, -21.9, -0.8)));
+        for text in ["", "1,2", "1,2,3,4", "1,2,nan", "a,b,c"] {
+            assert!(pose(text).is_err(), "{text}");
         }
     }
 }
