@@ -11,6 +11,7 @@ use rusty_filters::ekf::{self, Ekf};
 use rusty_filters::explore::{self, Explore};
 use rusty_filters::goto::{self, Goto};
 use rusty_filters::scan_match::{ScanMatch, ScanMatchOptions};
+use rusty_filters::slam::{Slam, SlamOptions};
 use rusty_filters::wander::{self, Wander};
 use rusty_filters::{Cell, OccupancyMap};
 use rusty_geometry::{EncoderTicks, SE2, Twist, apartment};
@@ -147,6 +148,37 @@ fn a_tour_of_five_rooms_touches_nothing() {
 #[test]
 fn nor_does_it_on_unequal_wheels() {
     tour(seeds(1), 0.01);
+}
+
+/// SLAM without a map, on the frames of a tour that one with a map drives: how far
+/// what its scans met lies from the walls, root mean square and 95th percentile, m.
+fn mapped_on_a_tour(seed: u64) -> (f64, f64) {
+    let header = header(seed, SE2::new(6.0, 4.5, 0.0));
+    let told = told(&header);
+    let ekf = |told: &Start| Ekf::new(told, &ekf::Options::default());
+    let mut tour = Goto::new(&told, &goto::Options::default(), ekf).unwrap();
+    let mut slam = Slam::new(&Start { map: None, ..told }, &SlamOptions::default());
+    let _ = drive(&header, 3900, |ticks, ranges_m| {
+        slam.advance(ticks);
+        let _ = ranges_m.map(|ranges_m| slam.scan(ranges_m));
+        tour.step(ticks, ranges_m).command().unwrap()
+    });
+    assert!(tour.reached() == 6 && slam.loops() > 10, "{} loops", slam.loops());
+    let world = apartment();
+    let points = slam.map().flat_map(|(_, points)| points);
+    let mut off_m: Vec<f64> = points.map(|point| world.distance_to_nearest(point)).collect();
+    off_m.sort_by(f64::total_cmp);
+    let squares: f64 = off_m.iter().map(|m| m * m).sum();
+    ((squares / off_m.len() as f64).sqrt(), off_m[off_m.len() * 95 / 100])
+}
+
+#[test]
+fn a_map_made_on_a_tour_lies_within_five_centimetres_of_the_walls() {
+    for seed in 0..seeds(1) {
+        let (rms_m, most_m) = mapped_on_a_tour(seed);
+        println!("seed {seed}: rms {rms_m:.4} m, 95 % within {most_m:.4} m");
+        assert!(rms_m < 0.03 && most_m < 0.05, "seed {seed}: {rms_m} m, 95 % within {most_m} m");
+    }
 }
 
 /// Share of the floor around the start, as far as walls let anybody go, that the

@@ -129,11 +129,10 @@ const COLUMNS: [Column; 9] = [
     }),
     ("recovered", |o| match o.kidnapped {
         0 => String::new(),
-        all => format!(
-            "{} of {all}{}",
-            o.recovered,
-            known(o.recovered_after_s, |v| format!(", {v:.1} s"))
-        ),
+        all if o.recovered_after_s.is_finite() => {
+            format!("{} of {all}, {:.1} s", o.recovered, o.recovered_after_s)
+        }
+        all => format!("{} of {all}", o.recovered),
     }),
     ("compute p50", |o| known(o.compute_p50_s, duration)),
     ("p99", |o| known(o.compute_p99_s, duration)),
