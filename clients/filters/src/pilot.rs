@@ -12,7 +12,7 @@ use rusty_contract::Start;
 use rusty_geometry::{EncoderTicks, SE2, Twist, wrap_angle};
 
 use crate::pursuit::{Aim, Pursuit, pursue};
-use crate::steering::{free_direction, towards};
+use crate::steering::{free_direction, steer};
 use crate::surroundings::{Caution, Surroundings};
 
 /// A command of which less than this share is admissible asks for another way.
@@ -168,11 +168,10 @@ impl Pilot {
         let here = self.around.pose_in_odometry();
         let gone_m = (here.translation() - detour.from.translation()).norm();
         let off_rad = wrap_angle(detour.course_rad - here.theta());
-        let wanted = towards(off_rad, &self.caution);
-        let given = self.around.limit(wanted);
+        let given = steer(&self.around, off_rad, &self.caution);
         detour.ticks += 1;
         let late = detour.ticks as f64 * self.dt_s > DETOUR_S;
-        let blocked = wanted.v_m_s > 0.0 && given.v_m_s < 0.1 * wanted.v_m_s;
+        let blocked = given == Twist::default();
         if gone_m > DETOUR_M || late || blocked {
             self.detour = None;
             return None;

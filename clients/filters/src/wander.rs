@@ -16,7 +16,7 @@ use rusty_contract::{Reply, Start};
 use rusty_geometry::{EncoderTicks, Twist, wrap_angle};
 
 use crate::localiser::{Localiser, Reckoning};
-use crate::steering::{free_direction, sectors, towards};
+use crate::steering::{free_direction, sectors, steer};
 use crate::surroundings::{Caution, Surroundings};
 use crate::{OdometryNoise, Random};
 
@@ -94,7 +94,7 @@ impl Wander {
             self.course_rad = heading_rad + free_rad;
         }
         let bearing_rad = wrap_angle(self.course_rad - heading_rad);
-        self.around.limit(towards(bearing_rad, &self.caution))
+        steer(&self.around, bearing_rad, &self.caution)
     }
 
     /// Draws a wish: a sector by the square of how far it is free.
