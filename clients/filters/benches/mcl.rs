@@ -13,7 +13,7 @@ use rusty_contract::config::LidarConfig;
 use rusty_filters::likelihood_field::Ends;
 use rusty_filters::mcl::{Map, Mcl, Options, Particles, Robot};
 use rusty_filters::{BeamModel, Beams, LikelihoodField};
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Scan, apartment};
+use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Scan, apartment, odometry_delta};
 
 const PARTICLES: u32 = 5000;
 const SCANS: usize = 30;
@@ -23,12 +23,20 @@ const PERIOD_S: f64 = 0.1;
 fn main() {
     let world = apartment();
     let lidar = LidarConfig { dropout: 0.02, ..LidarConfig::default() };
-    let robot = Robot { drive: DiffDrive::rusty(), body_radius_m: 0.11, lidar };
+    let drive = DiffDrive::rusty();
+    let robot = Robot { drive, body_radius_m: 0.11, lidar };
     let truth = SE2::new(9.6, 3.0, 0.4);
+    // It turns a little, to and fro: of a robot that stands no second scan counts.
+    let turned = EncoderTicks { left: -400, right: 400 };
+    let there = truth.boxplus(&odometry_delta(EncoderTicks::default(), turned, &drive));
     let mut scan = Scan::new(lidar.fan());
-    let mut ranges_m = vec![0.0; 180];
-    scan.take(&world, &truth, lidar.range_max_m);
-    scan.write_distances_m(&mut ranges_m);
+    let mut ranges_of = |pose: &SE2| {
+        let mut ranges_m = vec![0.0; 180];
+        scan.take(&world, pose, lidar.range_max_m);
+        scan.write_distances_m(&mut ranges_m);
+        ranges_m
+    };
+    let moments = [(EncoderTicks::default(), ranges_of(&truth)), (turned, ranges_of(&there))];
     let begin = |initial| {
         let (particles, particles_min) = (PARTICLES, Some(PARTICLES));
         let options = Options { particles, particles_min, ..Options::default() };
@@ -37,19 +45,20 @@ fn main() {
     let model = BeamModel::of_lidar(&lidar);
     let field = LikelihoodField::of_world(&world, &model, lidar.range_max_m, 0.0, 0.01);
     let (beams, mut ends) = (Beams::new(&lidar), Ends::default());
-    ends.set(beams.endpoints(&ranges_m).map(|end| end.in_body));
+    ends.set(beams.endpoints(&moments[0].1).map(|end| end.in_body));
 
     let mut tracked = begin(Some(truth));
     let (mut bare_s, mut tracked_s, mut lost_s) = (Vec::new(), Vec::new(), Vec::new());
-    for _ in 0..SCANS {
-        tracked.advance(0.0, EncoderTicks::default());
-        tracked_s.push(seconds(|| tracked.scan(&ranges_m)));
+    for k in 0..SCANS {
+        let (ticks, ranges_m) = &moments[k % 2];
+        tracked.advance(0.0, *ticks);
+        tracked_s.push(seconds(|| tracked.scan(ranges_m)));
         let particles = tracked.particles().clone();
         bare_s.push(seconds(|| look_up(&field, &ends, &particles)));
         // Its first scan: as many particles, everywhere, and the whole ladder.
         let mut lost = begin(None);
         lost.advance(0.0, EncoderTicks::default());
-        lost_s.push(seconds(|| lost.scan(&ranges_m)));
+        lost_s.push(seconds(|| lost.scan(&moments[0].1)));
     }
     let bare_s = median(&mut bare_s);
     println!("{PARTICLES} particles, {} beams, median of {SCANS} scans", ends.count());
