@@ -25,12 +25,14 @@ use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use clap::Args;
 use nalgebra::{Matrix3, Vector2};
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{BeliefKind, Estimate, Reply, Start, WeightedPose};
+use rusty_contract::{BeliefKind, Reply, Start, WeightedPose};
 use rusty_geometry::{EncoderTicks, SE2, trig, wrap_angle};
 
 use crate::corridor::{Across, Corridor, Doors, Sides};
 use crate::histogram::Histogram;
 use crate::lines::Extraction;
+use crate::numbers::number;
+use crate::tangent::estimate;
 use crate::{Beams, Odometry, OdometryNoise};
 
 /// A wall is looked at again after this way, m.
@@ -65,17 +67,11 @@ impl Default for Options {
 }
 
 fn length(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.001..=10.0).contains(&value) => Ok(value),
-        _ => Err("give a length from 0.001 to 10".to_owned()),
-    }
+    number(text, |v| (0.001..=10.0).contains(&v), "a length from 0.001 to 10")
 }
 
 fn error(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value < 0.5 => Ok(value),
-        _ => Err("give a probability between 0 and 0.5".to_owned()),
-    }
+    number(text, |v| v > 0.0 && v < 0.5, "a probability between 0 and 0.5")
 }
 
 /// The histogram filter.
@@ -257,9 +253,8 @@ impl Filter for BayesHallway {
         if let Some(ranges_m) = tick.ranges_m() {
             self.scan(ranges_m);
         }
-        let (pose, c) = self.estimate();
-        let rows = std::array::from_fn(|i| c[(i / 3, i % 3)]);
-        Reply::Estimate(Estimate::new(pose).with_covariance(rows))
+        let (pose, covariance) = self.estimate();
+        estimate(&pose, &covariance).into()
     }
 
     fn belief(&self, poses: &mut Vec<WeightedPose>) -> Option<BeliefKind> {

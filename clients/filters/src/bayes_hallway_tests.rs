@@ -1,36 +1,14 @@
 //! The book's story of the doors, told by numbers.
 
-use rusty_contract::{LidarConfig, NominalRobot, Role};
+use rusty_contract::LidarConfig;
 use rusty_geometry::{DiffDrive, Scan, tick_length};
 
 use super::*;
 use crate::Random;
+use crate::localiser::told_tests::told;
 
 fn start() -> Start {
-    Start {
-        run_id: 0,
-        scenario: "test".to_owned(),
-        participant: 0,
-        name: "bayes-hallway".to_owned(),
-        ticket: 0,
-        catch_up: None,
-        role: Role::Estimator,
-        awaited: true,
-        server_pid: 0,
-        ticks: 0,
-        dt_s: 0.02,
-        scan_every: 5,
-        robot: NominalRobot {
-            drive: DiffDrive::rusty(),
-            body_radius_m: 0.11,
-            wheel_limit_rad_s: 20.0,
-        },
-        lidar: LidarConfig::default(),
-        map: Some(rusty_geometry::hallway().spec().clone()),
-        initial_pose: None,
-        server_awake_ns: 0,
-        sealed_brief: None,
-    }
+    Start { map: Some(rusty_geometry::hallway().spec().clone()), ..told("bayes-hallway") }
 }
 
 /// Middles, m, of the runs of cells with more than half of the mode's mass:

@@ -33,12 +33,14 @@ use std::io::Write as _;
 use clap::Args;
 use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Estimate, Innovation, Reply, Start};
+use rusty_contract::{Innovation, Reply, Start};
 use rusty_geometry::{EncoderTicks, SE2};
 
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
 use crate::lines::{Extraction, Segment};
-use crate::tangent::{right_jacobian, rows, symmetric};
+use crate::localiser::Localiser;
+use crate::numbers::{number, positive};
+use crate::tangent::{right_jacobian, symmetric};
 use crate::{Beams, Odometry, OdometryNoise};
 
 /// The smallest σ that is believed of a range, m: a laser without any error
@@ -105,18 +107,8 @@ impl Default for Options {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("give a number greater than 0".to_owned()),
-    }
-}
-
 fn probability(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
-        _ => Err("give a number between 0 and 1".to_owned()),
-    }
+    number(text, |v| v > 0.0 && v < 1.0, "a number between 0 and 1")
 }
 
 /// EKF localisation by straight walls.
@@ -232,9 +224,7 @@ impl Filter for Ekf {
     fn tick(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.ticks());
         let innovation = tick.ranges_m().and_then(|ranges_m| self.scan(ranges_m));
-        let covariance = rows(&self.covariance);
-        let estimate = Estimate::new(self.pose_in_world).with_covariance(covariance);
-        Reply::Estimate(Estimate { innovation, ..estimate })
+        Localiser::estimate(self, innovation).into()
     }
 }
 

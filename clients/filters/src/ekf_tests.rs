@@ -2,38 +2,17 @@
 //! bits twice, and a sane answer to whatever comes.
 
 use nalgebra::{Matrix2, Matrix2x3, Vector2};
+use rusty_contract::LidarConfig;
 use rusty_contract::score::chi_square::quantile;
-use rusty_contract::{LidarConfig, NominalRobot, Role};
 use rusty_geometry::{DiffDrive, Scan, Twist, World};
 
 use super::*;
 use crate::Random;
+use crate::localiser::told_tests::told;
 
-fn start(map: bool, pose: Option<SE2>) -> Start {
-    Start {
-        run_id: 0,
-        scenario: "test".to_owned(),
-        participant: 0,
-        name: "ekf".to_owned(),
-        ticket: 0,
-        catch_up: None,
-        role: Role::Estimator,
-        awaited: true,
-        server_pid: 0,
-        ticks: 0,
-        dt_s: 0.02,
-        scan_every: 5,
-        robot: NominalRobot {
-            drive: DiffDrive::rusty(),
-            body_radius_m: 0.11,
-            wheel_limit_rad_s: 20.0,
-        },
-        lidar: LidarConfig::default(),
-        map: map.then(|| rusty_geometry::apartment().spec().clone()),
-        initial_pose: pose,
-        server_awake_ns: 0,
-        sealed_brief: None,
-    }
+fn start(map: bool, initial_pose: Option<SE2>) -> Start {
+    let map = map.then(|| rusty_geometry::apartment().spec().clone());
+    Start { map, initial_pose, ..told("ekf") }
 }
 
 /// Where a χ² of these degrees is, but for one time in a hundred.

@@ -31,10 +31,11 @@ use rusty_geometry::{EncoderTicks, SE2, Twist};
 
 use crate::frontiers::{Frontier, frontiers};
 use crate::localiser::Localiser;
+use crate::numbers::positive;
 use crate::occupancy_grid::InverseModel;
 use crate::pilot::{Pilot, Progress};
 use crate::planning::{Chart, Room, Routes, Unknown};
-use crate::surroundings::{Caution, length};
+use crate::surroundings::Caution;
 use crate::{Beams, Cell, OccupancyGrid, OccupancyMap};
 
 /// So many scans are in the map before anything is concluded from it.
@@ -65,11 +66,11 @@ pub struct Options {
     pub save: Option<PathBuf>,
 
     /// The smallest frontier, m: what is narrower is no opening
-    #[arg(long, value_name = "METRES", default_value_t = 0.3, value_parser = length)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.3, value_parser = positive)]
     pub frontier_m: f64,
 
     /// Distance from walls that it likes to keep, m
-    #[arg(long, value_name = "METRES", default_value_t = 0.4, value_parser = length)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.4, value_parser = positive)]
     pub liked_m: f64,
 
     /// How careful it is.

@@ -18,9 +18,10 @@ use thiserror::Error;
 
 use crate::OccupancyMap;
 use crate::localiser::Localiser;
+use crate::numbers::positive;
 use crate::pilot::{Pilot, Progress};
 use crate::planning::{Chart, Room, Unknown};
-use crate::surroundings::{Caution, length};
+use crate::surroundings::Caution;
 
 /// The most cells of a plan: ways over more take long, and memory.
 const MOST_CELLS: f64 = 4.0 * 1024.0 * 1024.0;
@@ -67,15 +68,15 @@ pub struct Options {
 
     /// It has been at a waypoint when it was this near to it, or to the middle of the
     /// nearest cell with enough room, m
-    #[arg(long, value_name = "METRES", default_value_t = 0.15, value_parser = length)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.15, value_parser = positive)]
     pub within_m: f64,
 
     /// Distance from walls that it likes to keep, m
-    #[arg(long, value_name = "METRES", default_value_t = 0.5, value_parser = length)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.5, value_parser = positive)]
     pub liked_m: f64,
 
     /// Side of the cells that ways are found over, m
-    #[arg(long, value_name = "METRES", default_value_t = 0.05, value_parser = length)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.05, value_parser = positive)]
     pub cell_m: f64,
 
     /// How careful it is.
@@ -267,6 +268,7 @@ impl<L: Localiser> Goto<L> {
             done_at: None,
         })
     }
+
     /// A tick: encoder counts and, if there is one, the scan at its end. The
     /// answer to it.
     pub fn step(&mut self, ticks: EncoderTicks, ranges_m: Option<&[f64]>) -> Reply {

@@ -14,12 +14,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use rusty_clients::witness::{Ending, Step};
 use rusty_clients::{ClientArgs, ClientError, Filter, Tick, Witness};
-use rusty_contract::{Brief, Estimate, Exit, Reply, Start};
+use rusty_contract::{Brief, Exit, Reply, Start};
 use rusty_geometry::SE2;
 
 use crate::map_picture::picture;
+use crate::numbers::seconds;
 use crate::occupancy_grid::{GridError, InverseModel};
-use crate::tangent::rows;
+use crate::tangent::estimate;
 use crate::{Beams, OccupancyGrid, Odometry, OdometryNoise};
 
 /// Where the poses come from.
@@ -69,12 +70,6 @@ pub struct Options {
     /// What is believed of a reading
     #[command(flatten)]
     pub model: InverseModel,
-}
-
-/// A time after the start, for a command line.
-pub(crate) fn seconds(text: &str) -> Result<f64, String> {
-    let fits = |v: &f64| *v >= 0.0 && v.is_finite();
-    text.parse().ok().filter(fits).ok_or_else(|| "give a time in seconds, 0 or more".to_owned())
 }
 
 /// Collects scans into a grid, and writes it down.
@@ -229,7 +224,7 @@ impl Filter for GridMap {
         if self.problem.is_none() {
             self.problem = self.mapper.tick(tick.time_s(), tick.ranges_m(), Some(pose)).err();
         }
-        Estimate::new(pose).with_covariance(rows(&motion.covariance)).into()
+        estimate(&pose, &motion.covariance).into()
     }
 
     fn finish(self) -> Result<(), ClientError> {

@@ -35,6 +35,8 @@
 
 pub mod random;
 
+mod numbers;
+
 pub mod beam_model;
 pub mod beams;
 pub mod motion;

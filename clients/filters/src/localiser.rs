@@ -7,7 +7,7 @@ use rusty_geometry::{EncoderTicks, SE2};
 
 use crate::ekf::Ekf;
 use crate::scan_match::ScanMatch;
-use crate::tangent::{rows, symmetric};
+use crate::tangent::{estimate, symmetric};
 use crate::{Motion, Odometry, OdometryNoise};
 
 /// A filter inside another program: it is told what a tick showed, and asked
@@ -28,9 +28,7 @@ pub trait Localiser {
 
     /// The answer that says all of it.
     fn estimate(&self, innovation: Option<Innovation>) -> Estimate {
-        let covariance = rows(&self.covariance());
-        let estimate = Estimate::new(self.pose_in_world()).with_covariance(covariance);
-        Estimate { innovation, ..estimate }
+        Estimate { innovation, ..estimate(&self.pose_in_world(), &self.covariance()) }
     }
 }
 
@@ -112,3 +110,7 @@ impl Localiser for ScanMatch {
         self.pose().1
     }
 }
+
+#[cfg(test)]
+#[path = "told_tests.rs"]
+pub(crate) mod told_tests;

@@ -23,6 +23,8 @@ use clap::Args;
 use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta, trig};
 
+use crate::numbers::number;
+
 /// α₁ to α₄ of the odometry motion model, for motions of one tick.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
 #[command(next_help_heading = "What is believed of the wheels (Probabilistic Robotics, Table 5.6)")]
@@ -53,10 +55,7 @@ impl Default for OdometryNoise {
 }
 
 fn alpha(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..=MOST_ALPHA).contains(&value) => Ok(value),
-        _ => Err("give a number from 0 to 1000000".to_owned()),
-    }
+    number(text, |v| (0.0..=MOST_ALPHA).contains(&v), "a number from 0 to 1000000")
 }
 
 /// The most an α may be: beyond it squares of variances have no numbers.

@@ -28,9 +28,10 @@ use rusty_geometry::{EncoderTicks, SE2, trig};
 use crate::calibration::LearningWheels;
 use crate::icp::{
     Evidence, FEWEST, Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans,
-    match_widely, positive, share,
+    match_widely,
 };
-use crate::tangent::{chained, rows, symmetric};
+use crate::numbers::{positive, share};
+use crate::tangent::{chained, estimate, placed, symmetric};
 use crate::{Motion, OdometryNoise};
 
 /// A match that surprises the wheels more than this (χ² of three numbers, once in
@@ -309,12 +310,6 @@ impl ScanMatch {
     }
 }
 
-/// A motion from an uncertain pose: where it ends, and how sure that is.
-#[must_use]
-pub fn placed(from: &SE2, covariance: &Matrix3<f64>, motion: &Motion) -> (SE2, Matrix3<f64>) {
-    (*from * motion.now_in_then, symmetric(&motion.propagate(covariance)))
-}
-
 impl Filter for ScanMatch {
     const SHOWS_BELIEF: bool = false;
 
@@ -322,12 +317,7 @@ impl Filter for ScanMatch {
         self.advance(tick.ticks());
         let told = tick.ranges_m().map(|ranges_m| self.scan(ranges_m)).unwrap_or_default();
         let (pose, covariance) = self.pose();
-        Estimate {
-            pose_in_world: pose,
-            covariance: Some(rows(&covariance)),
-            innovation: told.innovation,
-        }
-        .into()
+        Estimate { innovation: told.innovation, ..estimate(&pose, &covariance) }.into()
     }
 }
 

@@ -40,12 +40,13 @@ use rusty_geometry::{EncoderTicks, SE2, trig};
 
 use crate::Motion;
 use crate::gridmap::{self, Mapper, Poses};
-use crate::icp::{Surface, match_widely, positive, share};
+use crate::icp::{Surface, match_widely};
 use crate::motion::carried;
+use crate::numbers::{positive, seconds, share};
 use crate::occupancy_grid::InverseModel;
 use crate::pose_graph::{Constraint, Kind, PoseGraph};
-use crate::scan_match::{ScanMatchOptions, Told, Tracker, placed};
-use crate::tangent::{rows, symmetric};
+use crate::scan_match::{ScanMatchOptions, Told, Tracker};
+use crate::tangent::{estimate, placed, symmetric};
 
 /// A loop that surprises the graph more (χ² of three numbers) is none. That is far
 /// beyond chance (16 once in a thousand), because motions through real rooms are
@@ -94,7 +95,7 @@ pub struct SlamOptions {
 
     /// Take in scans until so many seconds after the start; later ones are neither
     /// matched nor mapped, and it goes on by the wheels [default: to the end]
-    #[arg(long, value_name = "SECONDS", value_parser = gridmap::seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub until: Option<f64>,
 
     /// What is believed of a reading, for that map.
@@ -337,12 +338,7 @@ impl Filter for Slam {
         let ranges_m = tick.ranges_m().filter(|_| is_wanted);
         let told = ranges_m.map(|ranges_m| self.scan(ranges_m)).unwrap_or_default();
         let (pose, covariance) = self.pose();
-        Estimate {
-            pose_in_world: pose,
-            covariance: Some(rows(&covariance)),
-            innovation: told.innovation,
-        }
-        .into()
+        Estimate { innovation: told.innovation, ..estimate(&pose, &covariance) }.into()
     }
 
     fn finish(self) -> Result<(), ClientError> {

@@ -27,6 +27,7 @@ use rusty_contract::Start;
 use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Twist, odometry_delta, trig};
 
 use crate::Beams;
+use crate::numbers::positive;
 
 /// Points farther off than this are of no concern, m.
 const REACH_M: f64 = 3.0;
@@ -40,32 +41,25 @@ const STRAIGHT_PER_M: f64 = 1e-7;
 #[command(next_help_heading = "How careful it drives")]
 pub struct Caution {
     /// Space to leave around the body, m: more than what a range may be wrong by
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().margin_m, value_parser = length)]
+    #[arg(long, value_name = "METRES", default_value_t = Self::default().margin_m, value_parser = positive)]
     pub margin_m: f64,
 
     /// For how long a scan is remembered, s
-    #[arg(long, value_name = "SECONDS", default_value_t = Self::default().memory_s, value_parser = length)]
+    #[arg(long, value_name = "SECONDS", default_value_t = Self::default().memory_s, value_parser = positive)]
     pub memory_s: f64,
 
     /// Fastest, m/s
-    #[arg(long, value_name = "SPEED", default_value_t = Self::default().speed_m_s, value_parser = length)]
+    #[arg(long, value_name = "SPEED", default_value_t = Self::default().speed_m_s, value_parser = positive)]
     pub speed_m_s: f64,
 
     /// Fastest turn, rad/s
-    #[arg(long, value_name = "RATE", default_value_t = Self::default().turn_rad_s, value_parser = length)]
+    #[arg(long, value_name = "RATE", default_value_t = Self::default().turn_rad_s, value_parser = positive)]
     pub turn_rad_s: f64,
 }
 
 impl Default for Caution {
     fn default() -> Self {
         Self { margin_m: 0.06, memory_s: 2.0, speed_m_s: 0.5, turn_rad_s: 1.5 }
-    }
-}
-
-pub(crate) fn length(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("give a number greater than 0".to_owned()),
     }
 }
 

@@ -9,6 +9,7 @@
 //! J_r⁻¹ = 1 + ad/2 + (1 − θ/2 · cot θ/2)/θ² · ad².
 
 use nalgebra::{Matrix3, Vector3};
+use rusty_contract::Estimate;
 use rusty_geometry::{SE2, trig};
 
 use crate::Motion;
@@ -64,6 +65,12 @@ pub fn chained(first: &Motion, second: &Motion) -> Motion {
     }
 }
 
+/// A motion from an uncertain pose: where it ends, and how sure that is.
+#[must_use]
+pub fn placed(from: &SE2, covariance: &Matrix3<f64>, motion: &Motion) -> (SE2, Matrix3<f64>) {
+    (*from * motion.now_in_then, symmetric(&motion.propagate(covariance)))
+}
+
 /// A symmetric matrix without its negative part, and without the last digits in
 /// which its halves differ.
 #[must_use]
@@ -80,9 +87,14 @@ pub fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
 }
 
 /// A covariance as an answer carries it, row by row.
-#[must_use]
-pub fn rows(covariance: &Matrix3<f64>) -> [f64; 9] {
+fn rows(covariance: &Matrix3<f64>) -> [f64; 9] {
     std::array::from_fn(|i| covariance[(i / 3, i % 3)])
+}
+
+/// The answer that says a pose, world frame, and the covariance of its error τ.
+#[must_use]
+pub fn estimate(pose_in_world: &SE2, covariance: &Matrix3<f64>) -> Estimate {
+    Estimate::new(*pose_in_world).with_covariance(rows(covariance))
 }
 
 #[cfg(test)]

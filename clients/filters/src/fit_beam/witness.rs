@@ -10,6 +10,7 @@ use rusty_contract::{Brief, Exit, LidarConfig, Start};
 use rusty_geometry::{Scan, World};
 
 use super::{BeamFit, Criterion, Expected, Fitted, Readings, Round, fit};
+use crate::numbers::number;
 use crate::{BeamModel, Beams, OccupancyMap};
 
 /// A log of more ticks than this says how far it has been read.
@@ -48,10 +49,7 @@ impl Default for Options {
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
-        _ => Err("give a number, 0 or more".to_owned()),
-    }
+    number(text, |v| v >= 0.0 && v.is_finite(), "a number, 0 or more")
 }
 
 fn rounds(text: &str) -> Result<usize, String> {

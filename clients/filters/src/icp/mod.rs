@@ -41,6 +41,7 @@ pub use self::laser::{Laser, Ray};
 pub use self::search::match_widely;
 pub use self::surface::{Piece, Surface};
 use crate::Motion;
+use crate::numbers::{positive, share};
 
 /// Fewer ends than this are no scan, fewer pairs no match.
 pub const FEWEST: usize = 12;
@@ -77,22 +78,6 @@ pub struct IcpOptions {
 impl Default for IcpOptions {
     fn default() -> Self {
         Self { pair_within_m: 0.6, roughness_m: 0.005, least_share: 0.4 }
-    }
-}
-
-/// A number greater than 0, for a command line.
-pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("give a number greater than 0".to_owned()),
-    }
-}
-
-/// A share, for a command line.
-pub(crate) fn share(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
-        _ => Err("give a share from 0 to 1".to_owned()),
     }
 }
 

@@ -50,6 +50,7 @@ use self::mode::Modes;
 use self::recovery::Recovery;
 use self::search::{Outcome, Search};
 use self::sensor::{Sensor, Use};
+use crate::tangent::{estimate, placed};
 use crate::{Beams, DistanceField, Motion, OccupancyMap, Odometry, Random};
 
 /// Where an initial pose is given, it is believed to be right up to this, m
@@ -276,13 +277,8 @@ impl Mcl {
     pub fn answer(&self) -> Option<Estimate> {
         let mode = self.answer.as_ref()?;
         let motion = self.odometry.so_far();
-        let p = motion.propagate(&mode.covariance);
-        let p = 0.5 * (p + p.transpose());
-        let estimate = Estimate::new(mode.pose_in_world.compose(&motion.now_in_then));
-        let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)]));
-        let mut covariance = [0.0; 9];
-        covariance.copy_from_slice(rows.as_flattened());
-        Some(estimate.with_covariance(covariance))
+        let (pose, covariance) = placed(&mode.pose_in_world, &mode.covariance, motion);
+        Some(estimate(&pose, &covariance))
     }
 
     /// The particles as they are after the last scan.

@@ -7,6 +7,7 @@ use rusty_clients::ClientError;
 use rusty_contract::config::LidarConfig;
 use rusty_geometry::SE2;
 
+use crate::numbers::{number, seconds};
 use crate::{BeamModel, OdometryNoise};
 
 /// Which model of the laser weighs the particles.
@@ -132,13 +133,6 @@ impl Options {
     }
 }
 
-fn number(text: &str, fits: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if fits(value) => Ok(value),
-        _ => Err(format!("give {wanted}")),
-    }
-}
-
 fn exponent(text: &str) -> Result<f64, String> {
     number(text, |v| v > 0.0 && v <= 1.0, "a power greater than 0 and at most 1")
 }
@@ -159,10 +153,6 @@ fn pose(text: &str) -> Result<SE2, String> {
         }
         _ => Err("give three numbers, x and y in metres and a heading in rad: 6,4.5,0".to_owned()),
     }
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    number(text, |v| v >= 0.0 && v.is_finite(), "a time in seconds, 0 or more")
 }
 
 impl Default for Options {

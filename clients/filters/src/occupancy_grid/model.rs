@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 
 use super::fixed;
 use crate::map_server::{FREE_BELOW, OCCUPIED_ABOVE};
+use crate::numbers::number;
 
 /// What a beam says that met nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -77,10 +78,6 @@ impl Default for InverseModel {
             reach_m: None,
         }
     }
-}
-
-fn number(text: &str, fits: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|v| fits(*v)).ok_or_else(|| format!("give {wanted}"))
 }
 
 fn side(text: &str) -> Result<f64, String> {

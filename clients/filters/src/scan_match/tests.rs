@@ -1,36 +1,17 @@
 //! A robot that is driven through a world, and what scan matching says of it.
 
 use nalgebra::Matrix3;
-use rusty_contract::config::{LidarConfig, NominalRobot};
-use rusty_contract::{Role, Start};
+use rusty_contract::Start;
+use rusty_contract::config::LidarConfig;
 use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Scan, Twist, World, WorldSpec, apartment};
 
 use super::*;
 use crate::Random;
+use crate::localiser::told_tests::told;
 
 /// What a filter is told of a run in which nothing is given but the start.
 pub(crate) fn start(lidar: &LidarConfig, initial_pose: Option<SE2>) -> Start {
-    let drive = DiffDrive::rusty();
-    Start {
-        run_id: 0,
-        scenario: "by hand".to_owned(),
-        participant: 0,
-        name: "filter".to_owned(),
-        ticket: 0,
-        catch_up: None,
-        role: Role::Estimator,
-        awaited: true,
-        server_pid: 0,
-        ticks: 0,
-        dt_s: 0.02,
-        scan_every: 5,
-        robot: NominalRobot { drive, body_radius_m: 0.1, wheel_limit_rad_s: 100.0 },
-        lidar: *lidar,
-        map: None,
-        initial_pose,
-        server_awake_ns: u64::MAX,
-        sealed_brief: None,
-    }
+    Start { lidar: *lidar, initial_pose, ..told("filter") }
 }
 
 /// A robot with wheels that slip, and a laser with noise.

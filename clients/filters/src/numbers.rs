@@ -1,0 +1,38 @@
+//! Numbers on a command line: what fits is taken, and whoever gives something else
+//! is told what would.
+
+/// A number for which `fits` holds; what is `wanted` is said of any other text.
+pub(crate) fn number(text: &str, fits: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v| fits(*v)).ok_or_else(|| format!("give {wanted}"))
+}
+
+/// A number greater than 0.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    number(text, |v| v > 0.0 && v.is_finite(), "a number greater than 0")
+}
+
+/// A share.
+pub(crate) fn share(text: &str) -> Result<f64, String> {
+    number(text, |v| (0.0..=1.0).contains(&v), "a share from 0 to 1")
+}
+
+/// A time after the start, s.
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
+    number(text, |v| v >= 0.0 && v.is_finite(), "a time in seconds, 0 or more")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_fits_is_taken_and_the_rest_is_told_what_would() {
+        assert_eq!((positive("0.5"), share("0"), seconds("0")), (Ok(0.5), Ok(0.0), Ok(0.0)));
+        for text in ["", "x", "nan", "inf", "-1", "1 m"] {
+            assert_eq!(positive(text).unwrap_err(), "give a number greater than 0", "{text}");
+            assert_eq!(share(text).unwrap_err(), "give a share from 0 to 1", "{text}");
+            assert_eq!(seconds(text).unwrap_err(), "give a time in seconds, 0 or more", "{text}");
+        }
+        assert!(positive("0").is_err() && share("1.1").is_err());
+    }
+}
