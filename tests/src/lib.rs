@@ -33,6 +33,19 @@ pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
 }
 
+/// A scenario of the filters, by the name of its file.
+pub fn filter_scenario(name: &str) -> String {
+    repository().join("clients/filters/scenarios").join(name).to_str().unwrap().to_owned()
+}
+
+/// Root mean square and 95th percentile of distances.
+pub fn spread(mut distances_m: Vec<f64>) -> (f64, f64) {
+    distances_m.sort_by(f64::total_cmp);
+    let count = distances_m.len();
+    let squares: f64 = distances_m.iter().map(|d| d * d).sum();
+    ((squares / count as f64).sqrt(), distances_m[count * 95 / 100])
+}
+
 /// Real logs and maps that lie beside the repository on some machines. `None`,
 /// with a printed reason, where they do not.
 pub fn real_data(file: &str) -> Option<PathBuf> {

@@ -3,13 +3,12 @@
 
 use std::path::PathBuf;
 
-use rusty_tests::{folder, fresh_run, launch, repository, sim_server, text};
+use rusty_tests::{filter_scenario, folder, fresh_run, launch, sim_server, text};
 
 #[test]
 fn it_finds_itself_by_the_doors_and_says_the_same_again() {
     let place = folder();
-    let scenario = repository().join("clients/filters/scenarios/hallway.toml");
-    let report = launch("hallway", place.path(), &[scenario.to_str().unwrap()]);
+    let report = launch("hallway", place.path(), &[&filter_scenario("hallway.toml")]);
     let score = &report["scores"].as_array().unwrap()[0];
     assert!(score["final_position_error_m"].as_f64().unwrap() < 0.25, "{score}");
     assert!(score["final_heading_error_deg"].as_f64().unwrap() < 3.0, "{score}");

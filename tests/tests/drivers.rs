@@ -16,7 +16,7 @@ use rusty_filters::wander::{self, Wander};
 use rusty_filters::{Cell, OccupancyMap};
 use rusty_geometry::{EncoderTicks, SE2, Twist, apartment};
 use rusty_sim::{Sim, StepOutcome};
-use rusty_tests::{folder, fresh_run, launch, repository, sim_server, text};
+use rusty_tests::{filter_scenario, folder, fresh_run, launch, sim_server, spread, text};
 
 /// A driver's run in the Apartment with the noise of the tables.
 fn header(seed: u64, start: SE2) -> LogHeader {
@@ -166,10 +166,7 @@ fn mapped_on_a_tour(seed: u64) -> (f64, f64) {
     assert!(tour.reached() == 6 && slam.loops() > 10, "{} loops", slam.loops());
     let world = apartment();
     let points = slam.map().flat_map(|(_, points)| points);
-    let mut off_m: Vec<f64> = points.map(|point| world.distance_to_nearest(point)).collect();
-    off_m.sort_by(f64::total_cmp);
-    let squares: f64 = off_m.iter().map(|m| m * m).sum();
-    ((squares / off_m.len() as f64).sqrt(), off_m[off_m.len() * 95 / 100])
+    spread(points.map(|point| world.distance_to_nearest(point)).collect())
 }
 
 #[test]
@@ -229,12 +226,6 @@ fn an_explorer_sees_the_whole_apartment_and_touches_nothing() {
     }
 }
 
-/// A scenario of the filters.
-fn scenario(name: &str) -> String {
-    let path = repository().join("clients/filters/scenarios").join(name);
-    path.to_str().unwrap().to_owned()
-}
-
 /// The true poses of a log.
 fn truths(log: &Path) -> Vec<SE2> {
     let mut reader = LogReader::open(log).unwrap();
@@ -263,7 +254,7 @@ fn a_tour_by_processes_is_in_its_log_and_comes_again() {
     let place = folder();
     // Larger ticks make fewer of them; a scan still comes ten times a second.
     let set = ["--set", "dt_s=0.05", "--set", "scan_every=2", "--ticks", "1700"];
-    let tour = scenario("tour.toml");
+    let tour = filter_scenario("tour.toml");
     let args = [&[tour.as_str(), "--without", "dead-reckoning"], &set[..]].concat();
     let report = launch("tour", &place.path().join("run"), &args);
     assert_eq!(report["blocked_ticks"], 0);
@@ -279,7 +270,7 @@ fn a_tour_by_processes_is_in_its_log_and_comes_again() {
 fn wanderers_and_explorers_answer_the_same_again() {
     let place = folder();
     for (name, ticks) in [("wander", 500), ("explore", 250)] {
-        let (scenario, ticks) = (scenario(&format!("{name}.toml")), ticks.to_string());
+        let (scenario, ticks) = (filter_scenario(&format!("{name}.toml")), ticks.to_string());
         let out = place.path().join(name);
         let report = launch(name, &out, &[scenario.as_str(), "--ticks", &ticks]);
         assert_eq!(report["blocked_ticks"], 0);

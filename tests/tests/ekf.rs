@@ -3,15 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
-use rusty_tests::{Process, binary, folder, fresh_run, launch, repository, sim_server, text};
+use rusty_tests::{Process, binary, filter_scenario, folder, fresh_run, launch, sim_server, text};
 use serde_json::Value;
 
-fn scenario() -> String {
-    repository().join("clients/filters/scenarios/ekf.toml").display().to_string()
-}
-
 fn run(tag: &str, out: &Path, args: &[&str]) -> Value {
-    launch(tag, out, &[&[scenario().as_str()][..], args].concat())
+    launch(tag, out, &[&[filter_scenario("ekf.toml").as_str()][..], args].concat())
 }
 
 fn score_of<'a>(report: &'a Value, name: &str) -> &'a Value {
@@ -62,7 +58,7 @@ fn unequal_wheels_lose_dead_reckoning_but_not_the_filter() {
 #[test]
 fn without_a_map_it_predicts_and_without_a_start_it_says_what_to_do() {
     let place = folder();
-    let text_of = std::fs::read_to_string(scenario()).unwrap();
+    let text_of = std::fs::read_to_string(filter_scenario("ekf.toml")).unwrap();
     let (map, pose) = (place.path().join("map.toml"), place.path().join("pose.toml"));
     let with = |line: &str| {
         text_of.replacen("command = [\"ekf\"]", &format!("command = [\"ekf\"]\n{line}"), 1)

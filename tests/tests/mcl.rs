@@ -5,13 +5,10 @@ use std::path::{Path, PathBuf};
 use rusty_contract::log::{LogReader, Read};
 use rusty_filters::OccupancyMap;
 use rusty_geometry::{SE2, apartment};
-use rusty_tests::{Process, folder, fresh_run, launch, real_data, repository, sim_server, text};
+use rusty_tests::{
+    Process, filter_scenario, folder, fresh_run, launch, real_data, sim_server, text,
+};
 use serde_json::Value;
-
-fn scenario(name: &str) -> String {
-    let path = repository().join("clients/filters/scenarios").join(name);
-    path.to_str().unwrap().to_owned()
-}
 
 /// What the scorer says of `mcl`.
 fn convergence(report: &Value) -> Value {
@@ -27,7 +24,8 @@ fn score<'a>(report: &'a Value, name: &str) -> &'a Value {
 #[test]
 fn it_finds_itself_and_its_answers_come_again_from_log_and_replay() {
     let place = folder();
-    let report = launch("global", place.path(), &[&scenario("global.toml"), "--ticks", "400"]);
+    let report =
+        launch("global", place.path(), &[&filter_scenario("global.toml"), "--ticks", "400"]);
     let found = convergence(&report);
     assert!(found["after_s"].as_f64().unwrap() < 3.0, "{found}");
     assert!(found["position_rmse_m"].as_f64().unwrap() < 0.01, "{found}");
@@ -45,7 +43,7 @@ fn it_finds_itself_and_its_answers_come_again_from_log_and_replay() {
 #[test]
 fn it_finds_itself_again_after_it_was_carried_away() {
     let place = folder();
-    let args = [&scenario("kidnapped.toml"), "--ticks", "800"];
+    let args = [&filter_scenario("kidnapped.toml"), "--ticks", "800"];
     let found = convergence(&launch("kidnapped", place.path(), &args));
     let recovered = found["recoveries"][0]["after_s"].as_f64().unwrap();
     assert!(recovered < 4.0, "{found}");
@@ -60,7 +58,7 @@ fn a_map_of_cells_and_the_beam_model_serve_as_processes() {
     let on_cells = format!("--add=on-cells=mcl --global --map {}.yaml", stem.display());
     let with_rays = "--add=with-rays=mcl --model beam --particles 500 --particles-min 300";
     let out = place.path().join("run");
-    let args = [&scenario("global.toml"), "--ticks", "300", &on_cells, with_rays];
+    let args = [&filter_scenario("global.toml"), "--ticks", "300", &on_cells, with_rays];
     let report = launch("maps", &out, &args);
     for (name, most_m) in [("on-cells", 0.06), ("with-rays", 0.02)] {
         let said = score(&report, name);

@@ -9,7 +9,9 @@ use rusty_contract::{Reply, Start};
 use rusty_filters::slam::{Slam, SlamOptions};
 use rusty_filters::{Cell, OccupancyMap};
 use rusty_geometry::apartment;
-use rusty_tests::{Process, folder, fresh_run, launch, nothing_left, real_data, sim_server, text};
+use rusty_tests::{
+    Process, folder, fresh_run, launch, nothing_left, real_data, sim_server, spread, text,
+};
 use serde_json::Value;
 
 /// Nothing of the walls is told; where it starts is, so that frames coincide.
@@ -54,14 +56,6 @@ fn through_the_library(log: &Path) -> (Slam, u64) {
             Read::End(cut) => panic!("{cut:?}"),
         }
     }
-}
-
-/// Root mean square and 95th percentile.
-fn spread(mut distances_m: Vec<f64>) -> (f64, f64) {
-    distances_m.sort_by(f64::total_cmp);
-    let count = distances_m.len();
-    let squares: f64 = distances_m.iter().map(|d| d * d).sum();
-    ((squares / count as f64).sqrt(), distances_m[count * 95 / 100])
 }
 
 #[test]
