@@ -170,7 +170,26 @@ fn walk(path: &str, a: &serde_json::Value, b: &serde_json::Value, found: &mut Ve
                 walk(&format!("{path}[{i}]"), x, y, found);
             }
         }
-        _ => found.push(format!("{path}: {a} and {b}")),
+        _ => found.push(format!("{path}: {} and {}", brief(a), brief(b))),
+    }
+}
+
+/// The longest value that is shown whole, characters of JSON.
+const SHOWN_WHOLE: usize = 80;
+
+/// A value on one line: a long list or object (the walls of a world, say) by what
+/// it has.
+fn brief(value: &serde_json::Value) -> String {
+    use serde_json::Value::{Array, Object};
+    let whole = value.to_string();
+    match value {
+        _ if whole.chars().count() <= SHOWN_WHOLE => whole,
+        Array(items) => format!("a list of {}", items.len()),
+        Object(fields) => {
+            let names: Vec<&str> = fields.keys().map(String::as_str).collect();
+            format!("an object with {}", names.join(", "))
+        }
+        _ => whole.chars().take(SHOWN_WHOLE).chain(['…']).collect(),
     }
 }
 
@@ -221,6 +240,19 @@ mod tests {
             change(&mut b);
             assert!(frames(&record(), &b, 0.02).is_some(), "change {i}");
         }
+    }
+
+    #[test]
+    fn long_values_of_documents_are_summarised() {
+        let walls = |n: usize| vec![serde_json::json!({ "from": [0.25, 1.5], "to": [2, 3] }); n];
+        let a = serde_json::json!({ "seed": 1, "world": { "walls": walls(24) } });
+        let b = serde_json::json!({ "seed": 2, "world": { "walls": walls(26) } });
+        let found = ["seed: 1 and 2", "world.walls: a list of 24 and a list of 26"];
+        assert_eq!(documents(&a, &b), found);
+        let fork = serde_json::json!({ "source": { "forked": { "at": 7, "world": walls(9) } } });
+        let whole = serde_json::json!({ "source": "simulated" });
+        let found = ["source: \"simulated\" and an object with forked"];
+        assert_eq!(documents(&whole, &fork), found);
     }
 
     #[test]
