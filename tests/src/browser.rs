@@ -16,7 +16,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
-use crate::{WATCHDOG, folder};
+use crate::{WATCHDOG, folder, skipped};
 
 /// Names that the program goes by.
 const PROGRAMS: [&str; 4] =
@@ -60,9 +60,7 @@ impl Browser {
     /// is there and does not start is a failure.
     pub fn start() -> Option<Self> {
         let Some(program) = program() else {
-            let why = format!("skipped: there is no {} in PATH\n", PROGRAMS.join(", no "));
-            // Not with a macro: what those print of a test that passes is not shown.
-            std::io::stderr().write_all(why.as_bytes()).unwrap();
+            skipped(&format!("there is no {} in PATH", PROGRAMS.join(", no ")));
             return None;
         };
         Some(Self::of(&program))

@@ -15,6 +15,7 @@ pub mod python;
 
 pub use dice::{Dice, cases};
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
@@ -53,8 +54,16 @@ pub fn real_data(file: &str) -> Option<PathBuf> {
     if path.exists() {
         return Some(path);
     }
-    println!("skipped: {} is not on this machine", path.display());
+    skipped(&format!("{} is not on this machine", path.display()));
     None
+}
+
+/// Prints that a test is skipped, and why, past what captures the output of tests
+/// that pass.
+pub fn skipped(reason: &str) {
+    let thread = std::thread::current();
+    let line = format!("\nskipped: {}: {reason}\n", thread.name().unwrap_or("a test"));
+    let _ = std::io::stderr().write_all(line.as_bytes());
 }
 
 /// The folder of the binaries under test, built once per test process.

@@ -3,12 +3,11 @@
 //! reason; whatever else goes wrong fails them.
 
 use std::fs::{self, File};
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
-use crate::{binaries, repository};
+use crate::{binaries, repository, skipped};
 
 /// The interpreter of a virtual environment below the target folder, with numpy
 /// from wherever pip takes it and the package as it was just built. `None`, with
@@ -21,14 +20,6 @@ pub fn python() -> Option<&'static Path> {
 /// What was found; or says that the test is skipped, and why.
 pub(crate) fn or_skipped(found: &Result<PathBuf, String>) -> Option<&Path> {
     found.as_deref().inspect_err(|reason| skipped(reason)).ok()
-}
-
-/// Says that tests are skipped, and why, past what captures the output of tests
-/// that pass.
-fn skipped(reason: &str) {
-    let thread = std::thread::current();
-    let line = format!("\nskipped: {}: {reason}\n", thread.name().unwrap_or("a test"));
-    let _ = std::io::stderr().write_all(line.as_bytes());
 }
 
 /// A script that lies beside the tests.

@@ -260,7 +260,7 @@ impl SmallDisk {
         if mount.as_ref().is_ok_and(|m| m.status.success()) {
             return Some(Self(place));
         }
-        println!("skipped: a disk of 200 kB cannot be mounted here: {mount:?}");
+        rusty_tests::skipped(&format!("a disk of 200 kB cannot be mounted here: {mount:?}"));
         None
     }
 }

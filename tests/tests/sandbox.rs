@@ -66,7 +66,7 @@ fn kernel_can() -> bool {
         None
     });
     if let Some(why) = why_not {
-        println!("skipped: {}", why.trim());
+        rusty_tests::skipped(why.trim());
     }
     why_not.is_none()
 }

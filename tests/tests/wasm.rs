@@ -34,7 +34,7 @@ fn module() -> Option<&'static PathBuf> {
     static MODULE: OnceLock<Option<PathBuf>> = OnceLock::new();
     let module = MODULE.get_or_init(|| {
         if !target_is_installed() {
-            println!("skipped: no {TARGET} here; `rustup target add {TARGET}` installs it");
+            rusty_tests::skipped(&format!("no {TARGET} here; `rustup target add {TARGET}` installs it"));
             return None;
         }
         let folder = binaries().parent().unwrap();
@@ -89,7 +89,7 @@ const SCRIPT: &str = "
 fn the_compiler_of_a_browser_computes_the_same_bits() {
     let Some(path) = module() else { return };
     if Command::new("node").arg("--version").output().is_err() {
-        println!("skipped: there is no node on the path, so V8 was not asked");
+        rusty_tests::skipped("there is no node on the path, so V8 was not asked");
         return;
     }
     let node = Process::spawn(Command::new("node").args(["-e", SCRIPT]).arg(path));
