@@ -93,10 +93,10 @@ fn quantization_alone_is_a_third_of_a_millimetre() {
 
 /// Two of the same program, of which one is not told where it starts.
 const HIDDEN: &str = "
-ticks = 70
+ticks = 140
 world = \"open\"
 scan_every = 0
-script = { kind = \"straight\", v_m_s = 1.0 }
+script = { kind = \"straight\", v_m_s = 0.6 }
 [[participant]]
 name = \"told\"
 command = [\"dead-reckoning\"]
@@ -144,7 +144,8 @@ fn who_is_not_told_where_it_starts_is_judged_aligned_and_the_table_says_so() {
     let said = rusty_tests::Process::start("score", &args).wait().expect(0).stdout;
     let table = table(&said);
     assert_eq!(table[0][..2], ["estimator", "alignment"]);
-    assert_eq!([table[1][..2], table[2][..2]], [["told", "none"], ["not-told", "SE(2)"]]);
+    assert_eq!(table[1][..2], ["told", "none"]);
+    assert_eq!(table[2][..2], ["not-told", "SE(2)"]);
     assert_eq!((table.len(), table[2].last()), (3, Some(&"–")), "{said}");
     let error_m: f64 = table[2][2].parse().unwrap();
     let exact_m = number(not_told, "/aligned/final_position_error_m");
