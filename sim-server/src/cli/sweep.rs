@@ -78,7 +78,7 @@ pub struct SweepArgs {
     /// Whole runs with the scenario's programs, as `launch` makes them
     #[arg(long)]
     pub clients: bool,
-    /// Add an estimator to every run: name, and the program that starts it
+    /// Add an estimator to every run, as launch does
     #[arg(long, value_name = "NAME=COMMAND", requires = "clients")]
     pub add: Vec<String>,
     /// Keep the runs' folders (logs, scores, pictures) in this one
