@@ -162,7 +162,8 @@ impl Scorer {
         // A simulation begins at 0; the stamps of a robot may be the time of day.
         let recorded = matches!(brief.header.source, Source::Recorded { .. });
         let began_s = (!recorded).then_some(0.0);
-        let planned = Planned { ticks: brief.header.config.ticks, kidnapped_at, began_s };
+        let (ticks, start) = (brief.header.config.ticks, brief.header.true_start());
+        let planned = Planned { ticks, start, kidnapped_at, began_s };
         Ok(Self {
             blind,
             folder: output_folder(brief, args)?,

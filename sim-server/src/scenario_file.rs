@@ -5,7 +5,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::scenario::ScenarioError;
-use rusty_contract::{FieldError, RunConfig, Scenario, ScriptConfig};
+use rusty_contract::{FieldError, Participant, Role, RunConfig, Scenario, ScriptConfig};
 use rusty_geometry::{WorldError, WorldSpec};
 use thiserror::Error;
 
@@ -66,6 +66,19 @@ pub struct Loaded {
     pub scenario: Scenario,
     /// Folder that its paths are relative to.
     pub folder: PathBuf,
+}
+
+/// Adds the estimator of `--add NAME=COMMAND`; one without a command is started by
+/// hand.
+pub fn add_estimator(roster: &mut Vec<Participant>, text: &str) {
+    let (name, command) = match text.split_once('=') {
+        Some((name, command)) => (name, command.split_whitespace().map(str::to_owned).collect()),
+        None => (text, Vec::new()),
+    };
+    let estimator = Participant { command, ..Participant::new(name, Role::Estimator) };
+    // Estimators first: they come before scorer and logger in the table.
+    let place = roster.iter().take_while(|p| p.role.answers()).count();
+    roster.insert(place, estimator);
 }
 
 /// Loads a built-in scenario by name, or a file by path, and applies changes

@@ -54,7 +54,8 @@ fn a_budget_is_the_chapters_table() {
     let args = ["budget", "--seeds", "0..20", "--set", "robot.radius_bias_right=0.01"];
     let found = sim_server(&[&args[..], &["--json"]].concat()).expect(0).json();
     let rows = found["sources"].as_array().unwrap();
-    let drift_m: Vec<f64> = rows.iter().map(|row| number(row, "drift_m.mean")).collect();
+    let drift_m: Vec<f64> =
+        rows.iter().map(|row| number(row, "final_position_error_m.mean")).collect();
     assert!((drift_m[0] - 1.062_004_987_974e-4).abs() < 1e-12, "{drift_m:?}");
     assert!((drift_m[2] - 2.678_329_605_898).abs() < 1e-10, "{drift_m:?}");
     let text = sim_server(&args).expect(0).stdout;

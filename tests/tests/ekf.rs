@@ -23,7 +23,7 @@ fn it_is_near_knows_how_near_and_says_the_same_again() {
     let score = score_of(&report, "ekf");
     let figure = |key: &str| score[key].as_f64().unwrap();
     assert!(figure("ate_rmse_m") < 0.005, "{score}");
-    assert!(figure("heading_rmse_rad") < 0.5_f64.to_radians(), "{score}");
+    assert!(figure("rmse_heading_error_rad") < 0.5_f64.to_radians(), "{score}");
     assert_eq!(score["nees"]["unusable"], 0);
     assert!(score["nees"]["mean"].as_f64().unwrap() < 6.0, "{score}");
     let surprise =

@@ -163,7 +163,7 @@ fn check_recording(file: &str) {
     assert_eq!(score["scored_ticks"], plain.scans);
     // Odometry drifts away from the corrected path, by metres in a building.
     let (final_m, mean_m) =
-        (number(score, "final_position_error_m"), number(score, "mean_drift_m"));
+        (number(score, "final_position_error_m"), number(score, "mean_position_error_m"));
     assert!(final_m > 1.0 && final_m < 200.0, "{score}");
     assert!(mean_m > 0.1 && mean_m < final_m, "{score}");
     assert!((final_m - number(&report, "end_error_m")).abs() < 1e-6, "{score}");

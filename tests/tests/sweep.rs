@@ -69,12 +69,12 @@ fn a_row_is_what_launch_comes_to() {
             ("distance_m", "distance_m"),
             ("final_position_error_m", "final_position_error_m"),
             ("final_heading_error_rad", "final_heading_error_rad"),
-            ("mean_position_error_m", "mean_drift_m"),
-            ("rmse_position_error_m", "ate_rmse_m"),
-            ("p95_position_error_m", "p95_drift_m"),
-            ("max_position_error_m", "max_drift_m"),
-            ("rmse_heading_error_rad", "heading_rmse_rad"),
-            ("max_heading_error_rad", "heading_max_rad"),
+            ("mean_position_error_m", "mean_position_error_m"),
+            ("ate_rmse_m", "ate_rmse_m"),
+            ("p95_position_error_m", "p95_position_error_m"),
+            ("max_position_error_m", "max_position_error_m"),
+            ("rmse_heading_error_rad", "rmse_heading_error_rad"),
+            ("max_heading_error_rad", "max_heading_error_rad"),
         ] {
             let (found, expected) = (rows.numbers(column)[1], score[figure].as_f64().unwrap());
             assert_eq!(found.to_bits(), expected.to_bits(), "{scenario}, {column}");

@@ -44,7 +44,7 @@ fn a_late_estimate_is_judged_as_late_as_it_is() {
     let late = estimator("late", "compute = { answer_s = 0.1, scan_s = 0.04, budget_s = 0.12 }");
     let roster = estimator("prompt", "") + &late;
     let (report, _out) = run("late", &roster);
-    let mean = |i: usize| report["scores"][i]["mean_drift_m"].as_f64().unwrap();
+    let mean = |i: usize| report["scores"][i]["mean_position_error_m"].as_f64().unwrap();
     // Both say the same; one of them says it five ticks or more too late.
     assert!(mean(1) > 1.2 * mean(0), "{} and {} m", mean(0), mean(1));
     let timing = &report["timings"];
@@ -56,7 +56,10 @@ fn a_late_estimate_is_judged_as_late_as_it_is() {
     let (same, _out) = run("prompt", &(estimator("prompt", "") + &estimator("late", "")));
     assert_eq!(report["digest"], same["digest"]);
     assert_eq!(same["timings"], Value::Array(vec![]));
-    assert_eq!(same["scores"][0]["mean_drift_m"], same["scores"][1]["mean_drift_m"]);
+    assert_eq!(
+        same["scores"][0]["mean_position_error_m"],
+        same["scores"][1]["mean_position_error_m"]
+    );
 }
 
 #[test]

@@ -79,7 +79,7 @@ fn a_sweep_says_whose_covariances_are_right_and_a_comparison_who_is_better() {
     // 2 · 2⁻⁶.
     assert!((outcome["sign_p"].as_f64().unwrap() - 0.03125).abs() < 1e-12);
     let mean = |name: &str| {
-        let (names, ate) = (column(&csv, "estimator"), column(&csv, "rmse_position_error_m"));
+        let (names, ate) = (column(&csv, "estimator"), column(&csv, "ate_rmse_m"));
         let own = names.iter().zip(&ate).filter(|(n, _)| *n == name).map(|(_, v)| v);
         own.map(|v| v.parse::<f64>().unwrap()).sum::<f64>() / 6.0
     };

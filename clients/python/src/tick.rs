@@ -7,6 +7,7 @@ use numpy::{AllowTypeChange, PyArray1, PyArrayLike2, PyArrayMethods as _};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
+use rusty_contract::score::seconds;
 use rusty_contract::{Estimate, Frame, Innovation, Reply};
 use rusty_geometry::{EncoderTicks, SE2, Twist};
 use rusty_link::MAX_HELD_FRAMES;
@@ -201,7 +202,8 @@ impl Tick {
     }
 
     fn __repr__(&self) -> String {
-        let Self { number, time_s, counts, .. } = self;
+        let Self { number, counts, .. } = self;
+        let time_s = seconds(self.time_s);
         let scan = if self.has_scan { ", with a scan" } else { "" };
         format!(
             "<rusty.Tick {number} at {time_s} s, counts ({}, {}){scan}>",

@@ -24,7 +24,7 @@ mod table;
 use std::fmt::Write as _;
 
 use rusty_contract::log::{LogHeader, Source};
-use rusty_contract::score::ScoreReport;
+use rusty_contract::score::{ScoreReport, seconds};
 use rusty_plot::PlotError;
 use rusty_plot::style::{ON_DARK, hex};
 
@@ -161,7 +161,7 @@ fn facts(header: &LogHeader, trace: &RunTrace) -> Vec<String> {
         }
     }
     if header.seed().is_some() {
-        facts.push(format!("time step {} s", config.dt_s));
+        facts.push(format!("time step {} s", seconds(config.dt_s)));
     }
     if ticks_with_truth > 1 {
         facts.push(format!("{driven_m:.1} m driven"));

@@ -4,7 +4,10 @@
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use rusty_contract::score::{ComputeTimes, Consistency, Durations, PoseErrors, Score, ScoreReport};
+use rusty_contract::score::{
+    ComputeTimes, Consistency, Durations, Figures, PoseErrors, Score, ScoreReport, degrees,
+    duration, metres,
+};
 use rusty_plot::style::{Look, figure};
 use rusty_plot::{Drawing, Layer, PlotError};
 
@@ -33,19 +36,23 @@ const GROUPS: [(&str, &[Row]); 6] = [
     (
         "Where it ended",
         &[
-            ("position error", |s| number(s.final_position_error_m, "m")),
-            ("heading error", |s| number(s.final_heading_error_deg, "°")),
-            ("drift, of the distance driven", |s| number(s.drift_percent, "%")),
+            ("alignment", |s| plain(s.alignment.word().to_owned())),
+            ("final position error", |s| number(judged(s).final_position_error_m, "m")),
+            ("final heading error", |s| angle(judged(s).final_heading_error_rad)),
+            ("drift, of the distance driven", |s| match s.drift_percent {
+                Some(_) => number(s.drift_percent, "%"),
+                None => plain("–".to_owned()),
+            }),
         ],
     ),
     (
         "Over the run",
         &[
-            ("mean position error", |s| number(s.mean_drift_m, "m")),
-            ("position error, 95th percentile", |s| number(s.p95_drift_m, "m")),
-            ("greatest position error", |s| number(s.max_drift_m, "m")),
-            ("heading error, rmse", |s| number(s.heading_rmse_rad.map(f64::to_degrees), "°")),
-            ("greatest heading error", |s| number(s.heading_max_rad.map(f64::to_degrees), "°")),
+            ("mean position error", |s| number(judged(s).mean_position_error_m, "m")),
+            ("position error, 95th percentile", |s| number(judged(s).p95_position_error_m, "m")),
+            ("greatest position error", |s| number(judged(s).max_position_error_m, "m")),
+            ("heading error, rmse", |s| angle(judged(s).rmse_heading_error_rad)),
+            ("greatest heading error", |s| angle(judged(s).max_heading_error_rad)),
             ("ticks scored", |s| plain(s.scored_ticks.to_string())),
             ("ticks without an estimate", |s| plain(s.unscored_ticks.to_string())),
         ],
@@ -53,17 +60,17 @@ const GROUPS: [(&str, &[Row]); 6] = [
     (
         "Trajectory error, rmse",
         &[
-            ("ATE, as it is", |s| match &s.ate.none {
+            ("ATE, alignment none", |s| match &s.ate.none {
                 Some(errors) => poses(Some(errors)),
                 None => number(s.ate_rmse_m, "m"),
             }),
-            ("ATE, first poses aligned", |s| poses(s.ate.origin.as_ref())),
-            ("ATE, aligned as a whole", |s| poses(s.ate.se2.as_ref())),
-            ("RPE, per tick", |s| match &s.rpe.per_tick {
+            ("ATE, alignment origin", |s| poses(s.ate.origin.as_ref())),
+            ("ATE, alignment SE(2)", |s| poses(s.ate.se2.as_ref())),
+            ("RPE per tick", |s| match &s.rpe.per_tick {
                 Some(errors) => poses(Some(errors)),
                 None => pair(s.rpe_rmse_m, s.rpe_rmse_deg),
             }),
-            ("RPE, per metre", |s| poses(s.rpe.per_metre.as_ref())),
+            ("RPE per metre", |s| poses(s.rpe.per_metre.as_ref())),
         ],
     ),
     (
@@ -108,25 +115,31 @@ fn unscored() -> Cell {
 
 fn number(value: Option<f64>, unit: &str) -> Cell {
     match value {
-        Some(v) => Cell { text: format!("{} {unit}", small(v)), value },
+        Some(v) => Cell { text: format!("{} {unit}", shown(v, unit)), value },
         None => unscored(),
     }
 }
 
-/// As a figure, but one that is small and not nothing is not shown as nothing.
-fn small(value: f64) -> String {
-    match value.abs() {
-        v if v > 0.0 && v < 0.001 => format!("{value:.1e}").replace('-', "−"),
-        v if v < 0.1 => format!("{value:.4}"),
-        _ => figure(Some(value)),
-    }
+fn angle(radians: Option<f64>) -> Cell {
+    number(radians.map(f64::to_degrees), "°")
+}
+
+/// The errors by which an estimator is judged.
+fn judged(score: &Score) -> Figures {
+    score.figures(score.alignment)
+}
+
+fn shown(value: f64, unit: &str) -> String {
+    let number = if unit == "m" { metres } else { degrees };
+    number(value).replace('-', "−")
 }
 
 fn pair(metres: Option<f64>, degrees: Option<f64>) -> Cell {
     match (metres, degrees) {
-        (Some(m), Some(deg)) => {
-            Cell { text: format!("{} m <small>{} °</small>", small(m), small(deg)), value: metres }
-        }
+        (Some(m), Some(deg)) => Cell {
+            text: format!("{} m <small>{} °</small>", shown(m, "m"), shown(deg, "°")),
+            value: metres,
+        },
         _ => number(metres, "m"),
     }
 }
@@ -186,14 +199,6 @@ fn times(score: &Score, of: fn(&ComputeTimes) -> Durations) -> Cell {
     match score.compute.as_ref().map(of) {
         Some(d) => plain(format!("{} <small>{}</small>", duration(d.p50_s), duration(d.p99_s))),
         None => plain("<span class=\"none\">not in a log</span>".to_owned()),
-    }
-}
-
-fn duration(s: f64) -> String {
-    match s {
-        s if s < 1e-3 => format!("{:.1} µs", 1e6 * s),
-        s if s < 1.0 => format!("{:.2} ms", 1e3 * s),
-        s => format!("{s:.2} s"),
     }
 }
 

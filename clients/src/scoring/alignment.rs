@@ -13,7 +13,7 @@
 //! about which space may turn; the plane's rotation is determined by them. With
 //! all points in one place no rotation is better than another, and it is none.
 
-use rusty_contract::score::PoseErrors;
+use rusty_contract::score::{Errors, Figures, PoseErrors};
 use rusty_geometry::{SE2, trig};
 
 use super::RunTrace;
@@ -22,15 +22,19 @@ use super::statistics::PoseRow;
 use super::trajectory::absolute_error;
 
 /// Errors of an estimator (index of its name) after alignment, over the ticks of
-/// the trace. `None` without a scored tick.
-pub(super) fn aligned_errors(trace: &RunTrace, estimator: usize) -> Option<PoseErrors> {
+/// the trace: as evo has them, and as those without alignment. `None` without a
+/// scored tick.
+pub(super) fn aligned_errors(trace: &RunTrace, estimator: usize) -> Option<(PoseErrors, Figures)> {
     let motion = best_motion(|| scored(trace, estimator).map(|s| (s.estimate, s.truth)))?;
-    let mut errors = PoseRow::expecting(trace.ticks() as u64);
+    let ticks = trace.ticks() as u64;
+    let (mut poses, mut errors) = (PoseRow::expecting(ticks), Errors::expecting(ticks));
     for s in scored(trace, estimator) {
-        let (error_m, error_rad) = absolute_error(&(motion * s.estimate), &s.truth);
-        errors.push(error_m, error_rad);
+        let aligned = motion * s.estimate;
+        let (error_m, error_rad) = absolute_error(&aligned, &s.truth);
+        poses.push(error_m, error_rad);
+        errors.push(&aligned, &s.truth);
     }
-    errors.errors()
+    Some((poses.errors()?, errors.figures()))
 }
 
 /// The motion that, applied from the left, brings the positions of the first

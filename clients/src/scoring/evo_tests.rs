@@ -166,9 +166,9 @@ fn every_figure_is_that_of_evo() {
     // The flat figures are the same numbers.
     let (none, per_tick) = (score.ate.none.unwrap(), score.rpe.per_tick.unwrap());
     assert_eq!(score.ate_rmse_m, Some(none.translation_m.rmse));
-    assert_eq!(score.mean_drift_m, Some(none.translation_m.mean));
-    assert_eq!(score.max_drift_m, Some(none.translation_m.max));
-    assert_eq!(score.heading_rmse_rad, Some(none.rotation_rad.rmse));
+    assert_eq!(score.mean_position_error_m, Some(none.translation_m.mean));
+    assert_eq!(score.max_position_error_m, Some(none.translation_m.max));
+    assert_eq!(score.rmse_heading_error_rad, Some(none.rotation_rad.rmse));
     assert_eq!(score.rpe_rmse_m, Some(per_tick.translation_m.rmse));
 }
 

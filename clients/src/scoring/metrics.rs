@@ -14,7 +14,7 @@
 //! Everything else (a recording's ticks between two scans, say) is passed over,
 //! and a pair of the relative error is two scored ticks with none between.
 
-use rusty_contract::score::{self, Errors, PathLength, Score};
+use rusty_contract::score::{self, Alignment, Errors, PathLength, Score};
 use rusty_contract::{Estimate, Innovation};
 use rusty_geometry::SE2;
 
@@ -23,9 +23,13 @@ use super::compute::Times;
 use super::consistency::{Samples, nees};
 use super::convergence::Search;
 use super::trace::RunTrace;
-use super::trajectory::{Absolute, Relative};
+use super::trajectory::{Absolute, METRE, Relative};
 use super::yardstick::Yardstick;
 use crate::witness::Delay;
+
+/// The shortest way of which an error can be a share, m: that of a step of the
+/// relative error. Of less, rounding and the first error make any percentage.
+const LEAST_DRIVEN_M: f64 = METRE;
 
 /// A scored tick: truth and estimate, world frame.
 #[derive(Clone, Copy, Debug)]
@@ -59,11 +63,11 @@ pub(super) fn scored(trace: &RunTrace, estimator: usize) -> impl Iterator<Item =
     })
 }
 
-/// Distance truly driven, m: the sum of the straight steps from each known true
-/// pose to the next.
+/// Distance truly driven, m: the sum of the straight steps from the start, where it
+/// is known, and each known true pose to the next.
 #[must_use]
 pub fn distance_driven_m(trace: &RunTrace) -> f64 {
-    let mut path = PathLength::carried_at(trace.kidnapped_at.clone());
+    let mut path = PathLength::new(trace.start, trace.kidnapped_at.clone());
     for tick in 0..trace.ticks() {
         trace.true_pose(tick).iter().for_each(|pose| path.push(tick as u64, pose));
     }
@@ -72,13 +76,14 @@ pub fn distance_driven_m(trace: &RunTrace) -> f64 {
 
 /// One score per estimator, in roster order. A figure is `None` where nothing
 /// was scored that it could be made of: all of them without a scored tick, the
-/// relative ones with a single one, the drift in percent of a robot that stood.
+/// relative ones with a single one, the drift where it is not one of driving.
 /// A trace knows no innovations and durations, nor the covariances of all ticks,
 /// so what is made of those is `None`, too.
 #[must_use]
 pub fn score(trace: &RunTrace) -> Vec<Score> {
     let planned = Planned {
         ticks: trace.ticks() as u64,
+        start: trace.start,
         kidnapped_at: trace.kidnapped_at.clone(),
         // What has no seed has stamps of its own.
         began_s: trace.seed.map(|_| 0.0),
@@ -99,6 +104,8 @@ pub fn score(trace: &RunTrace) -> Vec<Score> {
 pub struct Planned {
     /// How many ticks are to come.
     pub ticks: u64,
+    /// The true pose before the first tick, where known.
+    pub start: Option<SE2>,
     /// Ticks at whose start the robot is put elsewhere.
     pub kidnapped_at: Vec<u64>,
     /// When the run began, s; `None`: with its first tick.
@@ -176,7 +183,7 @@ impl Meter {
             times: Times::expecting(ticks),
         };
         let estimators = names.iter().map(sums).collect();
-        let driven = PathLength::carried_at(planned.kidnapped_at.clone());
+        let driven = PathLength::new(planned.start, planned.kidnapped_at.clone());
         Self { ticks: 0, ticks_with_truth: 0, driven, estimators }
     }
 
@@ -220,9 +227,19 @@ impl Meter {
     #[must_use]
     pub fn scores(&mut self, kept: &RunTrace) -> Vec<Score> {
         let (ticks, driven_m) = (self.ticks, self.driven.metres());
+        let kidnapped = kept.kidnapped_at.iter().any(|tick| *tick < ticks);
         let score = |(i, sums): (usize, &mut Sums)| {
             let mut score = sums.score(ticks, driven_m);
-            score.ate.se2 = aligned_errors(kept, i);
+            score.told = kept.told.get(i).copied().unwrap_or_default();
+            score.alignment = score.told.alignment();
+            if let Some((errors, figures)) = aligned_errors(kept, i) {
+                (score.ate.se2, score.aligned) = (Some(errors), figures);
+            }
+            let by_driving = score.alignment == Alignment::None && !kidnapped;
+            score.drift_percent = score
+                .final_position_error_m
+                .filter(|_| by_driving && driven_m >= LEAST_DRIVEN_M)
+                .map(|error_m| 100.0 * error_m / driven_m);
             score
         };
         self.estimators.iter_mut().enumerate().map(score).collect()
@@ -266,30 +283,29 @@ impl Sums {
 
     fn score(&mut self, ticks: u64, driven_m: f64) -> Score {
         let figures = self.errors.figures();
-        let final_m = figures.final_position_error_m;
         Score {
             name: self.name.clone(),
             scored_ticks: self.errors.ticks(),
             unscored_ticks: ticks - self.given,
-            final_position_error_m: final_m,
+            final_position_error_m: figures.final_position_error_m,
             final_heading_error_deg: figures.final_heading_error_rad.map(f64::to_degrees),
             final_heading_error_rad: figures.final_heading_error_rad,
-            mean_drift_m: figures.mean_drift_m,
-            p95_drift_m: figures.p95_drift_m,
-            max_drift_m: figures.max_drift_m,
-            heading_rmse_rad: figures.heading_rmse_rad,
-            heading_max_rad: figures.heading_max_rad,
+            mean_position_error_m: figures.mean_position_error_m,
+            p95_position_error_m: figures.p95_position_error_m,
+            max_position_error_m: figures.max_position_error_m,
+            rmse_heading_error_rad: figures.rmse_heading_error_rad,
+            max_heading_error_rad: figures.max_heading_error_rad,
             ate_rmse_m: figures.ate_rmse_m,
             rpe_rmse_m: root_mean(self.relative_m2, self.pairs),
             rpe_rmse_deg: root_mean(self.relative_deg2, self.pairs),
             distance_m: driven_m,
-            drift_percent: final_m.filter(|_| driven_m > 0.0).map(|m| 100.0 * m / driven_m),
             ate: self.absolute.errors(&mut self.errors),
             rpe: self.relative.errors(),
             nees: self.nees.consistency(),
             nis: self.nis.consistency(),
             convergence: self.search.convergence(),
             compute: self.times.figures(),
+            ..Score::default()
         }
     }
 }

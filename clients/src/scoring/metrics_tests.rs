@@ -36,8 +36,8 @@ fn by_hand() {
     assert_eq!((score.scored_ticks, score.unscored_ticks), (3, 0));
     near(score.final_position_error_m, 5.0);
     near(score.final_heading_error_deg, 30.0);
-    near(score.mean_drift_m, 8.0 / 3.0);
-    near(score.p95_drift_m, 3.0 + 0.9 * 2.0);
+    near(score.mean_position_error_m, 8.0 / 3.0);
+    near(score.p95_position_error_m, 3.0 + 0.9 * 2.0);
     near(score.ate_rmse_m, (34.0_f64 / 3.0).sqrt());
     // Believed motions less true ones: (0, 3), then (3, 1).
     near(score.rpe_rmse_m, (19.0_f64 / 2.0).sqrt());
@@ -80,8 +80,8 @@ fn without_a_scored_tick_there_are_no_figures() {
         for figure in [
             score.final_position_error_m,
             score.final_heading_error_deg,
-            score.mean_drift_m,
-            score.p95_drift_m,
+            score.mean_position_error_m,
+            score.p95_position_error_m,
             score.ate_rmse_m,
             score.rpe_rmse_m,
             score.rpe_rmse_deg,
@@ -96,9 +96,50 @@ fn without_a_scored_tick_there_are_no_figures() {
 fn one_scored_tick_of_a_robot_that_stands() {
     let score = &score(&trace(&[(pose(1.0, 0.0, 0.0), pose(1.0, 2.0, 0.0))]))[0];
     near(score.ate_rmse_m, 2.0);
-    near(score.p95_drift_m, 2.0);
+    near(score.p95_position_error_m, 2.0);
     assert_eq!((score.rpe_rmse_m, score.rpe_rmse_deg), (None, None));
     assert_eq!(score.drift_percent, None);
+}
+
+#[test]
+fn drift_is_of_an_error_that_driving_made() {
+    let run = |driven_m: f64| {
+        trace(&[(pose(0.0, 0.0, 0.0), None), (pose(driven_m, 0.0, 0.0), pose(driven_m, 3.0, 0.0))])
+    };
+    near(score(&run(2.0))[0].drift_percent, 150.0);
+    // 3 m after 4 mm are no 75,000 %.
+    assert_eq!(score(&run(0.004))[0].drift_percent, None);
+    let kidnapped = RunTrace { kidnapped_at: vec![1], ..run(2.0) };
+    assert_eq!(score(&kidnapped)[0].drift_percent, None);
+    let later = RunTrace { kidnapped_at: vec![2], ..run(2.0) };
+    near(score(&later)[0].drift_percent, 150.0);
+    // The first tick is on the way, where it is known from where.
+    let started = RunTrace { start: pose(-1.0, 0.0, 0.0), ..run(2.0) };
+    assert_eq!(score(&started)[0].distance_m, 3.0);
+}
+
+#[test]
+fn who_is_not_told_where_it_starts_is_judged_aligned() {
+    // Right but for a frame that is moved by 3 m and turned by a quarter.
+    let truths = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [2.0, 1.0, 1.0]];
+    let moved = SE2::new(3.0, 0.0, PI / 2.0);
+    let poses = truths.map(|[x_m, y_m, theta_rad]| SE2::new(x_m, y_m, theta_rad));
+    let mut run = trace(&poses.map(|truth| (Some(truth), Some(moved * truth))));
+    let told = score(&run)[0].clone();
+    assert_eq!(told.alignment, Alignment::None);
+    assert!(told.final_position_error_m.unwrap() > 0.5 && told.drift_percent.is_some());
+    run.told[0].initial_pose = rusty_contract::scenario::Access::Hidden;
+    let hidden = &score(&run)[0];
+    assert_eq!((hidden.alignment, hidden.drift_percent), (Alignment::Se2, None));
+    // Both are in the document.
+    assert_eq!(hidden.final_position_error_m, told.final_position_error_m);
+    let aligned = hidden.figures(Alignment::Se2);
+    assert_eq!(aligned.ate_rmse_m, hidden.ate.se2.map(|e| e.translation_m.rmse));
+    for error in [aligned.final_position_error_m, aligned.p95_position_error_m, aligned.ate_rmse_m]
+    {
+        assert!(error.unwrap() < 1e-12, "{aligned:?}");
+    }
+    assert!(aligned.final_heading_error_rad.unwrap() < 1e-12, "{aligned:?}");
 }
 
 #[test]
@@ -141,11 +182,11 @@ fn of_the_whole_run(trace: &RunTrace, estimator: usize) -> Score {
         final_position_error_m: final_m,
         final_heading_error_deg: ticks.last().map(|s| s.heading_error_rad().abs().to_degrees()),
         final_heading_error_rad: ticks.last().map(|s| s.heading_error_rad().abs()),
-        max_drift_m: sorted.last().copied(),
-        heading_rmse_rad: rmse(&headings_rad),
-        heading_max_rad: headings_rad.iter().copied().reduce(f64::max),
-        mean_drift_m: mean(&errors_m),
-        p95_drift_m: Some(low + (high - low) * (rank - rank.floor())),
+        max_position_error_m: sorted.last().copied(),
+        rmse_heading_error_rad: rmse(&headings_rad),
+        max_heading_error_rad: headings_rad.iter().copied().reduce(f64::max),
+        mean_position_error_m: mean(&errors_m),
+        p95_position_error_m: Some(low + (high - low) * (rank - rank.floor())),
         ate_rmse_m: rmse(&errors_m),
         rpe_rmse_m: rmse(&rpe_m),
         rpe_rmse_deg: rmse(&rpe_deg),
@@ -175,6 +216,7 @@ fn tick_by_tick_gives_the_bits_of_the_whole() {
             ate: Default::default(),
             rpe: Default::default(),
             convergence: None,
+            aligned: Default::default(),
             ..s
         };
         serde_json::to_string(&scores.into_iter().map(keep).collect::<Vec<_>>()).unwrap()
@@ -216,8 +258,8 @@ fn the_numbers_of_evo() {
         .collect();
     let score = &score(&trace(&ticks))[0];
     near(score.ate_rmse_m, 0.062_649_820_430_708_41);
-    near(score.mean_drift_m, 0.052_193_467_653_557_646);
-    near(score.p95_drift_m, 0.107_699_603_776_859_78);
+    near(score.mean_position_error_m, 0.052_193_467_653_557_646);
+    near(score.p95_position_error_m, 0.107_699_603_776_859_78);
     near(score.final_position_error_m, 0.126_491_106_406_735_22);
     near(score.rpe_rmse_m, 0.037_498_033_424_339_39);
     near(score.rpe_rmse_deg, 2.298_105_768_610_671);

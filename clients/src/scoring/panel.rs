@@ -1,10 +1,10 @@
 //! Beside the map: what is what, and the scores in a table.
 
-use rusty_contract::score::Score;
+use rusty_contract::score::{Score, degrees, metres, seconds};
 use rusty_geometry::Material;
 use rusty_plot::floor::draw_robot;
 use rusty_plot::style::{
-    DOOR, GLASS, GRID, INK, Look, RGBColor, SOFT_INK, TRUTH, TRUTH_WIDTH, WALL, figure,
+    DOOR, GLASS, GRID, INK, Look, RGBColor, SOFT_INK, TRUTH, TRUTH_WIDTH, WALL,
 };
 use rusty_plot::{Anchor, Canvas, PlotError, Px, Rect};
 
@@ -157,10 +157,10 @@ impl<'a> Panel<'a> {
         let truths = self.trace.ticks_with_truth() as f64;
         let share = score.filter(|_| truths > 0.0).map(|s| 100.0 * s.scored_ticks as f64 / truths);
         for (x, text) in columns.into_iter().zip([
-            figure(score.and_then(|s| s.final_position_error_m)),
-            figure(score.and_then(|s| s.final_heading_error_deg)),
-            figure(score.and_then(|s| s.ate_rmse_m)),
-            share.map_or_else(|| figure(None), percent),
+            number(score.and_then(|s| s.final_position_error_m), metres),
+            number(score.and_then(|s| s.final_heading_error_deg), degrees),
+            number(score.and_then(|s| s.ate_rmse_m), metres),
+            number(share, percent),
         ]) {
             canvas.text([x, y + 4.5], Anchor::End, 13.0, &INK, &text)?;
         }
@@ -178,11 +178,11 @@ impl<'a> Panel<'a> {
     ) -> Result<(), PlotError> {
         let mut notes = Vec::new();
         if !self.trace.names.is_empty() {
-            notes.push("ATE: rmse of the position error, no alignment.".to_owned());
+            notes.push("ATE: rmse of the position error. Alignment: none.".to_owned());
         }
         if !self.trace.names.is_empty() && self.trace.ticks() > 1 {
             let every = time.mark_every_s;
-            notes.push(format!("A mark every {every} s, the same on map and errors;"));
+            notes.push(format!("A mark every {} s, the same on map and errors;", seconds(every)));
             notes.push("the large one is the last estimate.".to_owned());
         }
         if self.trace.has_covariances() {
@@ -220,6 +220,10 @@ fn draw_entry(canvas: &mut Canvas<'_>, at: Px, entry: &Entry) -> Result<(), Plot
 }
 
 /// Percent without decimals; 100 only if nothing is missing, 0 only if all is.
+fn number(value: Option<f64>, shown: fn(f64) -> String) -> String {
+    value.map_or_else(|| "–".to_owned(), |v| shown(v).replace('-', "−"))
+}
+
 fn percent(share: f64) -> String {
     match share {
         s if s > 99.0 && s < 100.0 => ">99".to_owned(),

@@ -2,6 +2,7 @@
 
 use rusty_contract::config::LidarConfig;
 use rusty_contract::log::LogHeader;
+use rusty_contract::score::Told;
 use rusty_geometry::{SE2, WorldSpec};
 
 use super::beliefs::BeliefTrack;
@@ -32,6 +33,10 @@ pub struct RunTrace {
     pub truth: Vec<Option<SE2>>,
     /// Believed pose of the body: outer index as `names`, inner index the tick.
     pub estimates: Vec<Vec<Option<SE2>>>,
+    /// What each of them was told.
+    pub told: Vec<Told>,
+    /// The true pose before the first tick, where known.
+    pub start: Option<SE2>,
     /// The ticks at whose start the robot was put elsewhere.
     pub kidnapped_at: Vec<u64>,
     /// The last scan: index of its tick, and its ranges in m, beam by beam.
@@ -72,6 +77,8 @@ impl RunTrace {
             time_s: Vec::new(),
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
+            told: header.answering().map(Told::from).collect(),
+            start: header.true_start(),
             kidnapped_at: header.kidnappings().map(|k| k.tick).collect(),
             last_scan: None,
             thinned_from: None,
@@ -177,6 +184,8 @@ pub(crate) mod tests {
             time_s: Vec::new(),
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
+            told: vec![Told::default(); names.len()],
+            start: None,
             kidnapped_at: Vec::new(),
             last_scan: None,
             thinned_from: None,

@@ -21,7 +21,7 @@ use super::metrics::Scored;
 use super::statistics::{Moments, PoseRow, Row};
 
 /// A step of the relative error per metre, m.
-const METRE: f64 = 1.0;
+pub(super) const METRE: f64 = 1.0;
 
 /// The absolute errors that need to see each tick once.
 #[derive(Clone, Debug)]

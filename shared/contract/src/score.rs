@@ -6,6 +6,7 @@ mod consistency;
 mod convergence;
 mod errors;
 pub mod nees;
+mod numbers;
 pub mod quantile;
 mod table;
 mod trajectory;
@@ -14,11 +15,14 @@ pub use compute::{ComputeTimes, Durations};
 pub use consistency::{Consistency, Verdict};
 pub use convergence::{Convergence, Recovery, Within};
 pub use errors::{Errors, Figures, PathLength, heading_error_rad, position_error_m};
+pub use numbers::{degrees, duration, metres, seconds};
 pub use quantile::Quantiles;
-pub use table::{ScoreTable, duration};
-pub use trajectory::{AbsoluteErrors, PoseErrors, RelativeErrors, Statistics};
+pub use table::ScoreTable;
+pub use trajectory::{AbsoluteErrors, Alignment, PoseErrors, RelativeErrors, Statistics};
 
 use serde::{Deserialize, Serialize};
+
+use crate::scenario::{Access, Participant};
 
 /// The scores of a run: a document of its own, in SI units and degrees where
 /// the name says so.
@@ -67,19 +71,19 @@ pub struct Score {
     #[serde(default)]
     pub final_heading_error_rad: Option<f64>,
     /// Mean distance over all scored ticks, m.
-    pub mean_drift_m: Option<f64>,
+    pub mean_position_error_m: Option<f64>,
     /// 95th percentile of it, m (linear between ranks). Of more than 1,048,576
     /// scored ticks it is right to 1/4096 of itself.
-    pub p95_drift_m: Option<f64>,
+    pub p95_position_error_m: Option<f64>,
     /// The greatest distance, m.
     #[serde(default)]
-    pub max_drift_m: Option<f64>,
+    pub max_position_error_m: Option<f64>,
     /// Root of the mean square of the heading error, rad.
     #[serde(default)]
-    pub heading_rmse_rad: Option<f64>,
+    pub rmse_heading_error_rad: Option<f64>,
     /// The greatest heading error, rad, 0 to π.
     #[serde(default)]
-    pub heading_max_rad: Option<f64>,
+    pub max_heading_error_rad: Option<f64>,
     /// Absolute trajectory error: rmse of the translation part, m, no alignment.
     pub ate_rmse_m: Option<f64>,
     /// Relative pose error from one scored tick to the next: rmse of the
@@ -87,10 +91,22 @@ pub struct Score {
     pub rpe_rmse_m: Option<f64>,
     /// The same, rotation part, degrees.
     pub rpe_rmse_deg: Option<f64>,
-    /// Distance truly driven between the first and the last truth, m.
+    /// Distance truly driven, m: from the start of a simulated run, and from the first
+    /// truth of a recording, to the last truth.
     pub distance_m: f64,
-    /// Final position error per distance driven, percent.
+    /// Final position error, without alignment, of the distance driven, percent. `None`
+    /// where the error is not one of driving: of less than 1 m, of a robot that was
+    /// kidnapped, and of an estimator that is not told where it starts.
     pub drift_percent: Option<f64>,
+    /// What it was told of the world.
+    #[serde(default)]
+    pub told: Told,
+    /// The alignment that it is judged by: SE(2) if it is not told where it starts.
+    #[serde(default)]
+    pub alignment: Alignment,
+    /// The errors after alignment in SE(2), over the ticks of `ate.se2`.
+    #[serde(default)]
+    pub aligned: Figures,
     /// Absolute trajectory error, all figures.
     #[serde(default)]
     pub ate: AbsoluteErrors,
@@ -110,4 +126,51 @@ pub struct Score {
     /// How long its answers took; `None` for what was read from a log.
     #[serde(default)]
     pub compute: Option<ComputeTimes>,
+}
+
+impl Score {
+    /// The errors by this alignment.
+    #[must_use]
+    pub fn figures(&self, alignment: Alignment) -> Figures {
+        match alignment {
+            Alignment::Se2 => self.aligned,
+            Alignment::None => Figures {
+                final_position_error_m: self.final_position_error_m,
+                final_heading_error_rad: self.final_heading_error_rad,
+                mean_position_error_m: self.mean_position_error_m,
+                p95_position_error_m: self.p95_position_error_m,
+                max_position_error_m: self.max_position_error_m,
+                ate_rmse_m: self.ate_rmse_m,
+                rmse_heading_error_rad: self.rmse_heading_error_rad,
+                max_heading_error_rad: self.max_heading_error_rad,
+            },
+        }
+    }
+}
+
+/// What an estimator was told of the world when it joined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Told {
+    /// The map.
+    pub map: Access,
+    /// Where it starts.
+    pub initial_pose: Access,
+}
+
+impl Told {
+    /// The alignment that whoever was told this is judged by: who is not told where it
+    /// starts has a frame of its own.
+    #[must_use]
+    pub fn alignment(self) -> Alignment {
+        match self.initial_pose {
+            Access::Given => Alignment::None,
+            Access::Hidden => Alignment::Se2,
+        }
+    }
+}
+
+impl From<&Participant> for Told {
+    fn from(participant: &Participant) -> Self {
+        Self { map: participant.map, initial_pose: participant.initial_pose }
+    }
 }

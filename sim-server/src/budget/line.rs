@@ -22,12 +22,12 @@ pub struct Line {
     /// Whether the runs differ from seed to seed.
     pub varies_with_seed: bool,
     /// Final position error of dead reckoning, m.
-    pub drift_m: Moments,
+    pub final_position_error_m: Moments,
     /// Its 95th percentile over the runs, linear between ranks, m.
-    pub p95_drift_m: f64,
+    pub p95_final_position_error_m: f64,
     /// Final heading error without its sign, degrees.
-    pub heading_deg: Moments,
-    /// Mean of the squares of the drift, m².
+    pub final_heading_error_deg: Moments,
+    /// Mean of the squares of the final position error, m².
     pub mean_square_m2: f64,
     /// Of the sum of the mean squares of all sources alone; `None` for all
     /// together.
@@ -38,7 +38,7 @@ pub struct Line {
 
 /// One run, at its end.
 struct Ended {
-    drift_m: f64,
+    position_m: f64,
     heading_deg: f64,
     driven_m: f64,
 }
@@ -63,15 +63,15 @@ pub(super) fn of(
         ended.push(reckoned(&mut sim, &mut frame));
     }
     let all = |of: fn(&Ended) -> f64| ended.iter().map(of).collect::<Vec<f64>>();
-    let drift_m = all(|e| e.drift_m);
-    let squares: Vec<f64> = drift_m.iter().map(|d| d * d).collect();
+    let position_m = all(|e| e.position_m);
+    let squares: Vec<f64> = position_m.iter().map(|d| d * d).collect();
     Ok(Some(Line {
         name,
         runs,
         varies_with_seed,
-        drift_m: Moments::of(&drift_m),
-        p95_drift_m: percentile(&drift_m, 0.95).unwrap_or(f64::NAN),
-        heading_deg: Moments::of(&all(|e| e.heading_deg)),
+        final_position_error_m: Moments::of(&position_m),
+        p95_final_position_error_m: percentile(&position_m, 0.95).unwrap_or(f64::NAN),
+        final_heading_error_deg: Moments::of(&all(|e| e.heading_deg)),
         mean_square_m2: Moments::of(&squares).mean,
         share: None,
         driven_m: Moments::of(&all(|e| e.driven_m)).mean,
@@ -91,5 +91,5 @@ fn reckoned(sim: &mut Sim, frame: &mut Frame) -> Ended {
     }
     let truth = sim.truth();
     let heading_deg = heading_error_rad(&believed, &truth).abs().to_degrees();
-    Ended { drift_m: position_error_m(&believed, &truth), heading_deg, driven_m }
+    Ended { position_m: position_error_m(&believed, &truth), heading_deg, driven_m }
 }

@@ -15,7 +15,7 @@
 //! budget: three sources, three behaviours". Departures: the second systematic
 //! error has a row too; and each row has a share. Mean squares are what adds up
 //! where sources are independent and small, so a row's share is its mean square
-//! drift over the sum of those of all sources alone; what the sources come to
+//! final error over the sum of those of all sources alone; what the sources come to
 //! together stands beside that sum, and where the two differ the sources
 //! interact.
 //!

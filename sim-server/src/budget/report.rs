@@ -2,10 +2,10 @@
 
 use std::fmt;
 
+use rusty_contract::score::{degrees, metres, seconds};
 use serde::Serialize;
 
 use super::{Line, Source};
-use crate::sweep::summary::{degrees, metres};
 
 /// What a budget came to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -35,33 +35,37 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "odometry error budget of {} · {} ticks of {} s · {:.3} m driven · seeds {}\n",
-            self.scenario, self.ticks, self.dt_s, self.driven_m, self.seeds
+            "odometry error budget of {} · {} ticks of {} s · {} m driven · seeds {}\n",
+            self.scenario,
+            self.ticks,
+            seconds(self.dt_s),
+            metres(self.driven_m),
+            self.seeds
         )?;
         let lines = || self.sources.iter().chain([&self.together]);
         let width = lines().map(|l| l.name.chars().count()).max().unwrap_or(0);
         writeln!(
             f,
             "{:width$}  {:>20}  {:>9}  {:>16}  {:>6}  varies with seed?",
-            "source", "mean drift", "p95", "mean |heading|", "share"
+            "source", "mean final error", "p95", "mean |heading|", "share"
         )?;
         for line in lines() {
-            let drift = with_error(&line.drift_m, metres, "m");
-            let heading = with_error(&line.heading_deg, degrees, "°");
+            let error = with_error(&line.final_position_error_m, metres, "m");
+            let heading = with_error(&line.final_heading_error_deg, degrees, "°");
             let share = line.share.map_or_else(String::new, percent);
             let varies = if line.varies_with_seed { "yes" } else { "no" };
-            let p95 = metres(line.p95_drift_m);
+            let p95 = metres(line.p95_final_position_error_m);
             let name = &line.name;
             writeln!(
                 f,
-                "{name:width$}  {drift:>20}  {p95:>7} m  {heading:>16}  {share:>6}  {varies}"
+                "{name:width$}  {error:>20}  {p95:>7} m  {heading:>16}  {share:>6}  {varies}"
             )?;
         }
         let together_m = self.together.mean_square_m2.sqrt();
         write!(
             f,
-            "\nroot mean square drift together {} m; {} m if the sources were independent.\n\
-             Drift and heading are those of dead reckoning at the last tick, ± one standard \
+            "\nroot mean square of the final error together {} m; {} m if the sources were independent.\n\
+             Final error and heading are those of dead reckoning at the last tick, ± one standard \
              error;\na share is of the sum of the mean squares of all sources alone.",
             metres(together_m),
             metres(self.sum_of_squares_rms_m)

@@ -20,12 +20,17 @@ fn the_rows_are_those_of_the_chapter() {
     let report = made(&patrol(&["robot.radius_bias_right=0.01", start]), "0..500");
     assert!((report.driven_m - 14.307).abs() < 1e-9);
     let [quantization, slip, radius] = &report.sources[..] else { panic!("three rows") };
-    assert!((quantization.drift_m.mean - 1.062_004_987_974e-4).abs() < 1e-12);
-    assert!((quantization.heading_deg.mean - 0.008_512_397_770).abs() < 1e-9);
-    assert!((radius.drift_m.mean - 2.678_329_605_898).abs() < 1e-10);
-    assert!((radius.heading_deg.mean - 49.265_017_954_97).abs() < 1e-9);
+    assert!((quantization.final_position_error_m.mean - 1.062_004_987_974e-4).abs() < 1e-12);
+    assert!((quantization.final_heading_error_deg.mean - 0.008_512_397_770).abs() < 1e-9);
+    assert!((radius.final_position_error_m.mean - 2.678_329_605_898).abs() < 1e-10);
+    assert!((radius.final_heading_error_deg.mean - 49.265_017_954_97).abs() < 1e-9);
     // The bits that the world's own test of the slip row pins.
-    let found = [slip.drift_m.mean, slip.p95_drift_m, slip.heading_deg.mean].map(f64::to_bits);
+    let found = [
+        slip.final_position_error_m.mean,
+        slip.p95_final_position_error_m,
+        slip.final_heading_error_deg.mean,
+    ]
+    .map(f64::to_bits);
     assert_eq!(found, [0x3fdd_455e_2326_5b0a, 0x3ff2_ae91_d122_e07d, 0x401c_cbc0_c4b6_a851]);
     assert_eq!([quantization, slip, radius].map(|l| l.varies_with_seed), [false, true, false]);
     assert_eq!([quantization, slip, radius].map(|l| l.runs), [1, 500, 1]);
@@ -37,7 +42,7 @@ fn the_rows_are_those_of_the_chapter() {
     assert!((0.9..1.1).contains(&ratio), "{ratio}");
     assert_eq!(report.absent, [Source::TrackBias]);
     let text = report.to_string();
-    for part in ["14.307 m driven", "2.678 m", "49.27 °", "1.1e-4 m", "robot.track_bias=0.01"] {
+    for part in ["14.31 m driven", "2.678 m", "49.27 °", "1.1e-4 m", "robot.track_bias=0.01"] {
         assert!(text.contains(part), "{part}: {text}");
     }
 }
@@ -49,10 +54,10 @@ fn a_wrong_track_shows_in_turns_alone() {
     // 22 ticks of 0.31363 rad to the right, in which the robot turned less by
     // ε/(1 + ε).
     let expected_deg = (22.0 * 0.31363 * (1.0 - 1.0 / 1.01_f64)).to_degrees();
-    assert!((track.heading_deg.mean - expected_deg).abs() < 0.02, "{track:?}");
+    assert!((track.final_heading_error_deg.mean - expected_deg).abs() < 0.02, "{track:?}");
     assert_eq!(report.absent, [Source::Slip, Source::RadiusBias]);
     // Alone and together are the same.
-    assert_eq!(report.together.drift_m, track.drift_m);
+    assert_eq!(report.together.final_position_error_m, track.final_position_error_m);
 }
 
 #[test]

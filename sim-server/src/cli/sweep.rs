@@ -38,7 +38,8 @@ other, are those of the whole:
 Examples:
   sim-server sweep patrol --seeds 0..500                     the chapter's table
   sim-server sweep patrol --seeds 0..500 --set robot.slip_std=0.01,0.02,0.04 --out slip.csv
-  sim-server sweep apartment --seeds 0..20 --clients --jobs 2 --out apartment.parquet";
+  sim-server sweep apartment --seeds 0..20 --clients --jobs 2 --out apartment.parquet
+  sim-server sweep apartment --seeds 0..20 --clients --add ekf=ekf    another estimator";
 
 /// `sweep`.
 #[derive(Args, Clone, Debug)]
@@ -77,6 +78,9 @@ pub struct SweepArgs {
     /// Whole runs with the scenario's programs, as `launch` makes them
     #[arg(long)]
     pub clients: bool,
+    /// Add an estimator to every run, as launch does
+    #[arg(long, value_name = "NAME=COMMAND", requires = "clients")]
+    pub add: Vec<String>,
     /// Keep the runs' folders (logs, scores, pictures) in this one
     #[arg(long, value_name = "DIR", requires = "clients")]
     pub runs: Option<PathBuf>,

@@ -2,11 +2,12 @@
 
 use std::fmt;
 
+use rusty_contract::score::metres;
 use serde::Serialize;
 
 use super::Row;
 use super::client_figures::ClientFigures;
-use super::summary::{SummaryRow, Whose, metres};
+use super::summary::{SummaryRow, Whose};
 use crate::statistics::{Moments, percentile};
 
 /// A figure of one estimator in one cell, over the seeds.
@@ -40,8 +41,8 @@ macro_rules! of_clients {
 
 /// The figures that have a band: column and name for people.
 const FIGURES: [(&str, &str, Figure); 5] = [
-    ("rmse_position_error_m", "ATE rmse, m", |row| row.rmse_position_error_m),
-    ("ate_se2_rmse_m", "ATE rmse aligned, m", of_clients!(ate_se2_rmse_m)),
+    ("ate_rmse_m", "ATE rmse, m", |row| row.ate_rmse_m),
+    ("ate_se2_rmse_m", "ATE rmse, SE(2), m", of_clients!(ate_se2_rmse_m)),
     ("rpe_per_metre_rmse_m", "RPE rmse per metre, m", of_clients!(rpe_per_metre_rmse_m)),
     ("nees_mean", "mean NEES", of_clients!(nees_mean)),
     ("converged_after_s", "converged after, s", of_clients!(converged_after_s)),
@@ -110,7 +111,7 @@ mod tests {
     #[test]
     fn a_figure_that_some_runs_have_has_a_band() {
         let with = |seed: u64| Row {
-            rmse_position_error_m: [0.1, 0.2, 0.3, 0.4, f64::NAN][seed as usize],
+            ate_rmse_m: [0.1, 0.2, 0.3, 0.4, f64::NAN][seed as usize],
             clients: (seed < 2)
                 .then(|| ClientFigures { nees_mean: 3.0 + seed as f64, ..ClientFigures::of(None) }),
             ..row(0, seed, "a")
@@ -119,7 +120,7 @@ mod tests {
         let lines = summary(&rows);
         let bands = &lines[0].bands;
         let found: Vec<(&str, usize)> = bands.iter().map(|b| (b.figure, b.n)).collect();
-        assert_eq!(found, [("rmse_position_error_m", 4), ("nees_mean", 2)]);
+        assert_eq!(found, [("ate_rmse_m", 4), ("nees_mean", 2)]);
         assert!((bands[0].mean - 0.25).abs() < 1e-15 && (bands[0].median - 0.25).abs() < 1e-15);
         assert!((bands[0].p5 - 0.115).abs() < 1e-12 && (bands[0].p95 - 0.385).abs() < 1e-12);
         assert_eq!((bands[1].mean, bands[1].standard_error), (3.5, 0.5));

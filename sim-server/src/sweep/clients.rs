@@ -13,7 +13,7 @@ use std::time::Duration;
 use rustix::process::{Pid, Signal, kill_process};
 use rusty_contract::log::{LogReader, Read};
 use rusty_contract::score::nees::nees;
-use rusty_contract::score::{Figures, PathLength, Score};
+use rusty_contract::score::{Alignment, PathLength, Score};
 use rusty_contract::{Effects, Exit};
 use serde::Deserialize;
 
@@ -81,6 +81,9 @@ impl<'p> Clients<'p> {
         for (key, value) in self.plan.cells[cell].parameters.iter() {
             command.arg("--set").arg(format!("{key}={value}"));
         }
+        for text in &request.add {
+            command.arg("--add").arg(text);
+        }
         if let Some(ticks) = request.ticks {
             command.arg("--ticks").arg(ticks.to_string());
         }
@@ -119,7 +122,8 @@ impl<'p> Clients<'p> {
         let mut rows = Vec::new();
         for name in self.answering(cell) {
             let score = report.scores.iter().find(|s| s.name == name);
-            let mut row = place(name).row(&score.map(figures).unwrap_or_default());
+            let mut row =
+                place(name).row(&score.map(|s| s.figures(Alignment::None)).unwrap_or_default());
             row.ticks = report.ticks;
             row.time_s = report.ticks.checked_sub(1).map_or(0.0, |tick| config.time_s(tick));
             row.distance_m = score.map_or(f64::NAN, |s| s.distance_m);
@@ -192,20 +196,6 @@ fn last_words(out: &Path, status: ExitStatus) -> String {
     line.map_or_else(|| format!("it ended with {status}"), |line| line.trim().to_owned())
 }
 
-/// A scorer's figures.
-fn figures(score: &Score) -> Figures {
-    Figures {
-        final_position_error_m: score.final_position_error_m,
-        final_heading_error_rad: score.final_heading_error_rad,
-        mean_drift_m: score.mean_drift_m,
-        p95_drift_m: score.p95_drift_m,
-        max_drift_m: score.max_drift_m,
-        ate_rmse_m: score.ate_rmse_m,
-        heading_rmse_rad: score.heading_rmse_rad,
-        heading_max_rad: score.heading_max_rad,
-    }
-}
-
 /// The way of every estimator of a log; `None` without a log that can be read.
 fn tracks(log: &Path, mut sampling: Sampling, place: &dyn Fn(&str) -> Place) -> Option<Vec<Track>> {
     let mut reader = LogReader::open(log).ok()?;
@@ -213,7 +203,8 @@ fn tracks(log: &Path, mut sampling: Sampling, place: &dyn Fn(&str) -> Place) -> 
     let mut effects = Effects::of(&header);
     let mut samples: Vec<Vec<Sample>> = header.answering().map(|_| Vec::new()).collect();
     let carried_at = header.kidnappings().map(|k| k.tick).collect();
-    let (mut path, mut next) = (PathLength::carried_at(carried_at), sampling.next_tick());
+    let (mut path, mut next) =
+        (PathLength::new(header.true_start(), carried_at), sampling.next_tick());
     while let Ok(Read::Tick(entry)) = reader.read() {
         let record = entry.record;
         let has_scan = record.ranges_m.is_some();

@@ -20,7 +20,7 @@ pub(super) fn row(cell: usize, seed: u64, estimator: &str) -> Row {
         final_position_error_m: 0.5,
         final_heading_error_rad: 0.1,
         mean_position_error_m: 0.2,
-        rmse_position_error_m: 0.3,
+        ate_rmse_m: 0.3,
         p95_position_error_m: 0.45,
         max_position_error_m: 0.5,
         rmse_heading_error_rad: 0.05,

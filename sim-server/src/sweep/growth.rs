@@ -1,20 +1,22 @@
 //! How a sweep's errors spread as the robot drives on.
 //!
-//! An error is taken on the group: estimate ⊟ truth = log(truth⁻¹ ∘ estimate),
-//! the constant twist that leads from the true robot to the believed one, in the
-//! frame of the true one. Its first part is the error along the track, its
-//! second across, its third the heading's. In these coordinates the banana that
-//! slip makes of the places is close to a Gaussian again (A. Long, K. Wolfe, M.
-//! Mashner, G. Chirikjian, *The Banana Distribution is Gaussian*, 2012); in the
-//! world frame what bends it is counted as an error along the track. At each
-//! sample the seeds have a mean of these (what is systematic) and a standard
-//! deviation (what is chance), and the standard deviation grows like a power of
-//! the distance driven.
+//! A position error is taken in two ways. In the *world frame*, estimate − truth
+//! along and across the track, which is where the seeds believe on average to head;
+//! there the banana that slip makes of the places is seen as it is, its bend as an
+//! error along the track, and the chapter's nine (across over along) is a figure of
+//! it. And in *log coordinates*, on the group: estimate ⊟ truth = log(truth⁻¹ ∘
+//! estimate), the constant twist that leads from the true robot to the believed one,
+//! in the frame of the true one: first along, then across, then the heading. There
+//! the banana is close to a Gaussian again (A. Long, K. Wolfe, M. Mashner, G.
+//! Chirikjian, *The Banana Distribution is Gaussian*, 2012). At each sample the seeds
+//! have a mean of these (what is systematic) and a standard deviation (what is
+//! chance), and the standard deviation grows like a power of the distance driven from
+//! the start.
 //!
 //! Which power can be worked out. Slip that is drawn anew in every tick gives
 //! the heading a random walk, whose standard deviation after n equal ticks is
-//! √n times that of one: **exponent 0.5**, and the same for the error along a
-//! straight track. Across a straight track the heading error is summed once
+//! √n times that of one: **exponent 0.5**, and in log coordinates the same for the
+//! error along a straight track. Across a straight track the heading error is summed once
 //! more: tick j has n − j ticks ahead of it in which its turn is carried
 //! sideways, so the variance is proportional to Σ (n − j)² ≈ n³/3: **exponent
 //! 1.5**. A systematic error has no spread; where it grows, its *mean* does,
@@ -32,6 +34,7 @@
 
 use std::collections::BTreeMap;
 
+use rusty_geometry::{SE2, trig};
 use serde::Serialize;
 
 use super::{Sample, Track};
@@ -68,32 +71,31 @@ pub struct Spread {
     pub distance_m: f64,
     /// Distance between estimate and truth, mean over the seeds, m.
     pub mean_error_m: f64,
-    /// Error along the track, m.
+    /// World frame: position error along the mean believed heading, m.
     pub along_m: Moments,
-    /// Error across the track, positive to the left, m.
+    /// World frame: position error across it, positive to the left, m.
     pub across_m: Moments,
+    /// Spread of the position: √(var x + var y), m.
+    pub position_m: f64,
+    /// Spread across over spread along, world frame; NaN where nothing spreads along.
+    pub across_over_along: f64,
+    /// Log coordinates: error along the track, m.
+    pub log_along_m: Moments,
+    /// Log coordinates: error across the track, positive to the left, m.
+    pub log_across_m: Moments,
     /// Heading error, rad.
     pub heading_rad: Moments,
-}
-
-impl Spread {
-    /// Standard deviation of the position error over both axes, m.
-    #[must_use]
-    pub fn position_m(&self) -> f64 {
-        let (a, b) = (self.along_m.standard_deviation, self.across_m.standard_deviation);
-        (a * a + b * b).sqrt()
-    }
 }
 
 /// The fitted exponent of each spread against distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Exponents {
-    /// Along the track.
-    pub along: Option<Exponent>,
-    /// Across the track.
-    pub across: Option<Exponent>,
-    /// Of both together.
+    /// Of the position.
     pub position: Option<Exponent>,
+    /// Along the track, log coordinates.
+    pub log_along: Option<Exponent>,
+    /// Across the track, log coordinates.
+    pub log_across: Option<Exponent>,
     /// Of the heading.
     pub heading: Option<Exponent>,
 }
@@ -111,8 +113,9 @@ pub struct Exponent {
 /// Which standard deviation.
 type Which = fn(&Spread) -> f64;
 
-const ALONG: Which = |s| s.along_m.standard_deviation;
-const ACROSS: Which = |s| s.across_m.standard_deviation;
+const POSITION: Which = |s| s.position_m;
+const ALONG: Which = |s| s.log_along_m.standard_deviation;
+const ACROSS: Which = |s| s.log_across_m.standard_deviation;
 const HEADING: Which = |s| s.heading_rad.standard_deviation;
 
 /// The growth of every estimator in every cell, in the order in which they come
@@ -152,14 +155,36 @@ fn spread(samples: &[&Sample]) -> Option<Spread> {
         let all: Vec<f64> = samples.iter().map(|s| what(s)).collect();
         Moments::of(&all)
     };
+    let [along_m, across_m] = world_frame(samples);
+    let (along, across) = (along_m.standard_deviation, across_m.standard_deviation);
     Some(Spread {
         time_s: samples.first()?.time_s,
         distance_m: of(|s| s.distance_m).mean,
         mean_error_m: of(|s| (s.estimate.translation() - s.truth.translation()).norm()).mean,
-        along_m: of(|s| s.estimate.boxminus(&s.truth).x),
-        across_m: of(|s| s.estimate.boxminus(&s.truth).y),
+        along_m,
+        across_m,
+        position_m: (along * along + across * across).sqrt(),
+        across_over_along: if along > LEAST_SPREAD { across / along } else { f64::NAN },
+        log_along_m: of(|s| s.estimate.boxminus(&s.truth).x),
+        log_across_m: of(|s| s.estimate.boxminus(&s.truth).y),
         heading_rad: of(|s| s.estimate.boxminus(&s.truth).z),
     })
+}
+
+/// Position errors along and across the mean of the believed headings.
+fn world_frame(samples: &[&Sample]) -> [Moments; 2] {
+    let (sin, cos) = samples.iter().fold((0.0, 0.0), |(sin, cos), s| {
+        let (s, c) = trig::sin_cos(s.estimate.theta());
+        (sin + s, cos + c)
+    });
+    let track = SE2::new(0.0, 0.0, trig::atan2(sin, cos)).inverse();
+    let errors: Vec<_> = samples
+        .iter()
+        .map(|s| s.estimate.translation() - s.truth.translation())
+        .map(|error| track.transform_point(&error.into()))
+        .collect();
+    let axis = |k: usize| Moments::of(&errors.iter().map(|e| e[k]).collect::<Vec<f64>>());
+    [axis(0), axis(1)]
 }
 
 fn exponents(tracks: &[&Track], samples: &[Spread]) -> Exponents {
@@ -178,9 +203,9 @@ fn exponents(tracks: &[&Track], samples: &[Spread]) -> Exponents {
         Some(Exponent { law, standard_error })
     };
     Exponents {
-        along: exponent(ALONG),
-        across: exponent(ACROSS),
-        position: exponent(Spread::position_m),
+        position: exponent(POSITION),
+        log_along: exponent(ALONG),
+        log_across: exponent(ACROSS),
         heading: exponent(HEADING),
     }
 }

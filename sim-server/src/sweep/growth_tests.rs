@@ -34,7 +34,7 @@ fn exact_powers_are_found_exactly() {
     let tracks: Vec<Track> = (0..12).map(of).collect();
     let [found] = &growth(&tracks)[..] else { panic!("one group") };
     assert_eq!((found.cell, found.estimator.as_str()), (3, "dead-reckoning"));
-    let (across, heading) = (found.exponents.across.unwrap(), found.exponents.heading.unwrap());
+    let (across, heading) = (found.exponents.log_across.unwrap(), found.exponents.heading.unwrap());
     assert!((across.law.exponent - 1.5).abs() < 1e-9, "{across:?}");
     assert!((heading.law.exponent - 0.5).abs() < 1e-9, "{heading:?}");
     // Every seed says the same, so leaving some out changes nothing.
@@ -42,9 +42,9 @@ fn exact_powers_are_found_exactly() {
     // From a sixth of 6 m on.
     assert_eq!((across.law.points, across.law.range[1]), (51, 6.0));
     assert!((across.law.range[0] - 1.0).abs() < 1e-12);
-    assert_eq!(found.exponents.along, None, "nothing spreads along the track");
+    assert_eq!(found.exponents.log_along, None, "nothing spreads along the track");
     let last = found.samples.last().unwrap();
-    assert!((last.position_m() - last.across_m.standard_deviation).abs() < 1e-15);
+    assert!((last.position_m / last.log_across_m.standard_deviation - 1.0).abs() < 1e-3);
 }
 
 /// White heading increments, summed, and summed once more across the track.
@@ -65,7 +65,7 @@ fn walk(seed: u64, ticks: u64) -> Track {
 fn a_random_walk_has_one_half_and_its_sum_three_halves() {
     let tracks: Vec<Track> = (0..600).map(|seed| walk(seed, 300)).collect();
     let found = &growth(&tracks)[0].exponents;
-    for (exponent, expected) in [(found.heading, 0.5), (found.across, 1.5)] {
+    for (exponent, expected) in [(found.heading, 0.5), (found.log_across, 1.5)] {
         let Exponent { law, standard_error } = exponent.unwrap();
         assert!((0.003..0.1).contains(&standard_error), "{standard_error}");
         let off = (law.exponent - expected).abs();
@@ -94,7 +94,7 @@ fn the_laboratory_of_seeds_grows_as_the_chapter_says() {
     let tracks: Vec<Track> = (0..480).map(|seed| reckoned(&config, 0, seed, 1)).collect();
     let found = &growth(&tracks)[0];
     for (tick, expected_m) in [(9, 0.021), (19, 0.057), (29, 0.101)] {
-        let spread_m = found.samples[tick].position_m();
+        let spread_m = found.samples[tick].position_m;
         assert!((spread_m / expected_m - 1.0).abs() < 0.10, "{tick}: {spread_m}");
     }
     let last = found.samples[29];
@@ -106,21 +106,22 @@ fn the_laboratory_of_seeds_grows_as_the_chapter_says() {
     let across_m =
         0.05 * turn_rad * (0..30).map(|k| f64::from(k) + 0.5).map(|k| k * k).sum::<f64>().sqrt();
     for (found, worked_out) in [
-        (last.along_m.standard_deviation, along_m),
-        (last.across_m.standard_deviation, across_m),
+        (last.log_along_m.standard_deviation, along_m),
+        (last.log_across_m.standard_deviation, across_m),
         (last.heading_rad.standard_deviation, heading_rad),
     ] {
         // A standard deviation of 480 numbers is known to 3.2 %.
         assert!((found / worked_out - 1.0).abs() < 0.10, "{found} for {worked_out}");
     }
+    assert!((8.0..10.0).contains(&last.across_over_along), "{last:?}");
     let e = found.exponents;
     let near = |exponent: Option<Exponent>, low: f64, high: f64| {
         let law = exponent.unwrap().law;
         assert!((low..=high).contains(&law.exponent), "{law:?}");
     };
     near(e.position, 1.40, 1.50);
-    near(e.across, 1.40, 1.55);
-    near(e.along, 0.45, 0.55);
+    near(e.log_across, 1.40, 1.55);
+    near(e.log_along, 0.45, 0.55);
     near(e.heading, 0.45, 0.55);
 }
 

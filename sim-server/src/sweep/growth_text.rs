@@ -2,8 +2,9 @@
 
 use std::fmt;
 
+use rusty_contract::score::{degrees, metres};
+
 use super::growth::{Exponent, Growth};
-use super::summary::{degrees, metres};
 
 /// Three samples of each growth, and the fitted exponents.
 pub struct GrowthText<'a>(pub &'a [Growth]);
@@ -12,42 +13,53 @@ impl fmt::Display for GrowthText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{:>4}  {:16}  {:>8}  {:>9}  {:>12}  {:>11}  {:>11}  {:>9}",
-            "cell", "estimator", "time", "driven", "mean error", "σ along", "σ across", "σ heading"
+            "{:>4}  {:16}  {:>8}  {:>9}  {:>12}  {:>11}  {:>11}  {:>11}  {:>5}  {:>9}",
+            "cell",
+            "estimator",
+            "time",
+            "driven",
+            "mean error",
+            "σ position",
+            "σ along",
+            "σ across",
+            "ratio",
+            "σ heading"
         )?;
         for growth in self.0 {
             let count = growth.samples.len();
             // A third of the way, two thirds, and the end.
             for third in 1..=3 {
                 let Some(s) = (count * third).div_ceil(3).checked_sub(1) else { continue };
-                let s = &growth.samples[s];
-                writeln!(
-                    f,
-                    "{:>4}  {:16}  {:>6.2} s  {:>7.2} m  {:>10} m  {:>9} m  {:>9} m  {:>7} °",
-                    growth.cell,
-                    growth.estimator,
-                    s.time_s,
-                    s.distance_m,
-                    metres(s.mean_error_m),
-                    metres(s.along_m.standard_deviation),
-                    metres(s.across_m.standard_deviation),
-                    degrees(s.heading_rad.standard_deviation.to_degrees())
-                )?;
+                let (name, s) = (&growth.estimator, &growth.samples[s]);
+                write!(f, "{:>4}  {name:16}  {:>6.2} s", growth.cell, s.time_s)?;
+                write!(f, "  {:>7} m  {:>10} m", metres(s.distance_m), metres(s.mean_error_m))?;
+                let along_across = [s.along_m, s.across_m].map(|m| m.standard_deviation);
+                for spread_m in [&[s.position_m][..], &along_across].concat() {
+                    write!(f, "  {:>9} m", metres(spread_m))?;
+                }
+                let ratio = match s.across_over_along {
+                    ratio if ratio.is_finite() => format!("{ratio:.2}"),
+                    _ => "–".to_owned(),
+                };
+                let heading_deg = s.heading_rad.standard_deviation.to_degrees();
+                writeln!(f, "  {ratio:>5}  {:>7} °", degrees(heading_deg))?;
             }
             let e = &growth.exponents;
-            let along = text(e.along);
-            let (across, heading) = (text(e.across), text(e.heading));
+            let [position, heading] = [e.position, e.heading].map(text);
+            let [along, across] = [e.log_along, e.log_across].map(text);
             writeln!(
                 f,
-                "      grows with distance to the power of: along {along}, across {across}, \
-                 heading {heading}{}",
-                range(e.across.or(e.heading))
+                "      grows with distance to the power of: position {position}, heading {heading}; \
+                 in log coordinates along {along}, across {across}{}",
+                range(e.position.or(e.heading))
             )?;
         }
         write!(
             f,
-            "white slip on a straight track: 0.5 along, 1.5 across, 0.5 heading; ± is one \
-             standard error, by the jackknife over seeds"
+            "σ along and across: world frame, by the mean believed heading; ratio: across over \
+             along. Log coordinates: log(truth⁻¹ estimate).\n\
+             white slip on a straight track: heading 0.5; in log coordinates 0.5 along, 1.5 \
+             across; ± is one standard error, by the jackknife over seeds"
         )
     }
 }
@@ -76,7 +88,7 @@ mod tests {
         let config = straight_leg();
         let tracks: Vec<_> = (0..40).map(|seed| reckoned(&config, 0, seed, 1)).collect();
         let text = GrowthText(&growth(&tracks)).to_string();
-        assert_eq!(text.lines().count(), 6, "{text}");
+        assert_eq!(text.lines().count(), 7, "{text}");
         assert!(text.contains("1.00 s") && text.contains("3.00 s"), "{text}");
         assert!(text.contains("across 1.") && text.contains("fitted from 0.2"), "{text}");
         let mut still = straight_leg();

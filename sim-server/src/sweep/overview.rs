@@ -8,12 +8,12 @@
 
 use std::fmt;
 
-use rusty_contract::score::{Verdict, duration};
+use rusty_contract::score::{Verdict, degrees, duration, metres};
 use serde::Serialize;
 
 use super::anees::Anees;
 use super::client_figures::ClientFigures;
-use super::summary::{Whose, degrees, metres};
+use super::summary::Whose;
 use super::{Row, Swept};
 use crate::statistics::{Moments, percentile};
 
@@ -30,6 +30,8 @@ pub struct Overview {
     pub runs: usize,
     /// Absolute trajectory error, rmse of the position, no alignment: mean, m.
     pub ate_rmse_m: f64,
+    /// The same, aligned in SE(2).
+    pub ate_se2_rmse_m: f64,
     /// Relative pose error per metre driven, rmse of the translation: mean, m.
     pub rpe_per_metre_rmse_m: f64,
     /// The same, rotation, rad.
@@ -78,7 +80,7 @@ fn line(swept: &Swept, of: &Anees) -> Overview {
     let at = |values: &[f64], p| percentile(values, p).unwrap_or(f64::NAN);
     let median = |get| at(&finite(get), 0.5);
     let root = |values: Vec<f64>| mean(&values.iter().map(|v| v * v).collect::<Vec<f64>>()).sqrt();
-    let ate: Vec<f64> = rows().map(|r| r.rmse_position_error_m).filter(|v| v.is_finite()).collect();
+    let ate: Vec<f64> = rows().map(|r| r.ate_rmse_m).filter(|v| v.is_finite()).collect();
     let found = finite(|c| c.converged_after_s);
     Overview {
         cell: of.cell,
@@ -86,6 +88,7 @@ fn line(swept: &Swept, of: &Anees) -> Overview {
         estimator: of.estimator.clone(),
         runs: clients.len(),
         ate_rmse_m: mean(&ate),
+        ate_se2_rmse_m: mean(&finite(|c| c.ate_se2_rmse_m)),
         rpe_per_metre_rmse_m: mean(&finite(|c| c.rpe_per_metre_rmse_m)),
         rpe_per_metre_rmse_rad: mean(&finite(|c| c.rpe_per_metre_rmse_rad)),
         nees: of.time_mean,
@@ -109,9 +112,10 @@ pub struct OverviewText<'a>(pub &'a [Overview]);
 /// A column for people: what stands above it, and what in it.
 type Column = (&'static str, fn(&Overview) -> String);
 
-const COLUMNS: [Column; 9] = [
+const COLUMNS: [Column; 10] = [
     ("ATE rmse", |o| known(o.ate_rmse_m, |v| format!("{} m", metres(v)))),
-    ("RPE a metre", |o| {
+    ("ATE rmse, SE(2)", |o| known(o.ate_se2_rmse_m, |v| format!("{} m", metres(v)))),
+    ("RPE per metre", |o| {
         let degrees =
             known(o.rpe_per_metre_rmse_rad, |v| format!(", {} °", degrees(v.to_degrees())));
         known(o.rpe_per_metre_rmse_m, |v| format!("{} m{degrees}", metres(v)))

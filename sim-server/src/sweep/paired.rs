@@ -8,9 +8,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
+use rusty_contract::score::{degrees, metres};
 use serde::Serialize;
 
-use super::summary::{degrees, metres, setting};
+use super::summary::setting;
 use super::{Row, Swept};
 use crate::statistics::Pairs;
 
@@ -71,7 +72,7 @@ impl Figure {
 
     fn words(self) -> (&'static str, &'static str) {
         match self {
-            Self::FinalPositionErrorM => ("drift", "m"),
+            Self::FinalPositionErrorM => ("final error", "m"),
             Self::FinalHeadingErrorDeg => ("|heading|", "°"),
         }
     }

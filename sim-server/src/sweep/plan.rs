@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use rusty_contract::{FieldError, Participant, Role, Scenario, ScriptConfig};
+use rusty_contract::{FieldError, Participant, Role, ScriptConfig};
 use rusty_sim::Sim;
 
 use super::cell::Cell;
@@ -37,6 +37,8 @@ pub struct Request {
     pub shard: Shard,
     /// Whether the scenario's clients take part, as processes.
     pub clients: bool,
+    /// Estimators that take part in every run, as `launch --add` has them.
+    pub add: Vec<String>,
 }
 
 /// The runs of a sweep. Run number r is that of cell r / seeds and of the seed
@@ -173,8 +175,11 @@ fn load(
     let mut loaded = scenario_file::load(&request.scenario, &changes)?;
     loaded.scenario.seed = request.seeds.at(0);
     loaded.scenario.ticks = request.ticks.unwrap_or(loaded.scenario.ticks);
-    let check = |scenario: &Scenario| scenario.check();
-    check(&loaded.scenario)
+    let roster = &mut loaded.scenario.participants;
+    request.add.iter().for_each(|text| scenario_file::add_estimator(roster, text));
+    loaded
+        .scenario
+        .check()
         .map_err(|error| SetupError::Scenario { path: request.scenario.clone(), error })?;
     let config = loaded.config()?;
     Ok((Cell { parameters: Arc::from(parameters), config }, loaded.scenario.participants))
@@ -199,7 +204,8 @@ fn check_roster(roster: &[Participant]) -> Result<(), FieldError> {
         return wrong("the scenario", "has no scorer, and its scores are the rows", remedy);
     }
     if let Some(p) = roster.iter().find(|p| p.is_awaited() && p.command.is_empty()) {
-        return wrong(&p.name, "has no command", "say in the scenario how it is started");
+        let remedy = "say how it is started: its command in the scenario, or --add NAME=COMMAND";
+        return wrong(&p.name, "has no command", remedy);
     }
     Ok(())
 }
@@ -216,6 +222,7 @@ mod tests {
             ticks: None,
             shard: Shard::WHOLE,
             clients: false,
+            add: Vec::new(),
         }
     }
 

@@ -33,7 +33,7 @@ pub struct Row {
     /// Mean distance over all ticks, m.
     pub mean_position_error_m: f64,
     /// Root of its mean square, m.
-    pub rmse_position_error_m: f64,
+    pub ate_rmse_m: f64,
     /// 95th percentile over the ticks, m (linear between ranks).
     pub p95_position_error_m: f64,
     /// The greatest, m.

@@ -7,6 +7,7 @@
 
 use std::fmt;
 
+use rusty_contract::score::{degrees, metres};
 use serde::Serialize;
 
 use super::Row;
@@ -63,10 +64,10 @@ fn line(rows: &[Row], cell: usize, estimator: &str) -> Option<SummaryRow> {
         rows.iter().filter(|r| r.cell == cell && *r.estimator == *estimator).collect();
     let scored =
         |r: &&&Row| r.final_position_error_m.is_finite() && r.final_heading_error_rad.is_finite();
-    let drift_m: Vec<f64> = own.iter().filter(scored).map(|r| r.final_position_error_m).collect();
+    let error_m: Vec<f64> = own.iter().filter(scored).map(|r| r.final_position_error_m).collect();
     let heading_deg: Vec<f64> =
         own.iter().filter(scored).map(|r| r.final_heading_error_rad.abs().to_degrees()).collect();
-    let (position, heading) = (Moments::of(&drift_m), Moments::of(&heading_deg));
+    let (position, heading) = (Moments::of(&error_m), Moments::of(&heading_deg));
     Some(SummaryRow {
         cell,
         parameters: own.first()?.parameters.to_vec(),
@@ -75,8 +76,8 @@ fn line(rows: &[Row], cell: usize, estimator: &str) -> Option<SummaryRow> {
         without: own.len() - position.n,
         mean_m: position.mean,
         standard_error_m: position.standard_error(),
-        p95_m: percentile(&drift_m, 0.95).unwrap_or(f64::NAN),
-        max_m: drift_m.iter().copied().reduce(f64::max).unwrap_or(f64::NAN),
+        p95_m: percentile(&error_m, 0.95).unwrap_or(f64::NAN),
+        max_m: error_m.iter().copied().reduce(f64::max).unwrap_or(f64::NAN),
         mean_heading_deg: heading.mean,
         standard_error_heading_deg: heading.standard_error(),
         bands: bands(&own),
@@ -93,7 +94,7 @@ impl fmt::Display for Summary<'_> {
         writeln!(
             f,
             "{:width$}  {:name$}  {:>5}  {:>20}  {:>9}  {:>9}  {:>17}",
-            "setting", "estimator", "runs", "mean drift", "p95", "max", "mean |heading|"
+            "setting", "estimator", "runs", "mean final error", "p95", "max", "mean |heading|"
         )?;
         for (row, setting) in self.0.iter().zip(&names) {
             write!(f, "{setting:width$}  {:name$}  {:>5}  ", row.estimator, row.n)?;
@@ -101,16 +102,20 @@ impl fmt::Display for Summary<'_> {
                 writeln!(f, "nothing was scored")?;
                 continue;
             }
-            let drift = format!("{} ± {} m", metres(row.mean_m), metres(row.standard_error_m));
+            let error = format!("{} ± {} m", metres(row.mean_m), metres(row.standard_error_m));
             let heading = format!(
                 "{} ± {} °",
                 degrees(row.mean_heading_deg),
                 degrees(row.standard_error_heading_deg)
             );
             let (p95, max) = (metres(row.p95_m), metres(row.max_m));
-            writeln!(f, "{drift:>20}  {p95:>7} m  {max:>7} m  {heading:>17}")?;
+            writeln!(f, "{error:>20}  {p95:>7} m  {max:>7} m  {heading:>17}")?;
         }
-        write!(f, "drift and heading are those of the last tick; ± is one standard error")
+        write!(
+            f,
+            "final error and heading are those of the last tick, without alignment; ± is one \
+             standard error"
+        )
     }
 }
 
@@ -148,27 +153,6 @@ pub fn setting(parameters: &[(String, String)]) -> String {
     let words: Vec<String> =
         parameters.iter().map(|(key, value)| format!("{key}={value}")).collect();
     words.join(" ")
-}
-
-/// A length to the tenth of a millimetre, or finer where that says nothing.
-#[must_use]
-pub fn metres(value: f64) -> String {
-    match value.abs() {
-        v if v >= 100.0 => format!("{value:.1}"),
-        v if v >= 0.01 || v == 0.0 => format!("{value:.3}"),
-        v if v >= 0.001 => format!("{value:.4}"),
-        _ => format!("{value:.1e}"),
-    }
-}
-
-/// An angle to the hundredth of a degree, or finer where that says nothing.
-#[must_use]
-pub fn degrees(value: f64) -> String {
-    match value.abs() {
-        v if v >= 0.1 || v == 0.0 => format!("{value:.2}"),
-        v if v >= 0.001 => format!("{value:.4}"),
-        _ => format!("{value:.1e}"),
-    }
 }
 
 #[cfg(test)]
@@ -212,14 +196,5 @@ mod tests {
         let widths: Vec<usize> =
             text.lines().take(2).map(|l| l.trim_end().chars().count()).collect();
         assert_eq!(widths[0], widths[1], "{text}");
-    }
-
-    #[test]
-    fn small_numbers_keep_digits() {
-        assert_eq!(metres(0.4574), "0.457");
-        assert_eq!(metres(1.06e-4), "1.1e-4");
-        assert_eq!(metres(0.0), "0.000");
-        assert_eq!(degrees(0.0085), "0.0085");
-        assert_eq!(degrees(49.265), "49.27");
     }
 }

@@ -1,12 +1,12 @@
 //! A UMBmark, drawn: two laps, and where all of them ended, before and after.
 
+use rusty_contract::score::metres;
 use rusty_plot::floor::{Extent, draw_robot};
 use rusty_plot::style::{INK, Look, RGBColor, SOFT_INK, ZERO};
 use rusty_plot::{Anchor, Axes, Canvas, PlotError, Px, Rect, Step, paint, polyline};
 
 use super::lap::{Return, Way};
 use super::report::Report;
-use crate::sweep::summary::metres;
 
 const WIDTH: f64 = 1200.0;
 const HEIGHT: f64 = 530.0;

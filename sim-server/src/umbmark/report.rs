@@ -8,7 +8,7 @@ use super::belief::Belief;
 use super::estimate::{Centre, Estimate};
 use super::factors::Factors;
 use super::lap::{Return, Square};
-use crate::sweep::summary::metres;
+use rusty_contract::score::metres;
 
 /// What a UMBmark came to.
 #[derive(Clone, Debug, Serialize)]

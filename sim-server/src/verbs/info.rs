@@ -3,6 +3,7 @@
 use crate::output::{errln, outln};
 use rusty_contract::digest::ObservableDigest;
 use rusty_contract::log::{Ending, LogReader, Read, Source, TickRecord};
+use rusty_contract::score::seconds;
 use rusty_contract::{Exit, LogHeader, Reply, RunDigest};
 use rusty_contract::{Frame, TruthKey};
 use serde_json::{Value, json};
@@ -105,7 +106,7 @@ impl Facts {
         let (scans, truths) = (self.scans, self.truths);
         outln!("ticks     {ticks} of {planned}, {scans} with a scan, {truths} with a known truth");
         if let Some((first, last)) = self.times_s {
-            outln!("time      {first} s to {last} s");
+            outln!("time      {} s to {} s", seconds(first), seconds(last));
         }
         match cut(&self.ending) {
             Some(how) => outln!("complete  no: {how}"),
@@ -195,7 +196,7 @@ fn print_header(header: &LogHeader) {
             );
         }
     }
-    outln!("time step {} s, a scan every {} ticks", config.dt_s, config.scan_every);
+    outln!("time step {} s, a scan every {} ticks", seconds(config.dt_s), config.scan_every);
     outln!("LiDAR     {} beams, up to {} m", config.lidar.beams, config.lidar.range_max_m);
     for p in &header.roster {
         outln!("roster    {} ({}){}", p.name, p.role, command(&p.command));
@@ -269,7 +270,7 @@ fn print_tick(header: &LogHeader, record: &TickRecord, intact: bool) {
         outln!("the checksum of this record fails: its values are suspect");
     }
     outln!("tick      {}", record.tick);
-    outln!("time      {} s", record.time_s(header.config.dt_s));
+    outln!("time      {} s", seconds(record.time_s(header.config.dt_s)));
     outln!("encoders  left {}, right {}", record.ticks.left, record.ticks.right);
     outln!("command   v {} m/s, ω {} rad/s", record.command.v_m_s, record.command.omega_rad_s);
     match record.truth {

@@ -1,7 +1,7 @@
 //! `launch`: server and participants as processes, from one command.
 
 use rusty_contract::log::Source;
-use rusty_contract::{LogHeader, Role, Scenario};
+use rusty_contract::{LogHeader, Scenario};
 
 use super::Verbed;
 use super::session::{RunSession, Starting};
@@ -71,19 +71,7 @@ pub(super) fn change_roster(
             return Err(error.into());
         }
     }
-    for text in &run.add {
-        let (name, command) = match text.split_once('=') {
-            Some((name, command)) => {
-                (name, command.split_whitespace().map(str::to_owned).collect())
-            }
-            None => (text.as_str(), Vec::new()),
-        };
-        let mut participant = rusty_contract::Participant::new(name, Role::Estimator);
-        participant.command = command;
-        // Estimators first: they come before scorer and logger in the table.
-        let place = roster.iter().take_while(|p| p.role.answers()).count();
-        roster.insert(place, participant);
-    }
+    run.add.iter().for_each(|text| scenario_file::add_estimator(roster, text));
     for participant in roster.iter_mut().filter(|p| !p.role.holds_key()) {
         participant.sandbox = run.sandbox.unwrap_or(participant.sandbox);
     }

@@ -7,6 +7,7 @@ use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
 use rusty_contract::config::check_seconds;
+use rusty_contract::score::seconds;
 use rusty_contract::{FieldError, LogHeader, Role, RunName, TruthKey};
 use rusty_link::{Domain, ServerLink};
 
@@ -165,7 +166,7 @@ impl RunSession<'_> {
             "{} · scenario {} · {ticks} ticks of {} s · run {name}",
             header.seed_in_words(),
             config.scenario,
-            config.dt_s
+            seconds(config.dt_s)
         );
         if self.args.json {
             errln!("{line}");

@@ -31,6 +31,7 @@ pub fn sweep(args: &SweepArgs) -> Verbed {
         ticks: args.ticks,
         shard: args.shard,
         clients: args.clients,
+        add: args.add.clone(),
     })?;
     let table = args.out.as_deref().map(Table::at).transpose()?;
     let ticks = plan.runs.clone().map(|run| plan.ticks(run)).sum();

@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use rusty_geometry::trig;
 use serde::Serialize;
 
-use crate::sweep::summary::{degrees, metres};
+use rusty_contract::score::{degrees, metres};
 
 /// A figure of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, ValueEnum)]
@@ -64,7 +64,7 @@ impl Metric {
     #[must_use]
     pub fn column(self) -> &'static str {
         match self {
-            Self::Ate => "rmse_position_error_m",
+            Self::Ate => "ate_rmse_m",
             Self::Final => "final_position_error_m",
             Self::Heading => "rmse_heading_error_rad",
             Self::P95 => "p95_position_error_m",
@@ -104,7 +104,7 @@ impl Metric {
             Self::Final => "final position error",
             Self::Heading => "heading rmse",
             Self::P95 => "95th percentile of the position error",
-            Self::AteSe2 => "ATE rmse, SE(2)-aligned",
+            Self::AteSe2 => "ATE rmse, SE(2)",
             Self::RpeTick => "RPE rmse per tick",
             Self::RpeMetre => "RPE rmse per metre",
             Self::Nees => "|ln(mean NEES / 3)|",

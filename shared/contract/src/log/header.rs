@@ -120,6 +120,14 @@ impl LogHeader {
         (!hidden).then_some(self.config.start)
     }
 
+    /// The true pose before the first tick: known of a simulation, whose robot
+    /// stands there.
+    #[must_use]
+    pub fn true_start(&self) -> Option<SE2> {
+        let simulated = matches!(self.source, Source::Simulated | Source::Forked { .. });
+        simulated.then_some(self.config.start)
+    }
+
     /// The walls, if this log may say so.
     #[must_use]
     pub fn known_world(&self) -> Option<&WorldSpec> {

@@ -7,6 +7,7 @@
 //! trans_part` without alignment, for planar poses.
 
 use rusty_geometry::{SE2, trig, wrap_angle};
+use serde::{Deserialize, Serialize};
 
 use super::quantile::Quantiles;
 
@@ -33,11 +34,12 @@ pub struct PathLength {
 }
 
 impl PathLength {
-    /// No pose yet, of a robot that is carried elsewhere at the start of these
-    /// ticks, in order.
+    /// The path of a robot that starts at this pose, where it is known, and is
+    /// carried elsewhere at the start of these ticks, in order. Without a start the
+    /// path begins with the first pose.
     #[must_use]
-    pub fn carried_at(ticks: Vec<u64>) -> Self {
-        Self { carried_at: ticks, ..Self::default() }
+    pub fn new(start: Option<SE2>, carried_at: Vec<u64>) -> Self {
+        Self { last: start, carried_at, ..Self::default() }
     }
 
     /// The path goes on to this pose, at the end of `tick`.
@@ -71,30 +73,30 @@ pub struct Errors {
     position_square_sum_m2: f64,
     position_max_m: f64,
     heading_square_sum_rad2: f64,
-    heading_max_rad: f64,
+    max_heading_error_rad: f64,
     last: [f64; 2],
 }
 
 /// What errors come to; `None` of each without a single one.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// The last position error, m.
     pub final_position_error_m: Option<f64>,
     /// The last heading error, rad, 0 to π.
     pub final_heading_error_rad: Option<f64>,
     /// Mean position error, m.
-    pub mean_drift_m: Option<f64>,
+    pub mean_position_error_m: Option<f64>,
     /// 95th percentile of it, m (linear between ranks; of more than a million
     /// ticks as good as [`Quantiles`] is).
-    pub p95_drift_m: Option<f64>,
+    pub p95_position_error_m: Option<f64>,
     /// The greatest, m.
-    pub max_drift_m: Option<f64>,
+    pub max_position_error_m: Option<f64>,
     /// Root of its mean square, m.
     pub ate_rmse_m: Option<f64>,
     /// Root of the mean square of the heading error, rad.
-    pub heading_rmse_rad: Option<f64>,
+    pub rmse_heading_error_rad: Option<f64>,
     /// The greatest heading error, rad, 0 to π.
-    pub heading_max_rad: Option<f64>,
+    pub max_heading_error_rad: Option<f64>,
 }
 
 impl Errors {
@@ -116,8 +118,8 @@ impl Errors {
         if position_m > self.position_max_m {
             self.position_max_m = position_m;
         }
-        if heading_rad > self.heading_max_rad {
-            self.heading_max_rad = heading_rad;
+        if heading_rad > self.max_heading_error_rad {
+            self.max_heading_error_rad = heading_rad;
         }
         self.last = [position_m, heading_rad];
     }
@@ -149,12 +151,12 @@ impl Errors {
         Figures {
             final_position_error_m: some(self.last[0]),
             final_heading_error_rad: some(self.last[1]),
-            mean_drift_m: some(self.position_sum_m / count),
-            p95_drift_m: self.position_m.at(0.95),
-            max_drift_m: some(self.position_max_m),
+            mean_position_error_m: some(self.position_sum_m / count),
+            p95_position_error_m: self.position_m.at(0.95),
+            max_position_error_m: some(self.position_max_m),
             ate_rmse_m: some((self.position_square_sum_m2 / count).sqrt()),
-            heading_rmse_rad: some((self.heading_square_sum_rad2 / count).sqrt()),
-            heading_max_rad: some(self.heading_max_rad),
+            rmse_heading_error_rad: some((self.heading_square_sum_rad2 / count).sqrt()),
+            max_heading_error_rad: some(self.max_heading_error_rad),
         }
     }
 }
@@ -175,11 +177,14 @@ mod tests {
             let figures = errors.figures();
             assert_eq!(figures.final_position_error_m, Some(1.0));
             assert_eq!(figures.final_heading_error_rad, Some(0.0));
-            assert_eq!((figures.mean_drift_m, figures.max_drift_m), (Some(3.0), Some(5.0)));
+            assert_eq!(
+                (figures.mean_position_error_m, figures.max_position_error_m),
+                (Some(3.0), Some(5.0))
+            );
             assert_eq!(figures.ate_rmse_m, Some(13f64.sqrt()));
             // Across the half turn: 2π − 6, not 6.
             let turn_rad = std::f64::consts::TAU - 6.0;
-            assert!((figures.heading_max_rad.unwrap() - turn_rad).abs() < 1e-15);
+            assert!((figures.max_heading_error_rad.unwrap() - turn_rad).abs() < 1e-15);
         }
     }
 
@@ -194,9 +199,20 @@ mod tests {
     }
 
     #[test]
+    fn a_path_from_a_known_start_has_the_first_tick() {
+        let mut path = PathLength::new(Some(SE2::identity()), Vec::new());
+        path.push(0, &SE2::new(3.0, 4.0, 0.0));
+        assert_eq!(path.metres(), 5.0);
+        // Carried before it drove.
+        let mut carried = PathLength::new(Some(SE2::identity()), vec![0]);
+        carried.push(0, &SE2::new(3.0, 4.0, 0.0));
+        assert_eq!(carried.metres(), 0.0);
+    }
+
+    #[test]
     fn who_is_carried_does_not_drive() {
         // Ticks 3 and 4 are of one gap between known poses.
-        let mut path = PathLength::carried_at(vec![3, 4, 7]);
+        let mut path = PathLength::new(None, vec![3, 4, 7]);
         for (tick, x_m) in [(0, 0.0), (2, 1.0), (5, 50.0), (6, 52.0), (7, 0.0), (8, 3.0)] {
             path.push(tick, &SE2::new(x_m, 0.0, 0.0));
         }

@@ -2,7 +2,9 @@
 
 use std::fmt::{Display, Formatter, Result};
 
-use super::{ComputeTimes, Consistency, Convergence, Score};
+use super::numbers::{degrees, duration, metres, percent};
+use super::{Alignment, ComputeTimes, Consistency, Convergence, Score};
+use crate::scenario::Access;
 
 /// Scores as tables for people, a line per estimator: how far off; and below it,
 /// where anything of it is known, whether it knew, when it found the robot, and
@@ -14,25 +16,34 @@ impl Display for ScoreTable<'_> {
         let width = self.0.iter().map(|s| s.name.chars().count()).max().unwrap_or(0).max(9);
         writeln!(
             f,
-            "{:width$}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
-            "estimator", "final", "heading", "mean", "p95", "ATE rmse", "driven", "drift"
+            "{:width$}  {:9}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
+            "estimator",
+            "alignment",
+            "final",
+            "heading",
+            "mean",
+            "p95",
+            "ATE rmse",
+            "driven",
+            "drift"
         )?;
-        for s in self.0 {
-            let cell = |value: Option<f64>, digits: usize, unit: &str| match value {
-                Some(value) => format!("{value:.digits$} {unit}"),
-                None => "unscored".to_owned(),
-            };
+        for (score, alignment) in self.0.iter().flat_map(lines) {
+            let figures = score.figures(alignment);
+            let length = |value: Option<f64>| cell(value, metres, "m");
             writeln!(
                 f,
-                "{:width$}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
-                s.name,
-                cell(s.final_position_error_m, 3, "m"),
-                cell(s.final_heading_error_deg, 2, "°"),
-                cell(s.mean_drift_m, 3, "m"),
-                cell(s.p95_drift_m, 3, "m"),
-                cell(s.ate_rmse_m, 3, "m"),
-                cell(Some(s.distance_m), 2, "m"),
-                cell(s.drift_percent, 2, "%"),
+                "{:width$}  {:9}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
+                score.name,
+                alignment.word(),
+                length(figures.final_position_error_m),
+                cell(figures.final_heading_error_rad.map(f64::to_degrees), degrees, "°"),
+                length(figures.mean_position_error_m),
+                length(figures.p95_position_error_m),
+                length(figures.ate_rmse_m),
+                length(Some(score.distance_m)),
+                score
+                    .drift_percent
+                    .map_or("–".to_owned(), |share| format!("{} %", degrees(share))),
             )?;
         }
         let columns = columns(self.0);
@@ -47,6 +58,18 @@ impl Display for ScoreTable<'_> {
         }
         writeln!(f)
     }
+}
+
+/// The lines of a score: by the alignment that it is judged by; and as it is, too, if
+/// it was given the map, in whose frame it should have found itself.
+fn lines(score: &Score) -> impl Iterator<Item = (&Score, Alignment)> {
+    let found_itself = score.alignment != Alignment::None && score.told.map == Access::Given;
+    let raw = found_itself.then_some(Alignment::None);
+    std::iter::once(score.alignment).chain(raw).map(move |alignment| (score, alignment))
+}
+
+fn cell(value: Option<f64>, number: fn(f64) -> String, unit: &str) -> String {
+    value.map_or("unscored".to_owned(), |value| format!("{} {unit}", number(value)))
 }
 
 struct Column {
@@ -67,7 +90,7 @@ fn columns(scores: &[Score]) -> Vec<Column> {
     let column = |head: String, width: usize, cell| Column { head, width, cell };
     let level = |of: fn(&Score) -> Option<&Consistency>| {
         let level = scores.iter().find_map(of).map(|c| 100.0 * c.level);
-        level.map_or(String::new(), |percent| format!(" of 1, {} %", trimmed(percent)))
+        level.map_or(String::new(), |level| format!(" of 1, {} %", percent(level)))
     };
     let nees = format!("NEES{}", level(|s| s.nees.as_ref()));
     let nis = format!("NIS{}", level(|s| s.nis.as_ref()));
@@ -77,7 +100,7 @@ fn columns(scores: &[Score]) -> Vec<Column> {
     ];
     if found {
         columns.push(column("converged".to_owned(), 9, |s| {
-            s.convergence.as_ref().map_or("unscored".to_owned(), |c| seconds(c.after_s))
+            s.convergence.as_ref().map_or("unscored".to_owned(), |c| after(c.after_s))
         }));
     }
     if any(|s| s.convergence.as_ref().is_some_and(|c| !c.recoveries.is_empty())) {
@@ -102,7 +125,7 @@ fn consistency(found: Option<&Consistency>) -> String {
     }
 }
 
-fn seconds(after_s: Option<f64>) -> String {
+fn after(after_s: Option<f64>) -> String {
     after_s.map_or("never".to_owned(), |s| format!("{s:.2} s"))
 }
 
@@ -114,7 +137,7 @@ fn recovered(found: Option<&Convergence>) -> String {
         (0, _) => "unscored".to_owned(),
         (1, 0) => "never".to_owned(),
         (all, done) if done < all => format!("{done} of {all}"),
-        _ => seconds(all.iter().filter_map(|r| r.after_s).reduce(f64::max)),
+        _ => after(all.iter().filter_map(|r| r.after_s).reduce(f64::max)),
     }
 }
 
@@ -122,28 +145,9 @@ fn compute(score: &Score, of: fn(&ComputeTimes) -> f64) -> String {
     score.compute.as_ref().map_or("unknown".to_owned(), |c| duration(of(c)))
 }
 
-/// A duration in the unit in which it has one to three digits before the point.
-#[must_use]
-pub fn duration(time_s: f64) -> String {
-    let (value, unit) = match time_s {
-        s if s < 999.5e-9 => (s * 1e9, "ns"),
-        s if s < 999.5e-6 => (s * 1e6, "µs"),
-        s if s < 0.9995 => (s * 1e3, "ms"),
-        s => (s, "s"),
-    };
-    let digits = if value < 9.95 { 1 } else { 0 };
-    format!("{value:.digits$} {unit}")
-}
-
-/// 95 or 99.9: no more digits than there are.
-fn trimmed(percent: f64) -> String {
-    let text = format!("{percent:.3}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::{Durations, Recovery, Verdict, Within};
+    use super::super::{Durations, Figures, Recovery, Verdict, Within};
     use super::*;
 
     fn score(name: &str) -> Score {
@@ -198,6 +202,25 @@ mod tests {
     }
 
     #[test]
+    fn a_line_has_its_alignment_and_small_errors_their_digits() {
+        let words = |score: Score| -> Vec<Vec<String>> {
+            let text = ScoreTable(&[score]).to_string();
+            let lines = text.lines().skip(1);
+            lines.map(|line| line.split_whitespace().map(str::to_owned).collect()).collect()
+        };
+        let near = Score { final_position_error_m: Some(4.5e-4), ..score("mcl") };
+        assert_eq!(words(near.clone())[0][..4], ["mcl", "none", "4.5e-4", "m"]);
+        let aligned = Figures { final_position_error_m: Some(0.25), ..Figures::default() };
+        let mut lost = Score { aligned, alignment: Alignment::Se2, ..near };
+        // Given the map, it should have found itself in it: as it is, too.
+        let lines = words(lost.clone());
+        assert_eq!(lines[0][..4], ["mcl", "SE(2)", "0.250", "m"]);
+        assert_eq!(lines[1][..4], ["mcl", "none", "4.5e-4", "m"]);
+        lost.told.map = Access::Hidden;
+        assert_eq!(words(lost), lines[..1]);
+    }
+
+    #[test]
     fn all_of_it_fits_into_a_hundred_columns() {
         let took = Durations { p50_s: 12.3e-6, p99_s: 0.000_999_7, max_s: 2.0 };
         let all = |nees: (f64, Verdict), recoveries: &[Option<f64>]| Score {
@@ -225,13 +248,5 @@ mod tests {
         ] {
             assert!(text.contains(words), "{words:?} is not in\n{text}");
         }
-    }
-
-    #[test]
-    fn durations_have_few_digits() {
-        let times = [0.0, 3e-9, 1.234e-6, 9.96e-6, 999.6e-6, 0.05, 2.0];
-        let expected = ["0.0 ns", "3.0 ns", "1.2 µs", "10 µs", "1.0 ms", "50 ms", "2.0 s"];
-        assert_eq!(times.map(duration), expected);
-        assert_eq!([95.0, 99.9, 99.99].map(trimmed), ["95", "99.9", "99.99"]);
     }
 }

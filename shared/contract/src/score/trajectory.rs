@@ -34,6 +34,28 @@ pub struct PoseErrors {
     pub rotation_rad: Statistics,
 }
 
+/// How an estimate is laid over the truth before it is judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Alignment {
+    /// As it is.
+    #[default]
+    None,
+    /// Moved as a whole so that the squares of the translations are least.
+    Se2,
+}
+
+impl Alignment {
+    /// The word for people.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Se2 => "SE(2)",
+        }
+    }
+}
+
 /// Absolute trajectory error, by how the estimate was laid over the truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AbsoluteErrors {

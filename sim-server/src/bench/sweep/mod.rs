@@ -92,7 +92,8 @@ fn plan(seeds: u64, scan_every: u64) -> Result<Plan, VerbError> {
     let axes = vec![Axis::parse("--set", &format!("scan_every={scan_every}"))?];
     let (ticks, shard) = (Some(TICKS), Shard::WHOLE);
     let scenario = SCENARIO.to_owned();
-    Ok(Plan::new(Request { scenario, seeds, axes, ticks, shard, clients: false })?)
+    let (clients, add) = (false, Vec::new());
+    Ok(Plan::new(Request { scenario, seeds, axes, ticks, shard, clients, add })?)
 }
 
 /// One sweep, from its plan to its rows.

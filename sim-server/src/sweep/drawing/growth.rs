@@ -4,12 +4,13 @@
 //! marks, the fitted power as a line over the range it was fitted on, and the
 //! slope that white slip has on a straight track as dashes to compare with.
 
+use rusty_contract::score::{degrees, metres};
 use rusty_plot::style::{GRID, INK, Look, SOFT_INK};
 use rusty_plot::{Anchor, Canvas, LogAxes, PlotError, Px, Rect, paint, polyline};
 
 use super::super::Swept;
 use super::super::growth::{Exponent, Growth, Spread, growth as spreads};
-use super::super::summary::{degrees, metres, setting};
+use super::super::summary::setting;
 use super::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH, draw_title, seeds_of, shortened};
 
 /// Most lines of the table, and curves in a plot.
@@ -38,17 +39,17 @@ struct Plot {
 
 const PLOTS: [Plot; 3] = [
     Plot {
-        title: "spread across the track (m)",
+        title: "spread across, log coordinates (m)",
         guide: (1.5, "slope 1.5"),
-        of: |s| s.across_m.standard_deviation,
-        exponent: |g| g.exponents.across,
+        of: |s| s.log_across_m.standard_deviation,
+        exponent: |g| g.exponents.log_across,
         scale: 1.0,
     },
     Plot {
-        title: "spread along the track (m)",
+        title: "spread along, log coordinates (m)",
         guide: (0.5, "slope 0.5"),
-        of: |s| s.along_m.standard_deviation,
-        exponent: |g| g.exponents.along,
+        of: |s| s.log_along_m.standard_deviation,
+        exponent: |g| g.exponents.log_along,
         scale: 1.0,
     },
     Plot {
@@ -74,7 +75,7 @@ pub fn growth(swept: &Swept) -> Result<String, PlotError> {
         None => "How nothing comes apart".to_owned(),
     };
     let mut details = format!(
-        "{} · standard deviation over the seeds, in the frame of the true robot",
+        "{} · standard deviation over the seeds of log(truth⁻¹ estimate)",
         seeds_of(&swept.tracks)
     );
     if left_out > 0 {

@@ -67,7 +67,7 @@ fn a_fan_has_a_panel_per_setting_and_a_growth_a_line() {
     }
     for part in [
         "How patrol comes apart",
-        "spread across the track (m)",
+        "spread across, log coordinates (m)",
         "spread of the heading (deg)",
         "distance driven (m)",
         "exponent across",

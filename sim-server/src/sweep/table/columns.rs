@@ -41,7 +41,7 @@ pub(super) fn of(swept: &Swept, axes: &[Axis], clients: bool) -> Vec<Column> {
         ("final_position_error_m", |r| r.final_position_error_m),
         ("final_heading_error_rad", |r| r.final_heading_error_rad),
         ("mean_position_error_m", |r| r.mean_position_error_m),
-        ("rmse_position_error_m", |r| r.rmse_position_error_m),
+        ("ate_rmse_m", |r| r.ate_rmse_m),
         ("p95_position_error_m", |r| r.p95_position_error_m),
         ("max_position_error_m", |r| r.max_position_error_m),
         ("rmse_heading_error_rad", |r| r.rmse_heading_error_rad),
