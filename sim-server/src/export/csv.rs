@@ -56,6 +56,8 @@ pub fn export(
         log: log.display().to_string(),
         walked: walk.walked().clone(),
         ticks_with_truth,
+        stamps_repeated: 0,
+        stamps_backwards: 0,
         files,
         without: silent.map(|(name, _)| name).collect(),
     })

@@ -28,6 +28,15 @@ pub struct Tum {
     pub force: bool,
 }
 
+/// The files written, and counts of ticks: with a truth, with the stamp of the
+/// tick before, with an earlier one.
+struct Trajectories {
+    files: Vec<Written>,
+    truths: u64,
+    repeated: u64,
+    backwards: u64,
+}
+
 /// A pose as a line. Every number reads back to the bits it has here.
 #[must_use]
 pub fn line(time_s: f64, pose: &SE2) -> String {
@@ -64,26 +73,35 @@ impl Tum {
             // Only if it is empty, which it is unless somebody else uses it.
             let _ = fs::remove_dir(folder);
         }
-        let (files, ticks_with_truth) = done?;
+        let Trajectories { files, truths, repeated, backwards } = done?;
         let wrote = |name: &String| files.iter().any(|w| w.estimator.as_ref() == Some(name));
         let without = walk.names().into_iter().filter(|name| !wrote(name)).collect();
         let (log, walked) = (log.display().to_string(), walk.walked().clone());
-        Ok(Exported { log, walked, ticks_with_truth, files, without })
+        Ok(Exported {
+            log,
+            walked,
+            ticks_with_truth: truths,
+            stamps_repeated: repeated,
+            stamps_backwards: backwards,
+            files,
+            without,
+        })
     }
 
-    /// The files, and the number of ticks with a truth.
+    /// Writes the files.
     fn write(
         self,
         walk: &mut Walk<'_>,
         folder: &Path,
         every: bool,
-    ) -> Result<(Vec<Written>, u64), ExportError> {
+    ) -> Result<Trajectories, ExportError> {
         let names = walk.names();
         let sheet = |name: &str| Sheet::create(&folder.join(name), self.force);
         let mut of_truth = sheet(&format!("{TRUTH}.tum"))?;
         let estimators = names.iter().map(|name| sheet(&file_name(name)));
         let mut sheets = estimators.collect::<Result<Vec<Sheet>, _>>()?;
-        let dt_s = walk.dt_s();
+        let (dt_s, mut last_s) = (walk.dt_s(), f64::NEG_INFINITY);
+        let (mut repeated, mut backwards) = (0, 0);
         while let Some(record) = walk.tick()? {
             let (time_s, truth) = (record.time_s(dt_s), truth(&record));
             if let Some(pose) = &truth {
@@ -92,6 +110,9 @@ impl Tum {
             if truth.is_none() && !every {
                 continue;
             }
+            repeated += u64::from(time_s == last_s);
+            backwards += u64::from(time_s < last_s);
+            last_s = time_s;
             for (sheet, estimate) in sheets.iter_mut().zip(walk.estimates()) {
                 if let Some(estimate) = estimate {
                     sheet.line(format_args!("{}", line(time_s, &estimate.pose_in_world)))?;
@@ -108,7 +129,7 @@ impl Tum {
                 lines => files.push(Written { estimator, lines, path: sheet.finish()? }),
             }
         }
-        Ok((files, truths))
+        Ok(Trajectories { files, truths, repeated, backwards })
     }
 }
 
