@@ -15,7 +15,7 @@ pub mod tum;
 pub mod walk;
 
 pub use error::ExportError;
-pub use walk::{Walk, Walked};
+pub use walk::{StampOrder, Walk, Walked};
 
 use serde::Serialize;
 
@@ -29,11 +29,9 @@ pub struct Exported {
     pub walked: Walked,
     /// Ticks with a known true pose.
     pub ticks_with_truth: u64,
-    /// Ticks in the trajectories with the stamp of the tick before: evo confuses
-    /// their poses.
-    pub stamps_repeated: u64,
-    /// Ticks in the trajectories with an earlier stamp than the tick before.
-    pub stamps_backwards: u64,
+    /// Order of the stamps.
+    #[serde(flatten)]
+    pub stamps: StampOrder,
     /// The files written.
     pub files: Vec<Written>,
     /// Answering participants of which nothing is written: they never said a

@@ -13,7 +13,7 @@ use rusty_geometry::{SE2, trig};
 
 use super::error::ExportError;
 use super::sheet::Sheet;
-use super::walk::{Walk, truth};
+use super::walk::{StampOrder, Walk, truth};
 use super::{Exported, Written};
 
 /// The name of the truth among those of the estimators.
@@ -26,15 +26,6 @@ pub struct Tum {
     pub all: bool,
     /// Over files that are there.
     pub force: bool,
-}
-
-/// The files written, and counts of ticks: with a truth, with the stamp of the
-/// tick before, with an earlier one.
-struct Trajectories {
-    files: Vec<Written>,
-    truths: u64,
-    repeated: u64,
-    backwards: u64,
 }
 
 /// A pose as a line. Every number reads back to the bits it has here.
@@ -73,35 +64,26 @@ impl Tum {
             // Only if it is empty, which it is unless somebody else uses it.
             let _ = fs::remove_dir(folder);
         }
-        let Trajectories { files, truths, repeated, backwards } = done?;
+        let (files, ticks_with_truth, stamps) = done?;
         let wrote = |name: &String| files.iter().any(|w| w.estimator.as_ref() == Some(name));
         let without = walk.names().into_iter().filter(|name| !wrote(name)).collect();
         let (log, walked) = (log.display().to_string(), walk.walked().clone());
-        Ok(Exported {
-            log,
-            walked,
-            ticks_with_truth: truths,
-            stamps_repeated: repeated,
-            stamps_backwards: backwards,
-            files,
-            without,
-        })
+        Ok(Exported { log, walked, ticks_with_truth, stamps, files, without })
     }
 
-    /// Writes the files.
+    /// The files, the number of ticks with a truth, and the order of the stamps.
     fn write(
         self,
         walk: &mut Walk<'_>,
         folder: &Path,
         every: bool,
-    ) -> Result<Trajectories, ExportError> {
+    ) -> Result<(Vec<Written>, u64, StampOrder), ExportError> {
         let names = walk.names();
         let sheet = |name: &str| Sheet::create(&folder.join(name), self.force);
         let mut of_truth = sheet(&format!("{TRUTH}.tum"))?;
         let estimators = names.iter().map(|name| sheet(&file_name(name)));
         let mut sheets = estimators.collect::<Result<Vec<Sheet>, _>>()?;
-        let (dt_s, mut last_s) = (walk.dt_s(), f64::NEG_INFINITY);
-        let (mut repeated, mut backwards) = (0, 0);
+        let (dt_s, mut stamps) = (walk.dt_s(), StampOrder::default());
         while let Some(record) = walk.tick()? {
             let (time_s, truth) = (record.time_s(dt_s), truth(&record));
             if let Some(pose) = &truth {
@@ -110,9 +92,7 @@ impl Tum {
             if truth.is_none() && !every {
                 continue;
             }
-            repeated += u64::from(time_s == last_s);
-            backwards += u64::from(time_s < last_s);
-            last_s = time_s;
+            stamps.see(time_s);
             for (sheet, estimate) in sheets.iter_mut().zip(walk.estimates()) {
                 if let Some(estimate) = estimate {
                     sheet.line(format_args!("{}", line(time_s, &estimate.pose_in_world)))?;
@@ -129,7 +109,7 @@ impl Tum {
                 lines => files.push(Written { estimator, lines, path: sheet.finish()? }),
             }
         }
-        Ok(Trajectories { files, truths, repeated, backwards })
+        Ok((files, truths, stamps))
     }
 }
 

@@ -3,8 +3,8 @@
 //! The header of a run log comes first and says what only the whole recording
 //! tells: how many ticks, how large the scans, where the robot starts. So the
 //! file is read four times, and memory never holds more than one line:
-//! the preview decides how lines are understood, [`look`] counts and measures, [`drive`] turns the wheels, and the
-//! last reading (in `convert`) writes.
+//! the preview decides how lines are understood, [`look`] counts and measures,
+//! [`drive`] turns the wheels, and the last reading (in `convert`) writes.
 
 use std::collections::BTreeMap;
 
@@ -167,7 +167,7 @@ pub(super) struct Drive {
     pub(super) nothing: [u64; 2],
     /// Largest distance between a scan's pose and the odometry's, m.
     pub(super) correction: Peak,
-    /// Odometry beside the corrected path.
+    /// Odometry compared with the corrected path.
     pub(super) judge: Judge,
 }
 

@@ -11,7 +11,7 @@ use super::{Verbed, print_json};
 use crate::cli::{ExportArgs, ExportVerb};
 use crate::error::VerbError;
 use crate::export::tum::Tum;
-use crate::export::{Exported, csv};
+use crate::export::{Exported, StampOrder, csv};
 use crate::output::{errln, outln};
 
 /// Exports a log: exit 0, or 3 if something of it is missing or suspect.
@@ -54,14 +54,14 @@ fn say(exported: &Exported, json: bool, wants_truth: bool) {
         let damaged = exported.walked.damaged_records;
         errln!("{log}: the checksums of {damaged} records fail; their values are suspect");
     }
-    let (repeated, backwards) = (exported.stamps_repeated, exported.stamps_backwards);
-    if repeated > 0 {
+    let StampOrder { stamps_repeated: repeated, stamps_backwards: backwards, .. } = exported.stamps;
+    if wants_truth && repeated > 0 {
         errln!(
             "{log}: {repeated} ticks have the stamp of the tick before, and evo confuses poses of \
              one stamp; import the recording again, or measure with `score --log {log}`"
         );
     }
-    if backwards > 0 {
+    if wants_truth && backwards > 0 {
         errln!("{log}: {backwards} ticks have an earlier stamp than the tick before");
     }
     if json {
