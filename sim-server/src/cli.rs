@@ -345,6 +345,9 @@ pub struct CarmenArgs {
     /// The run log to write
     #[arg(short, long, value_name = "LOG")]
     pub output: PathBuf,
+    /// Refuse a recording that has findings
+    #[arg(long)]
+    pub strict: bool,
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,

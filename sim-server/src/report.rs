@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use rusty_contract::log::Finding;
 use rusty_contract::score::{Score, ScoreTable};
 use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, Timing};
 use serde::Serialize;
@@ -67,6 +68,8 @@ pub struct RunReport {
     /// Participants that ended badly after the run, and why the run ended
     /// early, in words.
     pub remarks: Vec<String>,
+    /// For a recording: its defects.
+    pub findings: Vec<Finding>,
     /// One per estimator.
     pub scores: Vec<Score>,
     /// Ticks in which a wall kept the robot where it was; null without a scorer
@@ -156,6 +159,7 @@ impl RunReport {
             restarts: outcome.restarts.clone(),
             timings: outcome.timings.clone(),
             remarks,
+            findings: header.findings().to_vec(),
             scores,
             blocked_ticks,
             driven: has(rusty_contract::Role::Driver),
@@ -236,6 +240,9 @@ impl std::fmt::Display for RunReport {
         }
         for remark in &self.remarks {
             writeln!(f, "remark   {remark}")?;
+        }
+        for finding in &self.findings {
+            writeln!(f, "finding  {finding}")?;
         }
         if let (Some(fork), Some(c)) = (&self.fork, &self.comparison) {
             write_fork(f, fork, c)?;

@@ -129,11 +129,18 @@ fn write_title(page: &mut String, header: &LogHeader, trace: &RunTrace, scores: 
     let unscored = scores.unscored.as_ref().map_or_else(String::new, |why| {
         format!("<p class=\"note\">Unscored: {}.</p>\n", escaped(why))
     });
+    let findings: String = header
+        .findings()
+        .iter()
+        .map(|finding| {
+            format!("<p class=\"note\">Finding: {}.</p>\n", escaped(&finding.to_string()))
+        })
+        .collect();
     let _ = write!(
         page,
         "<header>\n<h1>{}</h1>\n<dl class=\"identity\"><div><dt>seed</dt><dd>{}</dd></div>\
          <div><dt>digest</dt><dd><code>{}</code></dd></div></dl>\n\
-         <ul class=\"facts\">{facts}</ul>\n{unscored}\
+         <ul class=\"facts\">{facts}</ul>\n{unscored}{findings}\
          <p class=\"note\" id=\"trouble\" role=\"alert\" hidden></p>\n</header>\n",
         escaped(&trace.scenario),
         escaped(&seed),

@@ -127,6 +127,7 @@ mod tests {
             format: "CARMEN".to_owned(),
             file: "a.log".to_owned(),
             remarks: Vec::new(),
+            findings: Vec::new(),
         };
         assert!(Held::of(&LogHeader { source, ..header() }).is_none());
     }

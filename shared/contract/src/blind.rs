@@ -7,7 +7,7 @@
 //!
 //! | in the header   | becomes                                                           |
 //! |-----------------|-------------------------------------------------------------------|
-//! | `source`        | [`Source::Blind`]: no name of a file, no remarks                   |
+//! | `source`        | [`Source::Blind`]: no name of a file, no remarks, no findings      |
 //! | `seed`          | 0, and no seed is told                                            |
 //! | `robot`         | the nominal robot: no slip, no bias                               |
 //! | `lidar`         | as everyone was told of it at the start                           |

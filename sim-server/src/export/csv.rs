@@ -9,7 +9,7 @@ use rusty_geometry::SE2;
 
 use super::error::ExportError;
 use super::sheet::Sheet;
-use super::walk::{Walk, truth};
+use super::walk::{StampOrder, Walk, truth};
 use super::{Exported, Written};
 
 const TICK: &str = "tick,time_s,left_ticks,right_ticks,v_m_s,omega_rad_s,\
@@ -37,10 +37,12 @@ pub fn export(
     let columns = names.iter().map(owner).flat_map(|n| OF_EACH.map(|c| format!(",{n}.{c}")));
     sheet.head(format_args!("{TICK}{}", columns.collect::<String>()))?;
     let (dt_s, mut ticks_with_truth) = (walk.dt_s(), 0);
+    let mut stamps = StampOrder::default();
     let mut said = vec![false; names.len()];
     while let Some(record) = walk.tick()? {
         let truth = truth(&record);
         ticks_with_truth += u64::from(truth.is_some());
+        stamps.see(record.time_s(dt_s));
         let mut line = of_tick(&record, dt_s) + &pose(truth.as_ref());
         for (said, estimate) in said.iter_mut().zip(walk.estimates()) {
             *said |= estimate.is_some();
@@ -56,6 +58,7 @@ pub fn export(
         log: log.display().to_string(),
         walked: walk.walked().clone(),
         ticks_with_truth,
+        stamps,
         files,
         without: silent.map(|(name, _)| name).collect(),
     })

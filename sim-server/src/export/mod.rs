@@ -15,7 +15,7 @@ pub mod tum;
 pub mod walk;
 
 pub use error::ExportError;
-pub use walk::{Walk, Walked};
+pub use walk::{StampOrder, Walk, Walked};
 
 use serde::Serialize;
 
@@ -29,6 +29,9 @@ pub struct Exported {
     pub walked: Walked,
     /// Ticks with a known true pose.
     pub ticks_with_truth: u64,
+    /// Order of the stamps.
+    #[serde(flatten)]
+    pub stamps: StampOrder,
     /// The files written.
     pub files: Vec<Written>,
     /// Answering participants of which nothing is written: they never said a

@@ -13,7 +13,7 @@ use rusty_geometry::{SE2, trig};
 
 use super::error::ExportError;
 use super::sheet::Sheet;
-use super::walk::{Walk, truth};
+use super::walk::{StampOrder, Walk, truth};
 use super::{Exported, Written};
 
 /// The name of the truth among those of the estimators.
@@ -64,26 +64,26 @@ impl Tum {
             // Only if it is empty, which it is unless somebody else uses it.
             let _ = fs::remove_dir(folder);
         }
-        let (files, ticks_with_truth) = done?;
+        let (files, ticks_with_truth, stamps) = done?;
         let wrote = |name: &String| files.iter().any(|w| w.estimator.as_ref() == Some(name));
         let without = walk.names().into_iter().filter(|name| !wrote(name)).collect();
         let (log, walked) = (log.display().to_string(), walk.walked().clone());
-        Ok(Exported { log, walked, ticks_with_truth, files, without })
+        Ok(Exported { log, walked, ticks_with_truth, stamps, files, without })
     }
 
-    /// The files, and the number of ticks with a truth.
+    /// The files, the number of ticks with a truth, and the order of the stamps.
     fn write(
         self,
         walk: &mut Walk<'_>,
         folder: &Path,
         every: bool,
-    ) -> Result<(Vec<Written>, u64), ExportError> {
+    ) -> Result<(Vec<Written>, u64, StampOrder), ExportError> {
         let names = walk.names();
         let sheet = |name: &str| Sheet::create(&folder.join(name), self.force);
         let mut of_truth = sheet(&format!("{TRUTH}.tum"))?;
         let estimators = names.iter().map(|name| sheet(&file_name(name)));
         let mut sheets = estimators.collect::<Result<Vec<Sheet>, _>>()?;
-        let dt_s = walk.dt_s();
+        let (dt_s, mut stamps) = (walk.dt_s(), StampOrder::default());
         while let Some(record) = walk.tick()? {
             let (time_s, truth) = (record.time_s(dt_s), truth(&record));
             if let Some(pose) = &truth {
@@ -92,6 +92,7 @@ impl Tum {
             if truth.is_none() && !every {
                 continue;
             }
+            stamps.see(time_s);
             for (sheet, estimate) in sheets.iter_mut().zip(walk.estimates()) {
                 if let Some(estimate) = estimate {
                     sheet.line(format_args!("{}", line(time_s, &estimate.pose_in_world)))?;
@@ -108,7 +109,7 @@ impl Tum {
                 lines => files.push(Written { estimator, lines, path: sheet.finish()? }),
             }
         }
-        Ok((files, truths))
+        Ok((files, truths, stamps))
     }
 }
 

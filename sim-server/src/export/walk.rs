@@ -32,6 +32,27 @@ pub struct Walked {
     pub cut: Option<String>,
 }
 
+/// Order of the stamps of the ticks that are written.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct StampOrder {
+    #[serde(skip)]
+    last_s: Option<f64>,
+    /// Ticks with the stamp of the tick before: evo confuses their poses.
+    pub stamps_repeated: u64,
+    /// Ticks with an earlier stamp than the tick before.
+    pub stamps_backwards: u64,
+}
+
+impl StampOrder {
+    /// Takes the stamp of the next tick, s.
+    pub fn see(&mut self, stamp_s: f64) {
+        if let Some(last_s) = self.last_s.replace(stamp_s) {
+            self.stamps_repeated += u64::from(stamp_s == last_s);
+            self.stamps_backwards += u64::from(stamp_s < last_s);
+        }
+    }
+}
+
 impl Walked {
     /// Nothing of the log is missing or suspect.
     #[must_use]

@@ -9,6 +9,7 @@ use rusty_contract::{Frame, Reply, RunDigest, TruthKey};
 use rusty_geometry::Twist;
 
 use super::plan::{Plan, plan};
+use super::preview::Preview;
 use super::recording::{Event, Recording};
 use super::survey::{Survey, drive, look};
 use super::wheels::{Mount, Tick, Wheels};
@@ -18,15 +19,26 @@ use super::{ImportError, ImportReport, Progress};
 /// the key; nothing sealed with it is written.
 const ANY_KEY: [u8; 32] = [0; 32];
 
+/// The way in which a recording is imported.
+#[derive(Clone, Copy, Debug)]
+pub struct ImportOptions<'a> {
+    /// Program and version, for the header.
+    pub writer: &'a str,
+    /// Refuse a recording that has findings.
+    pub strict: bool,
+}
+
 /// Imports the CARMEN log `input`, plain or gzip, into the run log `output`.
 ///
 /// Each odometry reading and each scan becomes one tick, in file order and with
 /// the file's own stamp as its time, bit for bit (a record that holds no stamp
-/// has the one that `dt_s` implies, as in every run log). Scans carry the corrected pose as truth. The header
-/// names `writer`, the file without its folder, and in its remarks all that the
-/// conversion assumed or left out.
+/// has the one that `dt_s` implies, as in every run log). Where the stamps stand
+/// still, all times are those that `dt_s` implies. Scans carry the corrected pose
+/// as truth. The header names the writer, the file without its folder, in its
+/// remarks all that the conversion assumed or left out, and in its findings the
+/// defects of the recording.
 ///
-/// `input` is read three times; `progress` hears how many of its lines are done,
+/// `input` is read four times; `progress` hears how many of its lines are done,
 /// in thousands, ending with all of them. The log is written beside `output` under another
 /// name and renamed when it is complete, so that an existing file is replaced
 /// by a whole log or not at all.
@@ -37,26 +49,33 @@ const ANY_KEY: [u8; 32] = [0; 32];
 pub fn import_carmen(
     input: &Path,
     output: &Path,
-    writer: &str,
+    options: ImportOptions<'_>,
     progress: &mut dyn FnMut(u64),
 ) -> Result<ImportReport, ImportError> {
     check_two_files(input, output)?;
     let mut progress = Progress::new(progress);
 
-    let mut recording = Recording::open(input)?;
-    let survey = look(&mut recording, &mut progress)?;
+    let preview = Preview::read(input, &mut progress)?;
+    progress.pass(preview.lines);
+    let open = || Recording::open(input, preview.has_echoes());
+    let mut recording = open()?;
+    let survey = look(&mut recording, &preview, &mut progress)?;
     progress.pass(recording.line());
     if !survey.has_odometry() {
         return Err(no_odometry(input, &survey));
     }
 
     let mount = survey.mount();
-    let mut recording = Recording::open(input)?;
-    let driven = drive(&mut recording, mount, survey.range_max_m().0, &mut progress)?;
+    let mut recording = open()?;
+    let driven = drive(&mut recording, mount, survey.ranges.max().m, &mut progress)?;
     progress.pass(recording.line());
 
-    let plan = plan(input, writer, &survey, &driven)?;
-    let mut recording = Recording::open(input)?;
+    let plan = plan(input, options.writer, &survey, &driven)?;
+    if options.strict && !plan.report.findings.is_empty() {
+        let (path, findings) = (input.display().to_string(), plan.report.findings);
+        return Err(ImportError::Strict { path, findings });
+    }
+    let mut recording = open()?;
     write(&mut recording, output, &plan, mount, &mut progress)?;
     progress.pass(recording.line());
     Ok(plan.report)
@@ -77,6 +96,9 @@ fn no_odometry(input: &Path, survey: &Survey) -> ImportError {
     if survey.scans > 0 {
         hint += &format!("; {} scans alone do not tell how the wheels turned", survey.scans);
     }
+    if survey.anchors > 0 {
+        hint += &format!(", {} ODOM lines only echo their poses", survey.anchors);
+    }
     if !survey.skipped.is_empty() {
         let types: Vec<&str> = survey.skipped.keys().take(8).map(String::as_str).collect();
         hint += &format!("; what stands there is {}", types.join(", "));
@@ -96,7 +118,7 @@ fn write(
     let buffer = BufWriter::with_capacity(1 << 16, partial.file(output)?);
     let mut log = LogWriter::new(buffer, output, &plan.header)?;
     let mut wheels = Wheels::new(mount);
-    let mut ticks = Ticks::new(plan.header.config.dt_s);
+    let mut ticks = Ticks::new(plan);
     while let Some(event) = recording.next_event()? {
         progress.at(event.line());
         if let Some(tick) = wheels.take(&event) {
@@ -125,16 +147,19 @@ struct Ticks {
     key: TruthKey,
     digest: RunDigest,
     dt_s: f64,
+    /// Times are numbered, for the stamps stand still.
+    numbered: bool,
     done: u64,
 }
 
 impl Ticks {
-    fn new(dt_s: f64) -> Self {
+    fn new(plan: &Plan) -> Self {
         Self {
             frame: Frame::boxed(),
             key: TruthKey::from_bytes(ANY_KEY),
             digest: RunDigest::default(),
-            dt_s,
+            dt_s: plan.header.config.dt_s,
+            numbered: plan.numbered,
             done: 0,
         }
     }
@@ -148,7 +173,9 @@ impl Ticks {
         ranges_m: Option<&[f64]>,
     ) -> Result<(), ImportError> {
         let frame = &mut self.frame;
-        frame.begin(self.done, tick.stamp_s, tick.counts, Twist::default());
+        let numbered_s = (self.done + 1) as f64 * self.dt_s;
+        let time_s = if self.numbered { numbered_s } else { tick.stamp_s };
+        frame.begin(self.done, time_s, tick.counts, Twist::default());
         if let Some(ranges_m) = ranges_m {
             frame.write_scan(ranges_m.len()).copy_from_slice(ranges_m);
         }

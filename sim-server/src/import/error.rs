@@ -3,7 +3,7 @@
 use std::io;
 
 use rusty_contract::FieldError;
-use rusty_contract::log::LogError;
+use rusty_contract::log::{Finding, LogError};
 use thiserror::Error;
 
 use super::lines::MAX_LINE_BYTES;
@@ -57,7 +57,7 @@ pub enum ImportError {
     },
     /// The recording is a pipe, a device or a folder.
     #[error(
-        "{path}: this is no regular file; an import reads its input three times, so write it to a \
+        "{path}: this is no regular file; an import reads its input four times, so write it to a \
          file first"
     )]
     NotAFile {
@@ -162,6 +162,17 @@ pub enum ImportError {
         /// The recording.
         path: String,
     },
+    /// The recording has findings, and the import is strict.
+    #[error(
+        "{path}: import --strict refused the recording: {}; mend it, or import it without --strict",
+        joined(findings)
+    )]
+    Strict {
+        /// The recording.
+        path: String,
+        /// Its defects.
+        findings: Vec<Finding>,
+    },
     /// Input and output are one file.
     #[error("{path}: input and output are the same file; give the run log another name")]
     SameFile {
@@ -181,6 +192,11 @@ pub enum ImportError {
     /// The run log cannot be written.
     #[error(transparent)]
     Log(#[from] LogError),
+}
+
+fn joined(findings: &[Finding]) -> String {
+    let texts: Vec<String> = findings.iter().map(ToString::to_string).collect();
+    texts.join("; ")
 }
 
 /// `text`, or its beginning and its length if it is long.

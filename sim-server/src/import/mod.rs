@@ -5,9 +5,10 @@
 //! here can read: each odometry reading becomes a tick with encoder counts,
 //! each laser scan a tick with ranges and, as truth, its corrected pose.
 //!
-//! In reading order: `lines` (gzip, long lines), `carmen` (one line),
-//! `recording` (readings, scans, and echoes that are neither), `wheels`
-//! (counts from poses), `survey` (what must be known before the first tick),
+//! In reading order: `lines` (gzip, long lines), `carmen` (one line), `preview`
+//! (echoes, flat stamps), `recording` (readings, scans, and echoes that are
+//! neither), `wheels` (counts from poses), `ranges` (codes for no return),
+//! `survey` (what must be known before the first tick), `judge` (findings),
 //! `plan` (header and remarks), `convert` (writing), [`report`], [`error`].
 //!
 //! Source of the format: the CARMEN logger, see `carmen`. Departures:
@@ -15,7 +16,8 @@
 //! * a recording has no commands and no encoder counts. The commands of all
 //!   frames are zero; the counts belong to virtual wheels, see `wheels`;
 //! * nothing is resampled: ticks stand in file order, at the file's own times,
-//!   which are neither rebased nor sorted;
+//!   which are neither rebased nor sorted. Only where the stamps stand still are
+//!   ticks numbered at a nominal rate;
 //! * truth is what a SLAM back end computed, at scans; elsewhere there is none.
 
 pub mod error;
@@ -23,8 +25,11 @@ pub mod report;
 
 mod carmen;
 mod convert;
+mod judge;
 mod lines;
 mod plan;
+mod preview;
+mod ranges;
 mod recording;
 mod survey;
 mod wheels;
@@ -32,16 +37,16 @@ mod wheels;
 #[cfg(test)]
 mod tests;
 
-pub use convert::import_carmen;
+pub use convert::{ImportOptions, import_carmen};
 pub use error::ImportError;
 pub use report::ImportReport;
 
 /// How many times the recording is read.
-const PASSES: u64 = 3;
+const PASSES: u64 = 4;
 /// Lines between two calls of the caller's function.
 const PROGRESS_LINES: u64 = 1000;
 
-/// Tells the caller how far the import is, as a number of lines: a third of a
+/// Tells the caller how far the import is, as a number of lines: a quarter of a
 /// line for each time it was read, so that the number ends where the file does.
 /// On the way it is told in whole thousands.
 struct Progress<'a> {

@@ -5,12 +5,14 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use rusty_contract::config::{LidarConfig, RobotConfig, RunConfig, ScriptConfig};
-use rusty_contract::log::{LogHeader, Source};
+use rusty_contract::log::{Finding, LogHeader, Source};
 use rusty_contract::{OnLoss, Scenario};
 use rusty_geometry::world_spec::MAX_NAME_CHARS;
 use rusty_geometry::{SE2, WorldSpec, tick_length};
 
 use super::error::ImportError;
+use super::judge::findings;
+use super::ranges::RangeMax;
 use super::report::ImportReport;
 use super::survey::{Drive, Survey};
 use super::wheels::{Mount, WHEELS};
@@ -19,13 +21,15 @@ use super::wheels::{Mount, WHEELS};
 const MARGIN_M: f64 = 10.0;
 /// Spread of a range, m: the class of a SICK LMS 200. No log says it.
 const RANGE_STD_M: f64 = 0.01;
-/// Length of a tick where the stamps do not tell, s.
-const DT_UNKNOWN_S: f64 = 0.1;
+/// Rate of the ticks where the stamps do not tell, Hz.
+pub(super) const NOMINAL_RATE_HZ: f64 = 10.0;
 
 /// Everything that is said about a recording.
 pub(super) struct Plan {
     pub(super) header: LogHeader,
     pub(super) report: ImportReport,
+    /// Ticks are numbered, for the stamps stand still.
+    pub(super) numbered: bool,
 }
 
 /// Makes header and report, and checks the configuration.
@@ -38,7 +42,7 @@ pub(super) fn plan(
     survey: &Survey,
     drive: &Drive,
 ) -> Result<Plan, ImportError> {
-    let remarks = remarks(survey, drive);
+    let (remarks, findings) = (remarks(survey, drive), findings(survey, drive));
     let stem = stem(input);
     let config = RunConfig {
         scenario: stem.clone(),
@@ -63,13 +67,14 @@ pub(super) fn plan(
             format: "carmen".to_owned(),
             file: file.to_string_lossy().into_owned(),
             remarks: remarks.clone(),
+            findings: findings.clone(),
         },
         config,
         roster: Scenario::usual_participants(),
         on_loss: OnLoss::Abort,
     };
-    let report = report(survey, drive, remarks);
-    Ok(Plan { header, report })
+    let report = report(survey, drive, &header.config, remarks, findings);
+    Ok(Plan { header, report, numbered: survey.flat.is_some() })
 }
 
 /// The file's name without `.gz` and without its last extension, short enough
@@ -85,11 +90,16 @@ fn stem(input: &Path) -> String {
 }
 
 /// Mean time between ticks, within what a configuration allows. It is only
-/// informative: every tick carries its own stamp.
+/// informative where every tick carries its own stamp; where stamps stand still,
+/// it is the time between ticks.
 fn dt_s(survey: &Survey) -> f64 {
     let intervals = survey.ticks().saturating_sub(1);
     let mean_s = (survey.last_stamp_s - survey.first_stamp_s) / intervals as f64;
-    if mean_s.is_finite() && mean_s > 0.0 { mean_s.clamp(1e-6, 10.0) } else { DT_UNKNOWN_S }
+    if mean_s.is_finite() && mean_s > 0.0 {
+        mean_s.clamp(1e-6, 10.0)
+    } else {
+        1.0 / NOMINAL_RATE_HZ
+    }
 }
 
 fn robot() -> RobotConfig {
@@ -117,7 +127,7 @@ fn lidar(survey: &Survey) -> LidarConfig {
         beams: beams as u32,
         first_bearing_rad: -0.5 * PI,
         fov_rad,
-        range_max_m: survey.range_max_m().0,
+        range_max_m: survey.ranges.max().m,
         range_std_m: RANGE_STD_M,
         dropout: 0.0,
         sensor_in_body: SE2::new(survey.mount().offset_m, 0.0, 0.0),
@@ -131,8 +141,18 @@ fn world(name: String, around_m: [f64; 4]) -> WorldSpec {
     WorldSpec { name, bounds, walls: Vec::new() }
 }
 
-fn report(survey: &Survey, drive: &Drive, remarks: Vec<String>) -> ImportReport {
+fn report(
+    survey: &Survey,
+    drive: &Drive,
+    config: &RunConfig,
+    remarks: Vec<String>,
+    findings: Vec<Finding>,
+) -> ImportReport {
     let wheels = &drive.wheels;
+    let (first_stamp_s, last_stamp_s) = match survey.flat {
+        None => (survey.first_stamp_s, survey.last_stamp_s),
+        Some(_) => (config.dt_s, survey.ticks() as f64 * config.dt_s),
+    };
     ImportReport {
         lines: survey.lines,
         readings: survey.readings,
@@ -141,8 +161,9 @@ fn report(survey: &Survey, drive: &Drive, remarks: Vec<String>) -> ImportReport 
         anchors: survey.anchors,
         ticks: survey.ticks(),
         beams: survey.beams as u32,
-        first_stamp_s: survey.first_stamp_s,
-        last_stamp_s: survey.last_stamp_s,
+        dt_s: config.dt_s,
+        first_stamp_s,
+        last_stamp_s,
         stamps_backwards: survey.stamps_backwards,
         backwards_max_s: survey.backwards.value,
         backwards_max_line: survey.backwards.line,
@@ -156,6 +177,7 @@ fn report(survey: &Survey, drive: &Drive, remarks: Vec<String>) -> ImportReport 
         skipped: survey.skipped.clone(),
         wheel: WHEELS,
         remarks,
+        findings,
     }
 }
 
@@ -221,6 +243,11 @@ fn at_line(line: u64) -> String {
 }
 
 fn stamps_remark(survey: &Survey) -> String {
+    if survey.flat.is_some() {
+        return format!(
+            "the log's stamps stand still: ticks are numbered in file order at {NOMINAL_RATE_HZ} Hz"
+        );
+    }
     let mut text = "stamps are the log's own (the one before the host's name), ticks stand in \
                     file order"
         .to_owned();
@@ -250,7 +277,7 @@ fn truth_remark(survey: &Survey, drive: &Drive) -> String {
 }
 
 fn lidar_remark(survey: &Survey, drive: &Drive) -> String {
-    let (max_m, known_from) = survey.range_max_m();
+    let RangeMax { m: max_m, known_from, .. } = survey.ranges.max();
     let [nothing, all] = drive.nothing;
     format!(
         "beams are taken to lie from -90 degrees over 180; ranges from {max_m} m on ({known_from}) \

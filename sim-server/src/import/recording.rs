@@ -1,29 +1,14 @@
 //! What the lines mean together: readings, scans, and echoes of scans.
 //!
-//! A log that GMapping corrected holds the path of its best particle: an `ODOM`
-//! line for each pose after a motion update, and for each scan that was matched
-//! a `FLASER` and behind it one more `ODOM` line, which echoes the corrected
-//! pose and whose time was never set (GMapping, gridfastslam/gfsreader.cpp,
-//! `RecordList::printPath`). The `ODOM` lines that follow go on *from that
-//! pose*. So such an echo is no reading of the odometry but an *anchor*, and the
+//! Where a file has echoes (see `preview`), the first `ODOM` line after a `FLASER`
+//! that repeats its first pose digit for digit is no reading of the odometry but
+//! an *anchor*: the `ODOM` lines that follow go on *from that pose*, and the
 //! odometry is the chain of increments, from line to line and across a scan from
 //! the anchor to the next line. Taken as one path the `ODOM` lines would jump
 //! sideways at every scan (up to 17 cm in the log of the Intel Research Lab)
 //! and would never drift. The increments are the robot's own, without the noise
 //! of a particle: in the Intel log 99.6 % of the turns are whole multiples of
 //! one heading step, 6.1455 mrad.
-//!
-//! An `ODOM` line is an anchor if it is the first after a `FLASER`, repeats its
-//! first pose digit for digit, and
-//!
-//! * its stamp cannot be its time: the writer never set it, so it is 0 or the
-//!   bits that happened to lie there (1.08499e-42, or the range of some beam);
-//! * or an anchor was found before: a writer that echoes, echoes every scan.
-//!   Without this clause an echo would be believed whenever the stray bits look
-//!   like a time (they do not in the two logs this was measured on).
-//!
-//! The poses alone do not tell: a robot that stands still repeats the pose of
-//! its scan too, but with a good stamp.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -34,13 +19,6 @@ use super::carmen::{MEND, Message, Stamps, Triple, parse};
 use super::error::{BadField, ImportError, excerpt};
 use super::lines::Lines;
 
-/// How far a stamp may lie before its scan's. In the log of the Intel Research
-/// Lab real stamps fall back by up to 0.9 s.
-const BEFORE_SCAN_S: f64 = 1.0;
-/// How far a stamp may lie behind its scan's.
-const AFTER_SCAN_S: f64 = 3600.0;
-/// Stamps nearer to zero are no times, unless the scan's is the same.
-const TINY_S: f64 = 1e-9;
 /// How many unknown types of message are told apart.
 const MAX_TYPES: usize = 64;
 
@@ -75,36 +53,25 @@ impl Event<'_> {
     }
 }
 
-/// Parameters that matter here, as far as the file has them.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Params {
-    /// `robot_frontlaser_offset`: laser before the axle, m.
-    pub(super) laser_offset_m: Option<f64>,
-    /// `robot_front_laser_max`: ranges from here on mean nothing came back, m.
-    pub(super) laser_max_m: Option<f64>,
-}
-
 /// A CARMEN log, read event by event.
 pub(super) struct Recording {
     lines: Lines,
     ranges_m: Vec<f64>,
-    /// The scan before, until a reading follows: its first pose and its stamp.
-    fresh_scan: Option<(Triple, f64)>,
-    echoes: bool,
-    params: Params,
+    /// First pose of the scan before, until an `ODOM` line follows.
+    fresh_scan: Option<Triple>,
+    has_echoes: bool,
     skipped: BTreeMap<String, u64>,
     two_times: u64,
 }
 
 impl Recording {
-    /// Opens a log, plain or gzip.
-    pub(super) fn open(path: &Path) -> Result<Self, ImportError> {
+    /// Opens a log, plain or gzip; `has_echoes` is what its preview decided.
+    pub(super) fn open(path: &Path, has_echoes: bool) -> Result<Self, ImportError> {
         Ok(Self {
             lines: Lines::open(path)?,
             ranges_m: Vec::new(),
             fresh_scan: None,
-            echoes: false,
-            params: Params::default(),
+            has_echoes,
             skipped: BTreeMap::new(),
             two_times: 0,
         })
@@ -118,11 +85,6 @@ impl Recording {
     /// How many lines were read.
     pub(super) fn line(&self) -> u64 {
         self.lines.line()
-    }
-
-    /// Parameters found so far.
-    pub(super) fn params(&self) -> Params {
-        self.params
     }
 
     /// Messages of types that are not read, and how many of each.
@@ -140,13 +102,12 @@ impl Recording {
         while self.lines.advance()? {
             let (path, line) = (self.lines.path(), self.lines.line());
             match parse(path, line, self.lines.text(), &mut self.ranges_m)? {
-                Message::Blank => {}
+                Message::Blank | Message::Param { .. } => {}
                 Message::Other(name) => count(&mut self.skipped, name),
-                Message::Param { name, value } => self.params.set(name, value),
                 Message::Odom { pose, stamps } => return self.odom(pose, stamps).map(Some),
                 Message::Flaser { pose, odometry, stamps } => {
                     self.two_times += u64::from(stamps.measured_s != stamps.logged_s);
-                    self.fresh_scan = Some((pose, stamps.measured_s));
+                    self.fresh_scan = Some(pose);
                     return Ok(Some(Event::Scan {
                         pose: se2(pose),
                         odometry: (odometry != pose).then(|| se2(odometry)),
@@ -162,11 +123,7 @@ impl Recording {
 
     fn odom(&mut self, pose: Triple, stamps: Stamps) -> Result<Event<'static>, ImportError> {
         let (stamp_s, line) = (stamps.measured_s, self.lines.line());
-        if let Some((scan_pose, scan_s)) = self.fresh_scan.take()
-            && pose == scan_pose
-            && (self.echoes || !is_time_near(stamp_s, scan_s))
-        {
-            self.echoes = true;
+        if self.fresh_scan.take() == Some(pose) && self.has_echoes {
             return Ok(Event::Anchor { pose: se2(pose), line });
         }
         if !stamp_s.is_finite() {
@@ -188,28 +145,7 @@ impl Recording {
     }
 }
 
-impl Params {
-    /// Takes a parameter. A value that is no number is taken for none: what
-    /// depends on it says what it assumes instead.
-    fn set(&mut self, name: &str, value: &str) {
-        let place = match name {
-            "robot_frontlaser_offset" => &mut self.laser_offset_m,
-            "robot_front_laser_max" => &mut self.laser_max_m,
-            _ => return,
-        };
-        let number = value.parse::<f64>().ok();
-        *place = number.filter(|value| value.is_finite());
-    }
-}
-
-/// Whether a reading right after a scan can have this stamp.
-fn is_time_near(stamp_s: f64, scan_s: f64) -> bool {
-    let tiny = stamp_s.abs() < TINY_S && stamp_s != scan_s;
-    let near = stamp_s >= scan_s - BEFORE_SCAN_S && stamp_s <= scan_s + AFTER_SCAN_S;
-    near && !tiny
-}
-
-fn se2([x_m, y_m, theta_rad]: Triple) -> SE2 {
+pub(super) fn se2([x_m, y_m, theta_rad]: Triple) -> SE2 {
     SE2::new(x_m, y_m, theta_rad)
 }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use rusty_contract::log::Finding;
 use rusty_geometry::{DiffDrive, tick_length};
 use serde::Serialize;
 
@@ -24,9 +25,12 @@ pub struct ImportReport {
     pub ticks: u64,
     /// Ranges per scan; 0 without scans.
     pub beams: u32,
-    /// Stamp of the first tick, as in the recording.
+    /// Mean length of a tick.
+    pub dt_s: f64,
+    /// Time of the first tick: its stamp in the recording, unless stamps stand
+    /// still.
     pub first_stamp_s: f64,
-    /// Stamp of the last tick, as in the recording.
+    /// Time of the last tick.
     pub last_stamp_s: f64,
     /// Ticks whose stamp is earlier than the one before.
     pub stamps_backwards: u64,
@@ -55,12 +59,14 @@ pub struct ImportReport {
     pub wheel: DiffDrive,
     /// The remarks that the run log carries.
     pub remarks: Vec<String>,
+    /// The findings that the run log carries.
+    pub findings: Vec<Finding>,
 }
 
 impl fmt::Display for ImportReport {
     /// A few lines, without a newline at the end.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let span_s = self.last_stamp_s - self.first_stamp_s;
+        let span_s = self.last_stamp_s - self.first_stamp_s + self.dt_s;
         writeln!(f, "read       {} lines", self.lines)?;
         writeln!(f, "odometry   {} readings, {:.2} m driven", self.readings, self.distance_m)?;
         match self.beams {
@@ -95,6 +101,9 @@ impl fmt::Display for ImportReport {
             let list: Vec<String> =
                 self.skipped.iter().map(|(name, n)| format!("{name} {n}")).collect();
             writeln!(f, "skipped    {}", list.join(", "))?;
+        }
+        for finding in &self.findings {
+            writeln!(f, "finding    {finding}")?;
         }
         write!(
             f,

@@ -2,9 +2,9 @@
 //!
 //! The header of a run log comes first and says what only the whole recording
 //! tells: how many ticks, how large the scans, where the robot starts. So the
-//! file is read three times, and memory never holds more than one line:
-//! [`look`] counts and measures, [`drive`] turns the wheels, and the third
-//! reading (in `convert`) writes.
+//! file is read four times, and memory never holds more than one line:
+//! the preview decides how lines are understood, [`look`] counts and measures,
+//! [`drive`] turns the wheels, and the last reading (in `convert`) writes.
 
 use std::collections::BTreeMap;
 
@@ -12,16 +12,11 @@ use rusty_geometry::{SE2, trig};
 
 use super::Progress;
 use super::error::ImportError;
-use super::recording::{Event, Params, Recording};
+use super::judge::Judge;
+use super::preview::{Params, Preview, StampIntervals};
+use super::ranges::Ranges;
+use super::recording::{Event, Recording};
 use super::wheels::{LeverFit, Mount, Peak, Wheels};
-
-/// Lowest of the codes by which a SICK LMS says that nothing usable came back,
-/// in its centimetre mode: 8183 (beyond the maximum) up to 8191 (not valid).
-const SICK_NOTHING_M: f64 = 81.83;
-/// Highest of these codes.
-const SICK_NOT_VALID_M: f64 = 81.91;
-/// Half a centimetre: the last digit of such a range.
-const SICK_HALF_DIGIT_M: f64 = 0.005;
 
 /// What a recording holds.
 #[derive(Debug, Default)]
@@ -41,8 +36,10 @@ pub(super) struct Survey {
     pub(super) stamps_backwards: u64,
     /// Largest fall of a stamp, s.
     pub(super) backwards: Peak,
-    largest_range_m: Option<f64>,
+    pub(super) ranges: Ranges,
     pub(super) params: Params,
+    /// The stamps' intervals, if the stamps stand still.
+    pub(super) flat: Option<StampIntervals>,
     pub(super) two_times: u64,
     pub(super) skipped: BTreeMap<String, u64>,
     lever: LeverFit,
@@ -51,16 +48,22 @@ pub(super) struct Survey {
 /// Reads a recording once, for its facts.
 pub(super) fn look(
     recording: &mut Recording,
+    preview: &Preview,
     progress: &mut Progress<'_>,
 ) -> Result<Survey, ImportError> {
-    let mut survey = Survey::default();
+    let params = preview.params;
+    let mut survey = Survey {
+        params,
+        flat: preview.flat(),
+        ranges: Ranges::new(params.laser_max_m),
+        ..Survey::default()
+    };
     let path = recording.path().to_owned();
     while let Some(event) = recording.next_event()? {
         progress.at(event.line());
         survey.take(&event, &path)?;
     }
     survey.lines = recording.line();
-    survey.params = recording.params();
     survey.two_times = recording.two_times();
     survey.skipped = recording.skipped().clone();
     Ok(survey)
@@ -75,17 +78,21 @@ impl Survey {
                 self.readings += 1;
                 self.stamp(*stamp_s, *line);
             }
-            Event::Scan { odometry, stamp_s, ranges_m, line, .. } => {
+            Event::Scan { pose, odometry, stamp_s, ranges_m, line } => {
                 self.scans += 1;
                 self.scans_with_odometry += u64::from(odometry.is_some());
                 self.stamp(*stamp_s, *line);
                 self.scan(ranges_m, *line, path)?;
+                self.ranges.take(ranges_m, pose);
             }
         }
         Ok(())
     }
 
     fn stamp(&mut self, stamp_s: f64, line: u64) {
+        if self.flat.is_some() {
+            return;
+        }
         if !self.last_stamp_known {
             self.first_stamp_s = stamp_s;
             self.last_stamp_known = true;
@@ -110,9 +117,6 @@ impl Survey {
                 first: self.beams,
             });
         }
-        for range_m in ranges_m.iter().copied().filter(|r| r.is_finite()) {
-            self.largest_range_m = Some(self.largest_range_m.map_or(range_m, |m| m.max(range_m)));
-        }
         Ok(())
     }
 
@@ -129,23 +133,6 @@ impl Survey {
     /// How far before the axle the odometry's poses move, m, if it can be told.
     pub(super) fn arm_m(&self) -> Option<f64> {
         self.lever.arm_m()
-    }
-
-    /// Range from which on nothing came back, m, and where that is known from:
-    /// the log's own parameter, else the codes of the SICK LMS, else the
-    /// largest range there is.
-    pub(super) fn range_max_m(&self) -> (f64, &'static str) {
-        let credible = |m: &f64| *m >= 1e-3 && *m <= 1e4;
-        let largest_m = self.largest_range_m.filter(credible);
-        let is_sick = |m: f64| {
-            m > SICK_NOTHING_M - SICK_HALF_DIGIT_M && m < SICK_NOT_VALID_M + SICK_HALF_DIGIT_M
-        };
-        match (self.params.laser_max_m.filter(credible), largest_m) {
-            (Some(m), _) => (m, "the log's robot_front_laser_max"),
-            (None, Some(m)) if is_sick(m) => (SICK_NOTHING_M, "the SICK LMS's lowest error code"),
-            (None, Some(m)) => (m, "the largest range in the log"),
-            (None, None) => (SICK_NOT_VALID_M, "assumed"),
-        }
     }
 
     /// What the poses of this file are poses of.
@@ -180,6 +167,8 @@ pub(super) struct Drive {
     pub(super) nothing: [u64; 2],
     /// Largest distance between a scan's pose and the odometry's, m.
     pub(super) correction: Peak,
+    /// Odometry compared with the corrected path.
+    pub(super) judge: Judge,
 }
 
 /// Reads a recording once, turning the wheels.
@@ -194,6 +183,7 @@ pub(super) fn drive(
     let (mut first, mut last, mut first_pose) = (None, None, None);
     let mut nothing = [0, 0];
     let mut correction = Peak::default();
+    let mut judge = Judge::default();
     while let Some(event) = recording.next_event()? {
         let line = event.line();
         progress.at(line);
@@ -202,6 +192,7 @@ pub(super) fn drive(
             nothing = [nothing[0] + none as u64, nothing[1] + ranges_m.len() as u64];
         }
         let tick = wheels.take(&event);
+        judge.take(&event, tick.and_then(|tick| tick.truth));
         first_pose = first_pose.or(wheels.last());
         if let Some(pose) = wheels.last() {
             widen(&mut odometry_m, &pose);
@@ -227,6 +218,7 @@ pub(super) fn drive(
         start,
         nothing,
         correction,
+        judge,
     })
 }
 
@@ -239,6 +231,7 @@ fn widen(box_m: &mut [f64; 4], pose: &SE2) {
     box_m[3] = box_m[3].max(pose.y());
 }
 
-fn distance_m(a: &SE2, b: &SE2) -> f64 {
+/// Distance between two positions, m.
+pub(super) fn distance_m(a: &SE2, b: &SE2) -> f64 {
     trig::hypot(a.x() - b.x(), a.y() - b.y())
 }

@@ -1,7 +1,10 @@
-//! Small logs for every rule, and the two real ones.
+//! Small logs for every rule, and the real ones.
 
 mod counts;
+mod echoes;
 mod errors;
+mod findings;
+mod ranges;
 mod real;
 mod rules;
 
@@ -11,7 +14,7 @@ use std::path::Path;
 use rusty_contract::log::{Ending, LogHeader, LogReader, Read, TickRecord};
 use rusty_contract::{Frame, RunDigest, TruthKey};
 
-use super::{ImportError, ImportReport, import_carmen};
+use super::{ImportError, ImportOptions, ImportReport, import_carmen};
 
 /// An import and what its log reads back as.
 struct Imported {
@@ -39,7 +42,8 @@ fn import_text(text: &str) -> Result<Imported, ImportError> {
 
 fn import_file(input: &Path, output: &Path) -> Result<Imported, ImportError> {
     let mut told = Vec::new();
-    let report = import_carmen(input, output, "test 1.0", &mut |n| told.push(n))?;
+    let options = ImportOptions { writer: "test 1.0", strict: false };
+    let report = import_carmen(input, output, options, &mut |n| told.push(n))?;
     assert!(told.is_sorted(), "{told:?}");
     assert_eq!(told.last(), Some(&report.lines));
     let (header, ticks) = read_back(output);

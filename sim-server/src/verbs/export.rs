@@ -11,7 +11,7 @@ use super::{Verbed, print_json};
 use crate::cli::{ExportArgs, ExportVerb};
 use crate::error::VerbError;
 use crate::export::tum::Tum;
-use crate::export::{Exported, csv};
+use crate::export::{Exported, StampOrder, csv};
 use crate::output::{errln, outln};
 
 /// Exports a log: exit 0, or 3 if something of it is missing or suspect.
@@ -54,6 +54,16 @@ fn say(exported: &Exported, json: bool, wants_truth: bool) {
         let damaged = exported.walked.damaged_records;
         errln!("{log}: the checksums of {damaged} records fail; their values are suspect");
     }
+    let StampOrder { stamps_repeated: repeated, stamps_backwards: backwards, .. } = exported.stamps;
+    if wants_truth && repeated > 0 {
+        errln!(
+            "{log}: {repeated} ticks have the stamp of the tick before, and evo confuses poses of \
+             one stamp; import the recording again, or measure with `score --log {log}`"
+        );
+    }
+    if wants_truth && backwards > 0 {
+        errln!("{log}: {backwards} ticks have an earlier stamp than the tick before");
+    }
     if json {
         print_json(exported);
         return;
@@ -67,7 +77,7 @@ fn say(exported: &Exported, json: bool, wants_truth: bool) {
         exported.files.iter().find(|f| is(f.estimator.as_deref())).map(|f| &f.path)
     };
     if let (true, Some(truth), Some(estimate)) =
-        (wants_truth, of(|e| e.is_none()), of(|e| e.is_some()))
+        (wants_truth && repeated == 0, of(|e| e.is_none()), of(|e| e.is_some()))
     {
         outln!("measure   evo_ape tum {truth} {estimate}");
     }

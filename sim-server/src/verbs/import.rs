@@ -8,7 +8,7 @@ use rusty_contract::Exit;
 use super::launch::writer;
 use super::{Verbed, print_json};
 use crate::cli::CarmenArgs;
-use crate::import;
+use crate::import::{self, ImportOptions};
 
 /// Lines between two words of progress.
 const LINES_BETWEEN_WORDS: u64 = 50_000;
@@ -24,7 +24,8 @@ pub fn import_carmen(args: &CarmenArgs) -> Verbed {
             errln!("  {lines} lines");
         }
     };
-    let report = import::import_carmen(&args.input, &args.output, &writer(), &mut progress)?;
+    let options = ImportOptions { writer: &writer(), strict: args.strict };
+    let report = import::import_carmen(&args.input, &args.output, options, &mut progress)?;
     if args.json {
         print_json(&report);
     } else {

@@ -152,10 +152,13 @@ fn print_header(header: &LogHeader) {
     outln!("scenario  {}", config.scenario);
     outln!("writer    {}", header.writer);
     match &header.source {
-        Source::Recorded { format, file, remarks } => {
+        Source::Recorded { format, file, remarks, findings } => {
             outln!("source    {file} ({format})");
             for remark in remarks {
                 outln!("          {remark}");
+            }
+            for finding in findings {
+                outln!("finding   {finding}");
             }
         }
         Source::Blind { of, ticks, .. } => {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rusty_contract::log::{Ending, LogReader, Read};
-use sim_server::import::import_carmen;
+use sim_server::import::{ImportOptions, import_carmen};
 
 /// Words of the format.
 pub const WORDS: [&str; 14] = [
@@ -41,7 +41,8 @@ pub fn carmen(bytes: &[u8]) -> bool {
         FOLDER.with(|folder| (folder.path().join("in.log"), folder.path().join("out.log")));
     std::fs::write(&input, bytes).expect("a file can be written");
     let mut lines = 0;
-    let Ok(report) = import_carmen(&input, &output, "fuzz", &mut |done| lines = done) else {
+    let options = ImportOptions { writer: "fuzz", strict: false };
+    let Ok(report) = import_carmen(&input, &output, options, &mut |done| lines = done) else {
         return false;
     };
     assert_eq!(report.lines, lines, "progress ends with the last line");

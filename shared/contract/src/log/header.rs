@@ -3,6 +3,7 @@
 use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
 
+use super::Finding;
 use crate::config::{Kidnapping, RunConfig};
 use crate::scenario::{OnLoss, Participant, Scenario, ScenarioError};
 
@@ -42,6 +43,9 @@ pub enum Source {
         file: String,
         /// What a reader should know of the conversion.
         remarks: Vec<String>,
+        /// Defects of the recording.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        findings: Vec<Finding>,
     },
     /// Sealed: frames and replies of another log, without its truth. See
     /// [`crate::blind`].
@@ -105,6 +109,15 @@ impl LogHeader {
         };
         let before = before.iter().filter(move |k| k.tick < at_tick);
         before.chain(self.config.kidnappings.iter().filter(move |k| k.tick >= at_tick))
+    }
+
+    /// Defects of the recording; empty for everything else.
+    #[must_use]
+    pub fn findings(&self) -> &[Finding] {
+        match &self.source {
+            Source::Recorded { findings, .. } => findings,
+            _ => &[],
+        }
     }
 
     /// Whether the truth was taken out of this log.

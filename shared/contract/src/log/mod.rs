@@ -21,6 +21,7 @@
 //!
 //! [postcard]: https://postcard.jamesmunns.com/wire-format
 
+mod finding;
 mod header;
 mod reader;
 mod record;
@@ -29,6 +30,7 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
+pub use finding::Finding;
 pub use header::{LogHeader, Source};
 pub use reader::{Ending, LogReader, Read, ReadEntry};
 pub use record::{Entry, EntryRef, TickRecord, TickRef, Trailer};

@@ -5,7 +5,7 @@ use flate2::write::GzEncoder;
 use std::io::Write as _;
 
 use super::{flaser, import_bytes, import_file, import_text, odom};
-use crate::import::import_carmen;
+use crate::import::{ImportOptions, import_carmen};
 
 const HERE: [f64; 3] = [0.0, 0.0, 0.0];
 
@@ -130,7 +130,8 @@ fn files_that_cannot_be_used_are_named() {
     let output = folder.path().join("good.runlog");
     std::fs::write(&good, odom(HERE, 1.0)).unwrap();
     let import = |input: &std::path::Path, output: &std::path::Path| {
-        import_carmen(input, output, "test", &mut |_| ()).unwrap_err().to_string()
+        let options = ImportOptions { writer: "test", strict: false };
+        import_carmen(input, output, options, &mut |_| ()).unwrap_err().to_string()
     };
     let error = import(&folder.path().join("absent.log"), &output);
     assert!(error.contains("absent.log: ") && error.contains("give the path"), "{error}");

@@ -1,9 +1,10 @@
-//! The two real logs, where they are: they stay outside the repository.
+//! The real logs, where they are: they stay outside the repository.
 
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 
 use flate2::read::GzDecoder;
+use rusty_contract::log::Finding;
 use rusty_geometry::{SE2, odometry_delta};
 
 use super::super::wheels::WHEELS;
@@ -77,16 +78,19 @@ fn plainly(path: &Path) -> Vec<Expected> {
     list
 }
 
-/// Stamps and ranges bit for bit; every increment within 0.1 mm of its Δs and
+/// Stamps (where they stand still, the times of ticks at the nominal rate) and
+/// ranges bit for bit; every increment within 0.1 mm of its Δs and
 /// of each wheel's travel; truth where the file has it, seen from the body.
 fn assert_kept(imported: &Imported, path: &Path, laser_offset_m: f64) {
     let expected = plainly(path);
     assert_eq!(imported.ticks.len(), expected.len());
     let dt_s = imported.header.config.dt_s;
     let to_body = SE2::new(-laser_offset_m, 0.0, 0.0);
+    let is_flat = imported.report.findings.iter().any(|f| matches!(f, Finding::FlatStamps { .. }));
     let mut before = None;
     for (tick, wanted) in imported.ticks.iter().zip(&expected) {
-        assert_eq!(tick.time_s(dt_s).to_bits(), wanted.stamp_s.to_bits());
+        let time_s = if is_flat { (tick.tick + 1) as f64 * dt_s } else { wanted.stamp_s };
+        assert_eq!(tick.time_s(dt_s).to_bits(), time_s.to_bits());
         assert_eq!(tick.ranges_m, wanted.ranges_m);
         assert_eq!(tick.truth.is_some(), wanted.truth.is_some());
         if let (Some(found), Some([x, y, theta])) = (tick.pose_in_world(), wanted.truth) {
@@ -127,6 +131,7 @@ fn intel_is_imported_whole() {
     assert!((report.end_error_m.unwrap() - 61.257).abs() < 0.1);
     assert_eq!(imported.header.config.lidar.range_max_m, 81.83);
     assert_eq!(imported.header.config.scenario, "intel-corrected");
+    assert_eq!(report.findings, []);
     assert_kept(&imported, &path, 0.0);
 }
 
@@ -147,5 +152,79 @@ fn freiburg_is_imported_whole_and_its_poses_are_the_lasers() {
     let lidar = imported.header.config.lidar;
     assert_eq!(lidar.sensor_in_body, SE2::new(-0.04, 0.0, 0.0));
     assert_eq!((lidar.range_max_m, lidar.beams), (80.99, 360));
+    assert_eq!(report.findings, []);
     assert_kept(&imported, &path, -0.04);
+}
+
+#[test]
+fn csail_has_stamps_that_stand_still() {
+    let Some(path) = log("csail-corrected.log.gz") else {
+        return;
+    };
+    let imported = import_log(&path);
+    let report = &imported.report;
+    assert_eq!((report.readings, report.anchors, report.scans), (1988, 406, 406));
+    assert_eq!((report.ticks, report.beams, report.stamps_backwards), (2394, 361, 0));
+    let [
+        Finding::FlatStamps { standing: 404, intervals: 405, nominal_rate_hz: 10.0 },
+        Finding::Sideways { total_m, odometry_m, max_m, line: 2690 },
+    ] = report.findings[..]
+    else {
+        panic!("{:?}", report.findings);
+    };
+    assert!((total_m - 25.453).abs() < 1e-3 && (max_m - 0.3872).abs() < 1e-4);
+    assert!((odometry_m - 371.980).abs() < 1e-3);
+    assert_eq!((report.dt_s, report.first_stamp_s, report.last_stamp_s), (0.1, 0.1, 239.4));
+    // 50 m by its parameter; 81.91 m, the code, is beyond it and doubts nothing.
+    assert_eq!(imported.header.config.lidar.range_max_m, 50.0);
+    assert_kept(&imported, &path, 0.0);
+}
+
+#[test]
+fn edmonton_has_a_maximum_that_is_too_small() {
+    let Some(path) = log("edmonton-corrected.log.gz") else {
+        return;
+    };
+    let imported = import_log(&path);
+    let report = &imported.report;
+    assert_eq!((report.readings, report.anchors, report.scans), (6011, 340, 340));
+    let [
+        Finding::Sideways { total_m, .. },
+        Finding::RangeMaxDoubted { parameter_m: 10.0, exceeding, ranges: 61_200, used_m: 51.09 },
+    ] = report.findings[..]
+    else {
+        panic!("{:?}", report.findings);
+    };
+    assert!((total_m - 26.518).abs() < 1e-3, "{total_m}");
+    // Of 21211 ranges of 10 m and more 3367 are codes.
+    assert_eq!(exceeding, 21_211 - 3367);
+    assert_eq!(imported.header.config.lidar.range_max_m, 51.09);
+    assert_kept(&imported, &path, 0.0);
+}
+
+#[test]
+fn orebro_has_almost_no_odometry() {
+    let Some(path) = log("orebro-corrected.log.gz") else {
+        return;
+    };
+    let imported = import_log(&path);
+    let report = &imported.report;
+    assert_eq!((report.readings, report.anchors, report.scans), (18, 237, 237));
+    let [
+        Finding::NoOdometry {
+            missing: 219, intervals: 236, line: 130, turn_rad, gap_s: None, ..
+        },
+        Finding::ShortOdometry { odometry_m, path_m },
+        Finding::FlatStamps { standing: 236, intervals: 236, nominal_rate_hz: 10.0 },
+        Finding::Sideways { line: 193, .. },
+    ] = report.findings[..]
+    else {
+        panic!("{:?}", report.findings);
+    };
+    assert!((turn_rad.to_degrees() - 76.474).abs() < 1e-3, "{turn_rad}");
+    assert!((odometry_m - 39.898).abs() < 1e-3 && (path_m - 221.4).abs() < 1.0, "{path_m}");
+    // The codes of 15 bits of millimetres.
+    assert_eq!(imported.header.config.lidar.range_max_m, 32.759);
+    assert_eq!((report.first_stamp_s, report.last_stamp_s), (0.1, 25.5));
+    assert_kept(&imported, &path, 0.0);
 }
