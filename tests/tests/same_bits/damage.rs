@@ -85,7 +85,7 @@ fn a_damaged_log_that_is_played_blames_nobody() {
         flipped[at] ^= 1 << bit;
         let copy = run.write("flipped.log", &flipped);
         let out = run.folder.path().join("played");
-        let args = ["--json", "--run", "", "--out", out.to_str().unwrap()];
+        let args = ["--json", "--force", "--run", "", "--out", out.to_str().unwrap()];
         let name = rusty_tests::fresh_run("blame");
         let args = args.map(|arg| if arg.is_empty() { name.as_str() } else { arg });
         let ended = verb("replay", &[&copy], &args);
