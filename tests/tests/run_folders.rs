@@ -203,6 +203,43 @@ fn the_marker_of_a_blind_log_s_replay_names_no_seed() {
 }
 
 #[test]
+fn a_score_of_a_log_writes_nothing_unasked_and_over_nothing_unforced() {
+    let place = folder();
+    let lab = place.path().join("lab");
+    launch("lab", &lab, &TICKS);
+    let (before, log) = (snapshot(&lab), lab.join("run.log"));
+    let table = Process::start("score", &["--log", arg(&log)]).wait().expect(0).stdout;
+    assert!(table.contains("dead-reckoning"), "{table}");
+    assert!(snapshot(&lab) == before);
+    for client in ["score", "logger"] {
+        let to = place.path().join(client);
+        let again = |more: &[&str]| {
+            let args = ["--log", arg(&log), "--out", arg(&to)];
+            Process::start(client, &[&args[..], more].concat()).wait()
+        };
+        again(&[]).expect(0);
+        let written = snapshot(&to);
+        let refused = again(&[]).expect(2);
+        assert!(refused.stderr.contains("--force"), "{}", refused.stderr);
+        assert!(snapshot(&to) == written);
+        again(&["--force"]).expect(0);
+    }
+    // Nor does a filter: its answers and its map.
+    let [csv, map] = ["answers.csv", "map"].map(|name| place.path().join(name));
+    for (program, option, path, file) in
+        [("dead-reckoning", "--out", &csv, "answers.csv"), ("gridmap", "--save", &map, "map.pgm")]
+    {
+        let file = place.path().join(file);
+        fs::write(&file, "mine").unwrap();
+        let args = ["--log", arg(&log), option, arg(path)];
+        Process::start(program, &args).wait().expect(2);
+        assert_eq!(fs::read(&file).unwrap(), b"mine");
+        Process::start(program, &[&args[..], &["--force"]].concat()).wait().expect(0);
+        assert_ne!(fs::read(&file).unwrap(), b"mine");
+    }
+}
+
+#[test]
 fn an_import_and_a_drawing_replace_nothing_unforced() {
     let place = folder();
     let at = |name: &str| place.path().join(name);

@@ -44,6 +44,8 @@ pub struct RunTrace {
     /// What filters showed of what they held possible, as far as it came
     /// ([`super::beliefs`]); most runs have none.
     pub beliefs: Vec<BeliefTrack>,
+    /// Whether it was read from a log, which does not hold everything.
+    pub from_log: bool,
 }
 
 /// A run in figures.
@@ -77,6 +79,7 @@ impl RunTrace {
             thinned_from: None,
             stops: Vec::new(),
             beliefs: Vec::new(),
+            from_log: false,
             names,
         }
     }
@@ -182,6 +185,7 @@ pub(crate) mod tests {
             thinned_from: None,
             stops: Vec::new(),
             beliefs: Vec::new(),
+            from_log: false,
         }
     }
 
