@@ -31,8 +31,9 @@ use crate::witness::{Ending, Step, Witness};
 use crate::{ClientArgs, ClientError};
 use shown::{Shown, file_name};
 
-/// Compares every estimate with the truth; at the end writes [`FILES`] and prints
-/// the table. On a log without `--out` it prints the table only.
+/// Compares every estimate with the truth; at the end writes `score.json`,
+/// `report.html`, `report.svg` and `report.png`, and prints the table. On a log
+/// without `--out` it prints the table only.
 pub struct Scorer {
     folder: Option<PathBuf>,
     /// Whether it works on a log.
@@ -175,13 +176,15 @@ impl Scorer {
             false => Some(output_folder(brief, args)?),
         };
         if let (Some(folder), Some(_)) = (&folder, &args.out) {
-            FILES.iter().try_for_each(|file| args.check_free(&folder.join(file)))?;
+            let kept = brief.header.answering().filter(|_| !from_log).map(|p| file_name(&p.name));
+            let mut all = FILES.map(str::to_owned).into_iter().chain(kept);
+            all.try_for_each(|file| args.check_free(&folder.join(file)))?;
         }
         let mut beliefs = BeliefKeeper::default();
         let read = |file: &PathBuf| Shown::read(file, &brief.header.config.scenario, &mut beliefs);
         let mut shown: Vec<Shown> = args.beliefs.iter().map(read).collect::<Result<_, _>>()?;
         Shown::check_names(&shown)?;
-        if let Some(log) = &args.log {
+        if let (Some(log), Some(_)) = (&args.log, &folder) {
             Shown::find(log, &brief.header, &mut shown, &mut beliefs);
         }
         let names: Vec<String> = brief.header.answering().map(|p| p.name.clone()).collect();
