@@ -1,11 +1,13 @@
 //! The command line that every participant shares.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser};
 use rusty_contract::RunName;
 use rusty_link::WaitPolicy;
+
+use crate::ClientError;
 
 /// How a participant takes part: in a run (`--run`), or on a log (`--log`).
 #[derive(Args, Clone, Debug, Default)]
@@ -41,6 +43,10 @@ pub struct ClientArgs {
     /// there as CSV (default: stdout), a scorer or logger its files
     #[arg(long, value_name = "PATH")]
     pub out: Option<PathBuf>,
+
+    /// Replace files that are there
+    #[arg(long)]
+    pub force: bool,
 
     /// On a log, a filter writes what it holds possible (particles, a histogram)
     /// to this file; a scorer reads such files and draws them
@@ -96,6 +102,20 @@ impl ClientArgs {
         }
     }
 
+    /// Checks that a file which the command line names is not replaced unasked. A
+    /// launcher chooses files that are its own to replace.
+    ///
+    /// # Errors
+    /// [`ClientError::InTheWay`] if there is a file already.
+    pub fn check_free(&self, path: &Path) -> Result<(), ClientError> {
+        // Devices and pipes are written to, not replaced.
+        let is_file = std::fs::metadata(path).is_ok_and(|found| found.is_file());
+        match is_file && !self.force && self.launcher.is_none() {
+            true => Err(ClientError::InTheWay { path: path.display().to_string() }),
+            false => Ok(()),
+        }
+    }
+
     /// The name in the roster: `--name`, or the program's.
     #[must_use]
     pub fn name(&self) -> String {
@@ -113,6 +133,26 @@ mod tests {
 
     fn parse(arguments: &[&str]) -> Result<ClientArgs, Usage> {
         ClientArgs::parse_from(arguments.iter().map(OsString::from))
+    }
+
+    #[test]
+    fn a_file_is_replaced_only_if_that_is_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("x.csv");
+        let free = |args: &[&str], path: &Path| {
+            parse(&[&["x", "--log", "l"], args].concat()).unwrap().check_free(path)
+        };
+        free(&[], &file).unwrap();
+        std::fs::write(&file, "").unwrap();
+        assert!(matches!(free(&[], &file), Err(ClientError::InTheWay { .. })));
+        for (args, path) in [
+            (&["--force"][..], file.as_path()),
+            (&["--launcher", "1"], &file),
+            (&[], folder.path()),
+            (&[], Path::new("/dev/null")),
+        ] {
+            free(args, path).unwrap();
+        }
     }
 
     #[test]

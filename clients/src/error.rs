@@ -48,6 +48,12 @@ pub enum ClientError {
         /// What it said.
         error: std::io::Error,
     },
+    /// A file is there already.
+    #[error("{path} is there already; give another path, or replace it with --force")]
+    InTheWay {
+        /// The file.
+        path: String,
+    },
     /// A log cannot be written any further.
     #[error(
         "{path}: {error}; {ticks} ticks had been taken, and the log reads up to the last one that is whole in it: make room there, or give the logger another folder with --out, and run again"
@@ -105,7 +111,7 @@ impl ClientError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
-            Self::Argument(_) | Self::ShowsNone(_) => Exit::Usage,
+            Self::Argument(_) | Self::ShowsNone(_) | Self::InTheWay { .. } => Exit::Usage,
             Self::Link(LinkError::Dropped { .. }) => Exit::Lost,
             _ => Exit::Failed,
         }

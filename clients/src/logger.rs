@@ -81,6 +81,10 @@ impl Witness for Logger {
             let text = format!("{path} is the log being read; give another folder with --out");
             return Err(ClientError::Unusable(text));
         }
+        let chosen = args.out.is_some() || args.log.is_some();
+        if chosen && start.catch_up.is_none() {
+            args.check_free(&path)?;
+        }
         let again = start.catch_up.as_ref().map(|c| (path.with_extension("log.again"), c.ticks));
         let file = again.as_ref().map_or(&path, |(file, _)| file);
         // A file that may grow no further (`ulimit -f`) is an error like others,

@@ -1,5 +1,6 @@
 //! The scorer: compares every estimate with the truth, draws the run and writes
-//! its report.
+//! its report. In a run it also keeps the beliefs that it draws, in a file for
+//! each filter, because a log does not hold them; on a log it looks for those files.
 //!
 //! It takes no more memory for a longer run: the figures are sums
 //! ([`Meter`]), and of a very long run not every tick is drawn ([`TraceKeeper`]).
@@ -11,6 +12,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::belief::tidy;
+use rusty_contract::digest::observable_of;
 use rusty_contract::log::{LogHeader, Source};
 use rusty_contract::score::ScoreTable;
 use rusty_contract::{BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport};
@@ -24,14 +26,18 @@ use crate::scoring::{
     BeliefKeeper, BeliefMoment, Given, Held, Meter, Moment, Planned, RunTrace, TraceKeeper,
     Yardstick, svg,
 };
+use crate::showing::{belief_file, failure};
 use crate::witness::{Ending, Step, Witness};
 use crate::{ClientArgs, ClientError};
-use shown::Shown;
+use shown::{Shown, file_name};
 
 /// Compares every estimate with the truth; at the end writes `score.json`,
-/// `report.html`, `report.svg` and `report.png`, and prints the table.
+/// `report.html`, `report.svg` and `report.png`, and prints the table. On a log
+/// without `--out` it prints the table only.
 pub struct Scorer {
-    folder: PathBuf,
+    folder: Option<PathBuf>,
+    /// Whether it works on a log.
+    from_log: bool,
     header: LogHeader,
     keeper: TraceKeeper,
     beliefs: BeliefKeeper,
@@ -47,6 +53,9 @@ pub struct Scorer {
     /// The first tick that it has not seen.
     next_tick: u64,
 }
+
+/// The files of a score.
+const FILES: [&str; 4] = ["score.json", "report.html", "report.svg", "report.png"];
 
 /// A filter may be so many ticks ahead of a scorer that nobody waits for.
 const AHEAD_TICKS: u64 = 1000;
@@ -72,7 +81,10 @@ impl Witness for Scorer {
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         self.beliefs.close(step.frame.tick());
         self.next_tick = step.frame.tick() + 1;
-        self.shown.iter_mut().try_for_each(|shown| shown.check(step.frame))?;
+        if !self.from_log {
+            self.beliefs.seen(step.frame.tick(), observable_of(step.frame));
+        }
+        self.check_shown(|shown| shown.check(step.frame))?;
         // A late estimate is judged as late as it is.
         let (tick, has_scan) = (step.frame.tick(), step.frame.ranges_m().is_some());
         self.effects.close(tick, has_scan, step.replies.iter().copied());
@@ -102,9 +114,10 @@ impl Witness for Scorer {
         // Without a truth there is no figure, and a distance of 0 m is none.
         let unscored = (whole.ticks_with_truth == 0).then(|| self.why_unscored());
         let is_whole = matches!(ending, Ending::LogEnd);
-        self.shown.iter().try_for_each(|shown| shown.finish(is_whole))?;
+        self.check_shown(|shown| shown.finish(is_whole))?;
         let mut trace = self.keeper.finish(whole);
         trace.beliefs = self.beliefs.finish(&trace.names);
+        trace.from_log = self.from_log;
         let scores = if unscored.is_none() { self.meter.scores(&trace) } else { Vec::new() };
         trace.digest = self.digest.run_hex();
         let mut report = ScoreReport {
@@ -119,12 +132,16 @@ impl Witness for Scorer {
             pictures: Vec::new(),
             report: None,
         };
-        let drawn = draw(&self.folder, &self.header, &trace, &mut report);
-        // The numbers are written even where the pictures could not be.
-        let path = self.folder.join("score.json");
-        let json = serde_json::to_vec_pretty(&report)
-            .map_err(|e| ClientError::Unusable(format!("the scores cannot be written: {e}")))?;
-        fs::write(&path, json).map_err(ClientError::io(&path))?;
+        let mut drawn = Ok(());
+        if let Some(folder) = &self.folder {
+            drawn = draw(folder, &self.header, &trace, &mut report);
+            drawn = drawn.and(if self.from_log { Ok(()) } else { keep_beliefs(folder, &trace) });
+            // The numbers are written even where the pictures could not be.
+            let path = folder.join("score.json");
+            let json = serde_json::to_vec_pretty(&report)
+                .map_err(|e| ClientError::Unusable(format!("the scores cannot be written: {e}")))?;
+            fs::write(&path, json).map_err(ClientError::io(&path))?;
+        }
         let _ = match &report.unscored {
             Some(why) => writeln!(std::io::stdout(), "unscored: {why}"),
             None => writeln!(std::io::stdout(), "{}", ScoreTable(&report.scores)),
@@ -153,10 +170,23 @@ impl Scorer {
             let text = format!("{log} is blind, nothing in it can be scored: give its --key-file");
             return Err(ClientError::Unusable(text));
         }
+        let from_log = args.log.is_some();
+        let folder = match from_log && args.out.is_none() {
+            true => None,
+            false => Some(output_folder(brief, args)?),
+        };
+        if let (Some(folder), Some(_)) = (&folder, &args.out) {
+            let kept = brief.header.answering().filter(|_| !from_log).map(|p| file_name(&p.name));
+            let mut all = FILES.map(str::to_owned).into_iter().chain(kept);
+            all.try_for_each(|file| args.check_free(&folder.join(file)))?;
+        }
         let mut beliefs = BeliefKeeper::default();
         let read = |file: &PathBuf| Shown::read(file, &brief.header.config.scenario, &mut beliefs);
-        let shown: Vec<Shown> = args.beliefs.iter().map(read).collect::<Result<_, _>>()?;
+        let mut shown: Vec<Shown> = args.beliefs.iter().map(read).collect::<Result<_, _>>()?;
         Shown::check_names(&shown)?;
+        if let (Some(log), Some(_)) = (&args.log, &folder) {
+            Shown::find(log, &brief.header, &mut shown, &mut beliefs);
+        }
         let names: Vec<String> = brief.header.answering().map(|p| p.name.clone()).collect();
         let kidnapped_at = brief.header.kidnappings().map(|k| k.tick).collect();
         // A simulation begins at 0; the stamps of a robot may be the time of day.
@@ -166,7 +196,8 @@ impl Scorer {
         let planned = Planned { ticks, start, kidnapped_at, began_s };
         Ok(Self {
             blind,
-            folder: output_folder(brief, args)?,
+            folder,
+            from_log,
             header: brief.header.clone(),
             keeper: TraceKeeper::new(&brief.header),
             beliefs,
@@ -180,6 +211,27 @@ impl Scorer {
         })
     }
 
+    /// Checks the files of beliefs. One that was found and does not fit is left out.
+    fn check_shown(
+        &mut self,
+        mut fits: impl FnMut(&mut Shown) -> Result<(), ClientError>,
+    ) -> Result<(), ClientError> {
+        let (mut problem, beliefs) = (None, &mut self.beliefs);
+        self.shown.retain_mut(|shown| match fits(shown) {
+            Err(e) if shown.is_found => {
+                beliefs.forget(&shown.name);
+                crate::error::say(format_args!("{e}; it is left out"));
+                false
+            }
+            Err(e) => {
+                problem.get_or_insert(e);
+                true
+            }
+            Ok(()) => true,
+        });
+        problem.map_or(Ok(()), Err)
+    }
+
     fn why_unscored(&self) -> String {
         if self.blind {
             "the frames are those of a blind log, and their truth is in its key: log this run, \
@@ -189,6 +241,20 @@ impl Scorer {
             "no tick of this run has a known truth".to_owned()
         }
     }
+}
+
+/// Writes what is drawn of beliefs to a file for each filter.
+fn keep_beliefs(folder: &Path, trace: &RunTrace) -> Result<(), ClientError> {
+    trace.beliefs.iter().try_for_each(|track| {
+        let path = folder.join(file_name(&track.name));
+        let mut writer = belief_file(&path, &track.name, &trace.scenario)?;
+        for moment in &track.moments {
+            let Some(observable) = moment.observable else { continue };
+            let (at, what) = ((moment.tick, observable), (moment.kind, moment.whole));
+            writer.moment(at, what, &moment.poses()).map_err(failure(&path))?;
+        }
+        writer.finish().map(drop).map_err(failure(&path))
+    })
 }
 
 /// Writes report and pictures, each of them even where another could not be;

@@ -162,18 +162,28 @@ fn create(path: &Path, args: &ClientArgs, start: &Start) -> Result<To, ClientErr
             format!("--beliefs {0}: that is the log being read; give another", path.display());
         return Err(ClientError::Unusable(text));
     }
-    let header = BeliefFileHeader {
-        writer: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned(),
-        name: args.name(),
-        scenario: start.scenario.clone(),
-    };
-    let out = BufWriter::new(File::create(path).map_err(ClientError::io(path))?);
-    let writer = BeliefWriter::new(out, &header).map_err(failure(path))?;
+    args.check_free(path)?;
+    let writer = belief_file(path, &args.name(), &start.scenario)?;
     // A recording has scans when it has them: some for every eight ticks, say.
     let between = if start.scan_every == 0 { 8 } else { start.scan_every };
     let planned = start.ticks / between;
     let every = planned.div_ceil(MOST_MOMENTS as u64).max(1);
     Ok(To::File { path: path.to_owned(), writer, every, seen: 0 })
+}
+
+/// Creates a file for the beliefs of the filter `name`.
+pub(crate) fn belief_file(
+    path: &Path,
+    name: &str,
+    scenario: &str,
+) -> Result<BeliefWriter<BufWriter<File>>, ClientError> {
+    let header = BeliefFileHeader {
+        writer: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned(),
+        name: name.to_owned(),
+        scenario: scenario.to_owned(),
+    };
+    let out = BufWriter::new(File::create(path).map_err(ClientError::io(path))?);
+    BeliefWriter::new(out, &header).map_err(failure(path))
 }
 
 pub(crate) fn failure(path: &Path) -> impl FnOnce(BeliefFileError) -> ClientError {

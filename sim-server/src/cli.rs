@@ -6,6 +6,7 @@ mod compare;
 mod conformance;
 mod control;
 mod export;
+mod runs;
 mod sweep;
 mod umbmark;
 
@@ -19,6 +20,7 @@ pub use compare::CompareArgs;
 pub use conformance::ConformanceArgs;
 pub use control::{ControlArgs, ControlVerb};
 pub use export::{ExportArgs, ExportVerb};
+pub use runs::{RemoveArgs, RunsArgs, RunsVerb};
 pub use sweep::SweepArgs;
 pub use umbmark::UmbmarkArgs;
 
@@ -97,6 +99,8 @@ enum Verb {
     Conformance(ConformanceArgs),
     /// Measure speed, beside what it is to be compared with
     Bench(BenchArgs),
+    /// List the folders of runs, or remove some
+    Runs(RunsArgs),
     /// Remove what dead runs left in shared memory; living ones stay
     Clean(JsonArgs),
     /// Take part in a bench without a protocol (the bench does this)
@@ -116,6 +120,9 @@ pub struct RunArgs {
     /// Folder for log, scores and picture [default: runs/NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Replace the whole folder of a run that is over
+    #[arg(long)]
+    pub force: bool,
     /// Simulated time: max, real, or a factor such as 2.5
     #[arg(long, default_value = "max", value_name = "P")]
     pub pace: Pace,
@@ -296,6 +303,9 @@ pub struct WorldsArgs {
     /// Draw it into this SVG file
     #[arg(long, value_name = "FILE", requires = "name")]
     pub svg: Option<PathBuf>,
+    /// Replace a drawing that is there
+    #[arg(long, requires = "svg")]
+    pub force: bool,
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
@@ -348,6 +358,9 @@ pub struct CarmenArgs {
     /// Refuse a recording that has findings
     #[arg(long)]
     pub strict: bool,
+    /// Replace a run log that is there
+    #[arg(long)]
+    pub force: bool,
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
@@ -377,6 +390,7 @@ pub fn main() -> Exit {
         Verb::Doctor(args) => verbs::doctor(&args),
         Verb::Conformance(args) => verbs::conformance(&args),
         Verb::Bench(args) => verbs::bench(&args.what),
+        Verb::Runs(args) => verbs::runs(&args),
         Verb::Clean(args) => verbs::clean(&args),
         Verb::BenchPeer(args) => verbs::bench_peer(&args),
         Verb::Confined(args) => verbs::confined(&args),

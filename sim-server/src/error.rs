@@ -11,6 +11,7 @@ use thiserror::Error;
 use crate::bench::page::PageError;
 use crate::confine::ConfineError;
 use crate::export::ExportError;
+use crate::folder::FolderError;
 use crate::import::ImportError;
 use crate::run::ChildrenError;
 use crate::scenario_file::SetupError;
@@ -65,6 +66,9 @@ pub enum VerbError {
     /// Shared memory.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// The folder of a run.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
     /// A participant cannot be started.
     #[error(transparent)]
     Children(#[from] ChildrenError),
@@ -78,6 +82,12 @@ pub enum VerbError {
         path: String,
         /// What it said.
         error: std::io::Error,
+    },
+    /// A file is there already.
+    #[error("{path} is there already; give another path, or replace it with --force")]
+    InTheWay {
+        /// The file.
+        path: String,
     },
     /// No randomness for the run's key.
     #[error("the operating system gives no random bytes for the run's key: {0}")]
@@ -143,6 +153,7 @@ impl VerbError {
             Self::Seal(e) => e.exit(),
             Self::Sweep(e) => e.exit(),
             Self::Export(e) => e.exit(),
+            Self::Folder(e) => e.exit(),
             Self::Versus(e) => e.exit(),
             Self::Page(e) => e.exit(),
             Self::Setup(_)
@@ -150,6 +161,7 @@ impl VerbError {
             | Self::Name(_)
             | Self::Sim(_)
             | Self::Lap(_)
+            | Self::InTheWay { .. }
             | Self::NoSuchTick { .. } => Exit::Usage,
             _ => Exit::Failed,
         }

@@ -7,6 +7,7 @@
 //! * [`lockstep`]: the protocol, a state machine without I/O;
 //! * [`run`]: a run, from the first join to the last goodbye;
 //! * [`confine`]: the kernel gate, for participants with a sandbox;
+//! * [`folder`]: folders of runs, one run each;
 //! * [`source`]: where frames come from, the world or a log;
 //! * [`scenario_file`]: scenarios, built in or in files;
 //! * [`compare`]: two ticks, or documents, field by field;
@@ -32,6 +33,7 @@ pub mod confine;
 pub mod conformance;
 pub mod error;
 pub mod export;
+pub mod folder;
 pub mod import;
 pub mod lockstep;
 mod output;

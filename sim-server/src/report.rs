@@ -87,7 +87,7 @@ pub struct RunReport {
     pub fork: Option<Fork>,
 }
 
-fn how_ended(phase: Phase) -> &'static str {
+pub(crate) fn how_ended(phase: Phase) -> &'static str {
     match phase {
         Phase::Tick | Phase::Done => "done",
         Phase::Interrupted => "interrupted",

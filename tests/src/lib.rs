@@ -222,13 +222,14 @@ pub fn launch(tag: &str, out: &Path, args: &[&str]) -> Value {
     launch_to(tag, out, args, 0)
 }
 
-/// The same, with another exit code expected.
+/// The same, with another exit code expected. A run that was in the folder before
+/// is replaced.
 #[track_caller]
 pub fn launch_to(tag: &str, out: &Path, args: &[&str], code: i32) -> Value {
     let run = fresh_run(tag);
     let mut all = vec!["launch"];
     all.extend_from_slice(args);
-    all.extend(["--json", "--run", run.as_str(), "--out", out.to_str().unwrap()]);
+    all.extend(["--json", "--force", "--run", run.as_str(), "--out", out.to_str().unwrap()]);
     let ended = sim_server(&all).expect(code);
     nothing_left(&run);
     ended.json()

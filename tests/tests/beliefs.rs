@@ -74,7 +74,7 @@ fn on_a_log_they_are_written_to_a_file_and_scored_with_it() {
     let log = log.to_str().unwrap();
     let write = |file: &str, more: &[&str]| {
         let (file, csv) = (path(file), path("answers.csv"));
-        let args = ["--log", log, "--name", "cloud", "--out", &csv, "--beliefs", &file];
+        let args = ["--log", log, "--name", "cloud", "--out", &csv, "--force", "--beliefs", &file];
         Process::start("05_belief", &[&args[..], more].concat()).wait().expect(0);
         fs::read(file).unwrap()
     };
@@ -82,7 +82,8 @@ fn on_a_log_they_are_written_to_a_file_and_scored_with_it() {
     assert!(first == write("b.beliefs", &[]), "the same filter on the same log, other bytes");
     let score = |beliefs: &[&str]| {
         let to = scored.path().to_str().unwrap();
-        Process::start("score", &[&["--log", log, "--out", to][..], beliefs].concat()).wait()
+        Process::start("score", &[&["--log", log, "--force", "--out", to][..], beliefs].concat())
+            .wait()
     };
     let json = |folder: &Path| -> Value {
         serde_json::from_slice(&fs::read(folder.join("score.json")).unwrap()).unwrap()
@@ -102,17 +103,54 @@ fn on_a_log_they_are_written_to_a_file_and_scored_with_it() {
     let foreign = other.path().join("run.log");
     let file = path("foreign.beliefs");
     let csv = path("answers.csv");
-    let args = ["--log", foreign.to_str().unwrap(), "--out", &csv, "--beliefs", &file];
+    let args = ["--log", foreign.to_str().unwrap(), "--out", &csv, "--force", "--beliefs", &file];
     Process::start("05_belief", &args).wait().expect(0);
     let refused = score(&["--beliefs", &file]).expect(1);
     assert!(refused.stderr.contains("after another frame"), "{}", refused.stderr);
     let refused = score(&["--beliefs", log]).expect(1);
     assert!(refused.stderr.contains("no file of beliefs"), "{}", refused.stderr);
     // A filter with one pose has none to write, and one in a run writes no file.
-    let args = ["--log", log, "--out", &csv, "--beliefs", &file];
+    let args = ["--log", log, "--out", &csv, "--force", "--beliefs", &file];
     let none = Process::start("dead-reckoning", &args).wait().expect(2);
     assert!(none.stderr.contains("shows no belief"), "{}", none.stderr);
     Process::start("05_belief", &["--run", "x", "--beliefs", &file]).wait().expect(2);
+}
+
+#[test]
+fn what_a_run_showed_is_kept_next_to_its_log_and_drawn_again() {
+    let (out, place) = (folder(), folder());
+    cloud("kept", out.path(), &[]);
+    let live = data(&page(out.path()))["beliefs"].clone();
+    let kept = fs::read(out.path().join("cloud.beliefs")).unwrap();
+    let score = |log: &Path, to: &str| {
+        let to = place.path().join(to);
+        let args = ["--log", log.to_str().unwrap(), "--out", to.to_str().unwrap()];
+        let ended = Process::start("score", &args).wait().expect(0);
+        (page(&to), ended.stderr)
+    };
+    let log = out.path().join("run.log");
+    let (again, said) = score(&log, "again");
+    assert_eq!(data(&again)["beliefs"], live, "{said}");
+    // The same run keeps the same bytes.
+    let same = folder();
+    cloud("same", same.path(), &[]);
+    assert!(fs::read(same.path().join("cloud.beliefs")).unwrap() == kept);
+    // Of another run, damaged, or not there: scored without, and that is said.
+    let other = folder();
+    cloud("other", other.path(), &["--seed", "43"]);
+    let mut damaged = kept.clone();
+    let last = damaged.len() - 40;
+    damaged[last] ^= 1;
+    for (to, beliefs) in [("foreign", Some(kept)), ("damaged", Some(damaged)), ("alone", None)] {
+        let file = other.path().join("cloud.beliefs");
+        fs::remove_file(&file).unwrap_or_default();
+        let is_there = beliefs.is_some();
+        beliefs.iter().for_each(|bytes| fs::write(&file, bytes).unwrap());
+        let (text, said) = score(&other.path().join("run.log"), to);
+        assert_eq!(data(&text)["beliefs"], Value::Null, "{to}");
+        assert!(text.contains("not part of a log: give"), "{to}");
+        assert_eq!(said.contains("left out"), is_there, "{to}: {said}");
+    }
 }
 
 #[test]

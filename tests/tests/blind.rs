@@ -84,7 +84,7 @@ fn seal(log: &Path, blind: &Path, key: &Path) -> Ended {
 }
 
 fn score(log: &Path, key: Option<&Path>, out: &Path) -> Ended {
-    let mut args = vec!["--log", path(log), "--out", path(out)];
+    let mut args = vec!["--log", path(log), "--force", "--out", path(out)];
     args.extend(key.iter().flat_map(|key| ["--key-file", path(key)]));
     Process::start("score", &args).wait()
 }

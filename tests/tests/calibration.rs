@@ -43,6 +43,7 @@ fn a_square_recovers_what_is_wrong_and_draws_it() {
     assert!(fs::read_to_string(&svg).unwrap().contains("UMBmark of apartment"));
     assert!(fs::read(&png).unwrap().starts_with(b"\x89PNG"));
     // The same again, to the byte.
+    let args = [&args[..], &["--force"]].concat();
     assert_eq!(sim_server(&args).expect(0).json(), found);
 
     let text = sim_server(&[&["umbmark"], &OFF[..]].concat()).expect(0).stdout;

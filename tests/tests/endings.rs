@@ -129,6 +129,7 @@ fn an_argument_without_sense_is_refused_by_a_participant() {
 fn results_of_an_older_run_do_not_pass_for_new_ones() {
     let out = folder();
     launch("older", out.path(), &["--ticks", "20"]);
+    // The harness replaces it.
     let bad = ["--ticks", "20", "--add", "bad=/bin/false"];
     let report = launch_to("newer", out.path(), &bad, 1);
     assert_eq!(report["scores_file"], Value::Null);

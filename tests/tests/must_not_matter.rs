@@ -142,9 +142,9 @@ impl Live {
         shell.args(["-c", "exec \"$0\" \"$@\" 2>\"$TALK\""]).arg(binary("sim-server"));
         shell.env("TALK", place.path().join("talk.txt"));
         shell.arg("launch").args(USUAL).args(["--pace", "2", "--json", "--run", run.as_str()]);
-        shell.args(["--answer-timeout", "100", "--out"]).arg(place.path());
+        shell.args(["--answer-timeout", "100", "--out"]).arg(place.path().join("run"));
         let server = Process::spawn(&mut shell);
-        let log = place.path().join("run.log");
+        let log = place.path().join("run/run.log");
         until("the first flush of the log", || fs::metadata(&log).is_ok_and(|m| m.len() > 0));
         Self { run, place, server }
     }

@@ -77,7 +77,7 @@ fn a_confined_one_has_a_folder_of_its_own_and_no_other() {
     // Beside the log, where the run writes, it may not: and it says what it may not.
     let elsewhere = out.join("map").to_str().unwrap().to_owned();
     let file = scenario(place.path(), &elsewhere, "sandbox = \"required\"\n");
-    let ended = sim_server(&["launch", &file, "--out", out.to_str().unwrap()]);
+    let ended = sim_server(&["launch", &file, "--force", "--out", out.to_str().unwrap()]);
     assert_ne!(ended.code, Some(0));
     let said = format!("{}{}", ended.stdout, ended.stderr);
     assert!(said.contains("map.pgm: Permission denied"), "{said}");

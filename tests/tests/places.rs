@@ -45,7 +45,7 @@ impl Drop for ReadOnlyDisk {
 fn a_launch_into_a_place_that_is_read_only_does_not_start_and_names_it() {
     let Some(disk) = ReadOnlyDisk::new() else { return };
     let new = format!("{}/new", disk.path());
-    for (out, file) in [(disk.path(), "dead-reckoning.txt"), (&new, "")] {
+    for (out, file) in [(disk.path(), "run.json"), (&new, "")] {
         let run = fresh_run("ro");
         let ended = sim_server(&["launch", "--run", run.as_str(), "--out", out]).expect(1);
         let file = Path::new(out).join(file).display().to_string();
@@ -80,13 +80,30 @@ fn is_lost(report: &Value, name: &str) {
     assert!(matches!(text(&losses[0], "kind"), "failed" | "dead"), "{report}");
 }
 
+/// A scenario in which `who` finds a folder where it is to write `file`.
+fn scenario(place: &Path, who: &str, file: &str) -> String {
+    let script = place.join("first.sh");
+    fs::write(&script, "mkdir \"$1\" && program=$2 && shift 2 && exec \"$program\" \"$@\"\n")
+        .unwrap();
+    let apartment = repository().join("sim-server/scenarios/apartment.toml");
+    let text = fs::read_to_string(apartment).unwrap();
+    let command = |words: &str| format!("command = [{words}]");
+    let words = format!("\"sh\", {script:?}, \"{{out}}/{file}\", {:?}", binary(who));
+    let changed = text.replace(&command(&format!("{who:?}")), &command(&words));
+    assert_ne!(changed, text);
+    let path = place.join("s.toml");
+    fs::write(&path, changed).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
 /// What a run of 50 ticks comes to if a folder lies where this file should be.
 fn with_a_folder_in_place_of(file: &str, more: &[&str], code: i32) -> (Value, tempfile::TempDir) {
-    let out = folder();
-    fs::create_dir(out.path().join(file)).unwrap();
-    let report = launch_to("taken", out.path(), &[&["--ticks", "50"], more].concat(), code);
-    assert!(out.path().join(file).is_dir(), "what is not ours stays");
+    let (place, out) = (folder(), folder());
     let who = if file == "run.log" { "logger" } else { "score" };
+    let scenario = scenario(place.path(), who, file);
+    let args = [&[scenario.as_str(), "--ticks", "50"], more].concat();
+    let report = launch_to("taken", out.path(), &args, code);
+    assert!(out.path().join(file).is_dir(), "what is not the scorer's stays");
     is_lost(&report, who);
     let remarks = report["remarks"].to_string();
     let words = format!("{}: Is a directory", out.path().join(file).display());

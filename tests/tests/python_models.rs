@@ -306,7 +306,7 @@ fn a_launch_that_fails_says_why_and_one_that_lost_something_is_none() {
     let Some(python) = python() else { return };
     let (out, run, server) = (folder(), fresh_run("pyf"), binary("sim-server"));
     says(python, "launch_fails.py", &[path(&server), path(out.path()), run.as_str()]);
-    assert!(out.path().join("run.log").exists());
+    assert!(out.path().join("run/run.log").exists());
 }
 
 #[test]

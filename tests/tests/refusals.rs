@@ -141,10 +141,12 @@ fn a_participant_that_cannot_be_started_is_named_and_the_others_end() {
 fn a_folder_that_cannot_be_written_is_named() {
     let place = folder();
     let file = write(place.path(), "file", "");
-    for (out, words) in [(file.clone(), "File exists"), (format!("{file}/x"), "Not a directory")] {
+    for (out, code, words) in
+        [(file.clone(), 2, " is a file"), (format!("{file}/x"), 1, ": Not a directory")]
+    {
         let run = fresh_run("out");
         let args = ["launch", "--run", run.as_str(), "--out", &out];
-        refused(&args, 1, &[&format!("{out}: {words}")]);
+        refused(&args, code, &[&format!("{out}{words}")]);
         nothing_left(&run);
     }
 }

@@ -48,8 +48,12 @@ fn a_run_and_its_log_have_a_report_with_seed_and_digest() {
     let (log, again) = (out.path().join("run.log"), folder());
     let args = ["--log", log.to_str().unwrap(), "--out", again.path().to_str().unwrap()];
     Process::start("score", &args).wait().expect(0);
-    // The same, but for how long answers took, which no log can say.
+    // The same, but for how long answers took and what filters held possible: no
+    // log has either, and the page says so.
     let of_log = fs::read_to_string(again.path().join("report.html")).unwrap();
+    let (before, rest) = of_log.split_once(" What filters held possible is not part").unwrap();
+    let (_, after) = rest.split_once("</code>.").unwrap();
+    let of_log = format!("{before}{after}");
     let without_times = |page: &str| {
         let (before, rest) = page.split_once("id=\"h-times\"").unwrap();
         let (_, after) = rest.split_once("</section>").unwrap();
@@ -72,6 +76,11 @@ fn truth(k: u32) -> SE2 {
 /// A run of estimators of which two of three know how wrong they are, more or
 /// less, and the third does not say.
 fn drawn_run(header: &LogHeader, names: &[&str], ticks: u32) -> String {
+    drawn_run_of(header, names, ticks, 1.0)
+}
+
+/// The same with standard deviations that are this much larger.
+fn drawn_run_of(header: &LogHeader, names: &[&str], ticks: u32, unsure: f64) -> String {
     let mut header = header.clone();
     let model = header.roster[0].clone();
     let participant = |name: &&str| {
@@ -89,7 +98,7 @@ fn drawn_run(header: &LogHeader, names: &[&str], ticks: u32) -> String {
         let estimate = |i: usize| {
             let far = [0.06, 0.11, 0.16][i % 3] * (0.15 + t / 5.0);
             let off = Vector3::new(wobble(2.0 + i as f64), wobble(3.1), 0.4 * wobble(1.3)) * far;
-            let std_m = [0.05, 0.02, 0.0][i % 3] * (0.3 + t / 5.0);
+            let std_m = unsure * [0.05, 0.02, 0.0][i % 3] * (0.3 + t / 5.0);
             let (u, v, w) = (std_m * std_m, 0.4 * std_m * std_m, 0.16 * std_m * std_m);
             let p = [u, 0.3 * v, 0.0, 0.3 * v, v, 0.0, 0.0, 0.0, w];
             let pose = Estimate::from(truth(k).boxplus(&off));
@@ -190,6 +199,10 @@ fn a_browser_shows_it_on_screen_phone_and_paper_and_the_slider_moves_the_scan() 
     let (card, ink) = ground(&mut browser);
     assert!(card < 50.0 && ink > 200.0, "dark: {card}, {ink}");
     on_a_phone(&mut browser);
+    let sure = out.path().join("sure.html");
+    fs::write(&sure, drawn_run_of(reader.header(), &NAMES[..3], 500, 1e-3)).unwrap();
+    numbers_fit_on_a_phone(&mut browser, &sure);
+    browser.open(&file, "");
     // On paper it is always light, and what nobody can move is not there.
     browser.media("dark", "print");
     let (card, ink) = ground(&mut browser);
@@ -316,6 +329,18 @@ fn on_a_phone(browser: &mut Browser) {
         assert!(least > 8.5, "letters of {least} pixels at {width}");
         keep(&format!("wide-{width}.png"), &browser.picture());
     }
+}
+
+/// No number is cut where letters are large and NEES is far above its band.
+fn numbers_fit_on_a_phone(browser: &mut Browser, file: &Path) {
+    browser.media("light", "screen");
+    browser.resize(390, 740);
+    browser.open(file, "");
+    let outside = "[...document.querySelectorAll('svg:not(.swatch) text')].filter((text) =>
+        text.getBoundingClientRect().left < text.ownerSVGElement.getBoundingClientRect().left)
+        .map((text) => text.textContent).join('; ')";
+    assert_eq!(browser.value(outside), "");
+    keep("phone-nees.png", &browser.picture());
 }
 
 /// Nothing is wider than what A4 has between its margins.

@@ -57,7 +57,8 @@ fn kernel_can() -> bool {
     let why_not = WHY_NOT.get_or_init(|| {
         let place = folder();
         let file = scenario(place.path(), "true", &["dead-reckoning"]);
-        let out = place.path().to_str().unwrap();
+        let out = place.path().join("run");
+        let out = out.to_str().unwrap();
         let ended = sim_server(&["launch", &file, "--json", "--out", out, "--ticks", "1"]);
         if ended.code == Some(2) && ended.stderr.contains("cannot be had") {
             return Some(ended.stderr);
@@ -221,26 +222,27 @@ fn the_death_of_a_confined_participant_is_named_as_any_other() {
     ] {
         let place = folder();
         let file = scenario(place.path(), "true", &[probe, "--mode", mode]);
-        let report = launch_to("death", place.path(), &[&file], 1);
+        let out = place.path().join("run");
+        let report = launch_to("death", &out, &[&file], 1);
         let loss = &report["losses"][0];
         assert_eq!(text(loss, "name"), "estimator", "{report}");
         let detail = text(loss, "detail");
-        let said = fs::read_to_string(place.path().join("estimator.txt")).unwrap_or_default();
+        let said = fs::read_to_string(out.join("estimator.txt")).unwrap_or_default();
         assert!(detail.contains(words) || said.contains(words), "{mode}: {detail}\n{said}");
     }
     // A program that is not there is named before anybody waits for it, and so
     // is one that the kernel does not start by itself.
     let place = folder();
-    let out = place.path().to_str().unwrap();
+    let out = place.path().join("run");
     let file = scenario(place.path(), "true", &["./no-such-program"]);
-    let ended = sim_server(&["launch", &file, "--out", out]).expect(1);
+    let ended = sim_server(&["launch", &file, "--out", out.to_str().unwrap()]).expect(1);
     assert!(ended.stderr.contains("cannot start ./no-such-program"), "{}", ended.stderr);
     let script = place.path().join("script");
     fs::write(&script, "#!/bin/sh\nexit 0\n").unwrap();
     let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
     fs::set_permissions(&script, mode).unwrap();
     let file = scenario(place.path(), "true", &[script.to_str().unwrap()]);
-    let report = launch_to("script", place.path(), &[&file], 1);
+    let report = launch_to("script", &out, &[&file], 1);
     assert!(text(&report["losses"][0], "detail").contains("name the interpreter"), "{report}");
 }
 
@@ -261,7 +263,7 @@ fn files_that_are_declared_can_be_read_and_no_others() {
         let text = text.replace("sandbox = true", &format!("sandbox = true\nfiles = {files}"));
         fs::write(&scenario, text).unwrap();
         // It only peeks and ends, so the run does not begin.
-        let report = launch_to("files", place.path(), &[&scenario], 1);
+        let report = launch_to("files", &place.path().join("run"), &[&scenario], 1);
         let detail = report["losses"][0]["detail"].as_str().unwrap();
         assert!(detail.contains(&format!("exited with code {code}")), "{file}: {report}");
     }

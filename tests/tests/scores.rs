@@ -74,8 +74,8 @@ fn a_living_run_and_its_log_have_the_same_scores() {
     let out = folder();
     let scenario = out.path().join("scenario.toml");
     fs::write(&scenario, RUN).unwrap();
-    let report = launch("scores", out.path(), &[scenario.to_str().unwrap()]);
-    let log = out.path().join("run.log");
+    let report = launch("scores", &out.path().join("run"), &[scenario.to_str().unwrap()]);
+    let log = out.path().join("run/run.log");
     let live = &report["scores"];
     let again = of_log(&log, &["--level", "0.9"]);
     assert_eq!(again["scores"], timeless(live), "the log says otherwise");

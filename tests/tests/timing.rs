@@ -24,7 +24,7 @@ fn run(tag: &str, scenario: &str) -> (Value, tempfile::TempDir) {
     let out = folder();
     let file = out.path().join("scenario.toml");
     fs::write(&file, format!("{TICKS}{scenario}{WITNESSES}")).unwrap();
-    (launch(tag, out.path(), &[file.to_str().unwrap()]), out)
+    (launch(tag, &out.path().join("run"), &[file.to_str().unwrap()]), out)
 }
 
 fn estimator(name: &str, compute: &str) -> String {
@@ -72,7 +72,7 @@ fn a_late_driver_drives_otherwise_and_always_the_same() {
     let (again, _again) = run("again", &driver(compute));
     assert_eq!(late["digest"], again["digest"]);
     // Who simulates the log again, or replays it, knows of the delay as well.
-    let log = out.path().join("run.log");
+    let log = out.path().join("run/run.log");
     let log = log.to_str().unwrap();
     let verdict = sim_server(&["verify", log, "--clients", "--json"]).expect(0).json();
     assert_eq!((&verdict["bit_exact"], &verdict["digest"]), (&true.into(), &late["digest"]));

@@ -18,6 +18,7 @@ use rusty_contract::{Brief, Exit, Reply, Start};
 use rusty_geometry::SE2;
 
 use crate::map_picture::picture;
+use crate::map_server::beside;
 use crate::numbers::seconds;
 use crate::occupancy_grid::{GridError, InverseModel};
 use crate::tangent::estimate;
@@ -83,6 +84,14 @@ pub struct Mapper {
     dt_s: f64,
     path: Vec<[f64; 2]>,
     without_pose: u64,
+}
+
+/// Checks that a map `stem` replaces no file unasked.
+///
+/// # Errors
+/// [`ClientError::InTheWay`] names the first of its files that is there.
+pub fn check_free(args: &ClientArgs, stem: &Path) -> Result<(), ClientError> {
+    [".pgm", ".yaml", ".png"].iter().try_for_each(|end| args.check_free(&beside(stem, end)))
 }
 
 impl Mapper {
@@ -163,10 +172,8 @@ impl Mapper {
         let title = format!("{title}: {scans} scans in cells of {} m", map.frame.cell_m);
         let png = picture(&self.grid, &title, &self.path)
             .map_err(|e| ClientError::Picture(e.to_string()))?;
-        let mut file = stem.as_os_str().to_owned();
-        file.push(".png");
-        let file = Path::new(&file);
-        std::fs::write(file, png).map_err(ClientError::io(file))?;
+        let file = beside(stem, ".png");
+        std::fs::write(&file, png).map_err(ClientError::io(&file))?;
         let frame = map.frame;
         let metres = |cells: usize| cells as f64 * frame.cell_m;
         let share = |wanted| {

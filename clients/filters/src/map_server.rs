@@ -201,7 +201,7 @@ fn read_file(path: &Path, most: u64) -> Result<Vec<u8>, MapFileError> {
 }
 
 /// `stem` with `ending` added; dots in a stem belong to it.
-fn beside(stem: &Path, ending: &str) -> PathBuf {
+pub(crate) fn beside(stem: &Path, ending: &str) -> PathBuf {
     let mut path = stem.as_os_str().to_owned();
     path.push(ending);
     path.into()

@@ -239,6 +239,8 @@ fn join(
                 .transpose()?,
             // Who asks by an argument has a use of their own for the answers.
             out: out.or_else(|| log.as_ref().map(|_| PathBuf::from("/dev/null"))),
+            // A script names its own files, and may run again.
+            force: true,
             log,
             wait: wait.parse().map_err(|e| argument("wait", e))?,
             join_timeout,

@@ -9,8 +9,9 @@ use rusty_contract::score::Within;
 
 /// Scores every estimator of a run or of a log against the truth: a table on
 /// stdout, score.json, report.html (a page that needs nothing else), report.svg
-/// and report.png in the run's folder or in --out. METRICS.md explains each
-/// figure
+/// and report.png in the run's folder or in --out. On a log without --out it
+/// writes no file; with it, it draws the beliefs that the run's scorer left next
+/// to the log. METRICS.md explains each figure
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

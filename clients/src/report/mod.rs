@@ -212,6 +212,11 @@ fn map_part(trace: &RunTrace, figures: &Figures) -> Result<String, PlotError> {
             .push_str(" The position lies in its ellipse with 95 %, by the covariance reported.");
     }
     caption.push_str(&figures.possible);
+    if trace.from_log && trace.beliefs.is_empty() {
+        caption.push_str(
+            " What filters held possible is not part of a log: give the files that have it              with <code>--beliefs</code>.",
+        );
+    }
     if figures.left_map {
         caption.push_str(" An estimate leaves the map.");
     }

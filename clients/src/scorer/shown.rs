@@ -6,9 +6,9 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use rusty_contract::Frame;
 use rusty_contract::belief::{BeliefReader, Found};
 use rusty_contract::digest::observable_of;
+use rusty_contract::{Frame, LogHeader};
 
 use crate::ClientError;
 use crate::scoring::{BeliefKeeper, BeliefMoment};
@@ -19,8 +19,16 @@ use crate::showing::failure;
 pub(super) struct Shown {
     path: PathBuf,
     /// Whose beliefs.
-    name: String,
+    pub(super) name: String,
+    /// Whether it was found next to the log, not named on the command line: if it
+    /// does not fit, it is left out.
+    pub(super) is_found: bool,
     frames: VecDeque<(u64, u64)>,
+}
+
+/// The file in which a scorer keeps what a filter showed.
+pub(super) fn file_name(name: &str) -> String {
+    format!("{name}.beliefs")
 }
 
 impl Shown {
@@ -60,7 +68,32 @@ impl Shown {
         }
         // All of them are here; no later one decides.
         keeper.close(u64::MAX);
-        Ok(Self { path: path.to_owned(), name, frames })
+        Ok(Self { path: path.to_owned(), name, is_found: false, frames })
+    }
+
+    /// Reads those that the scorer of the run left next to its log, but for the
+    /// filters of `given`. One that cannot be read is said and left out.
+    pub(super) fn find(
+        log: &Path,
+        header: &LogHeader,
+        given: &mut Vec<Self>,
+        keeper: &mut BeliefKeeper,
+    ) {
+        for participant in header.answering() {
+            let (name, path) =
+                (&participant.name, log.with_file_name(file_name(&participant.name)));
+            if given.iter().any(|shown| shown.name == *name) || !path.is_file() {
+                continue;
+            }
+            match Self::read(&path, &header.config.scenario, keeper) {
+                Ok(shown) if shown.name == *name => given.push(Self { is_found: true, ..shown }),
+                Ok(shown) => keeper.forget(&shown.name),
+                Err(e) => {
+                    keeper.forget(name);
+                    crate::error::say(format_args!("{e}; it is left out"));
+                }
+            }
+        }
     }
 
     /// Whether each file is of another filter.

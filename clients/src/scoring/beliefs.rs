@@ -2,12 +2,15 @@
 //! of each a bounded number of poses, in memory that does not grow with the run.
 //!
 //! What came is kept as it came. Of more moments than there is room for every
-//! second one goes, again at the next doubling, and so on; the last one stays.
+//! second one goes, again at the next doubling, and so on; the last one stays. So
+//! what was kept once is kept as a whole when it is offered again.
 
 use rusty_contract::{BeliefKind, WeightedPose};
 
 /// The most moments of a filter that are kept; it is even.
 pub const MOST_MOMENTS: usize = 256;
+/// A belief comes at most so many ticks after the frame that it was held after.
+const RECENT_FRAMES: usize = 32;
 /// The most poses of a belief that are drawn.
 pub const MOST_MARKS: usize = 400;
 
@@ -41,6 +44,9 @@ pub struct BeliefMoment {
     pub whole: u32,
     /// Those that are drawn.
     pub marks: Vec<Mark>,
+    /// [`observable_of`](rusty_contract::digest::observable_of) the frame that it
+    /// was held after, where that is known.
+    pub observable: Option<u64>,
 }
 
 /// The beliefs of one filter, ticks growing.
@@ -56,6 +62,8 @@ pub struct BeliefTrack {
 #[derive(Clone, Debug, Default)]
 pub struct BeliefKeeper {
     keepings: Vec<Keeping>,
+    /// Frames that were seen last: tick and observable part.
+    frames: [Option<(u64, u64)>; RECENT_FRAMES],
 }
 
 /// One filter's.
@@ -80,7 +88,19 @@ impl BeliefMoment {
             BeliefKind::Particles => sampled(poses),
             BeliefKind::Histogram => heaviest(poses),
         };
-        Self { tick, kind, whole, marks }
+        Self { tick, kind, whole, marks, observable: None }
+    }
+
+    /// Poses of which [`of`](Self::of) makes the same marks.
+    #[must_use]
+    pub fn poses(&self) -> Vec<WeightedPose> {
+        let total: f64 = self.marks.iter().map(|mark| f64::from(mark.share)).sum();
+        let pose = |mark: &Mark| {
+            let [x_m, y_m, theta_rad, share] =
+                [mark.x_m, mark.y_m, mark.theta_rad, mark.share].map(f64::from);
+            WeightedPose { x_m, y_m, theta_rad, weight: share / total }
+        };
+        self.marks.iter().map(pose).collect()
     }
 
     /// The same with no more poses than this.
@@ -145,7 +165,9 @@ fn heaviest(poses: &[WeightedPose]) -> Vec<Mark> {
 impl BeliefKeeper {
     /// Takes a belief. One that is no later than the last of its filter is left
     /// aside: a filter that comes back shows again what it showed.
-    pub fn offer(&mut self, name: &str, moment: BeliefMoment) {
+    pub fn offer(&mut self, name: &str, mut moment: BeliefMoment) {
+        let seen = self.frames[moment.tick as usize % RECENT_FRAMES];
+        moment.observable = seen.filter(|(tick, _)| *tick == moment.tick).map(|(_, seen)| seen);
         let known = self.keepings.iter().position(|keeping| keeping.track.name == name);
         let place = known.unwrap_or_else(|| {
             let track = BeliefTrack { name: name.to_owned(), moments: Vec::new() };
@@ -162,6 +184,23 @@ impl BeliefKeeper {
     /// same report.
     pub fn close(&mut self, tick: u64) {
         self.keepings.iter_mut().for_each(|keeping| keeping.close(tick));
+    }
+
+    /// A frame was seen; beliefs held after it may have come or may still come.
+    pub fn seen(&mut self, tick: u64, observable: u64) {
+        self.frames[tick as usize % RECENT_FRAMES] = Some((tick, observable));
+        for keeping in &mut self.keepings {
+            let moments = &mut keeping.track.moments;
+            let place = moments.partition_point(|moment| moment.tick < tick);
+            let all = [moments.get_mut(place), keeping.last.as_mut(), keeping.pending.as_mut()];
+            let of_tick = all.into_iter().flatten().filter(|moment| moment.tick == tick);
+            of_tick.for_each(|moment| moment.observable = Some(observable));
+        }
+    }
+
+    /// Gives up what came of one filter.
+    pub fn forget(&mut self, name: &str) {
+        self.keepings.retain(|keeping| keeping.track.name != name);
     }
 
     /// What was kept, in the order of `names`, then by name.
@@ -196,17 +235,20 @@ impl Keeping {
     }
 
     fn take(&mut self, moment: BeliefMoment) {
-        self.last = None;
-        if self.taken.is_multiple_of(self.stride) && self.track.moments.len() == MOST_MOMENTS {
+        let before = self.last.take();
+        let moments = &mut self.track.moments;
+        // The first one without room was the last one until now.
+        if moments.len() == MOST_MOMENTS && self.taken > MOST_MOMENTS as u64 * self.stride {
             let mut place = 0;
-            self.track.moments.retain(|_| {
+            moments.retain(|_| {
                 place += 1;
                 place % 2 == 1
             });
             self.stride *= 2;
+            moments.extend(before);
         }
-        match self.taken.is_multiple_of(self.stride) {
-            true => self.track.moments.push(moment),
+        match self.taken.is_multiple_of(self.stride) && moments.len() < MOST_MOMENTS {
+            true => moments.push(moment),
             false => self.last = Some(moment),
         }
         self.taken += 1;
@@ -277,6 +319,49 @@ mod tests {
             let step = count.div_ceil(256).next_power_of_two() * 5;
             assert!(ticks.windows(2).all(|pair| pair[1] - pair[0] <= step), "{count}: {ticks:?}");
         }
+    }
+
+    #[test]
+    fn what_was_kept_is_the_same_when_it_is_read_again() {
+        let weights = |k: u64| [0.1, 0.7, k as f64 / 7.0, 0.2];
+        for kind in [BeliefKind::Particles, BeliefKind::Histogram] {
+            for count in [1u64, 256, 257, 258, 511, 512, 513, 1030] {
+                let mut keeper = BeliefKeeper::default();
+                for tick in 0..count {
+                    let poses = weights(tick).map(|w| pose(tick as f64 + w, w));
+                    keeper.offer("a", BeliefMoment::of(tick, kind, 9, &poses));
+                    keeper.close(tick + 1);
+                }
+                let kept = keeper.finish(&[]);
+                let mut again = BeliefKeeper::default();
+                for moment in &kept[0].moments {
+                    let BeliefMoment { tick, kind, whole, .. } = *moment;
+                    again.offer("a", BeliefMoment::of(tick, kind, whole, &moment.poses()));
+                }
+                again.close(u64::MAX);
+                assert!(again.finish(&[]) == kept, "{kind} {count}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_belief_knows_its_frame_whichever_comes_first() {
+        let mut keeper = BeliefKeeper::default();
+        for tick in [0, 5, 10] {
+            keeper.offer("early", moment(tick));
+        }
+        for tick in 0..=10 {
+            keeper.seen(tick, 100 + tick);
+            keeper.close(tick);
+        }
+        keeper.offer("late", moment(10));
+        keeper.close(11);
+        let tracks = keeper.clone().finish(&[]);
+        let known = |k: usize| tracks[k].moments.iter().map(|m| m.observable).collect::<Vec<_>>();
+        assert_eq!(known(0), [Some(100), Some(105), Some(110)]);
+        assert_eq!(known(1), [Some(110)]);
+        keeper.forget("late");
+        assert_eq!(keeper.finish(&[]).len(), 1);
     }
 
     #[test]

@@ -49,6 +49,8 @@ pub struct RunTrace {
     /// What filters showed of what they held possible, as far as it came
     /// ([`super::beliefs`]); most runs have none.
     pub beliefs: Vec<BeliefTrack>,
+    /// Whether it was read from a log, which does not hold everything.
+    pub from_log: bool,
 }
 
 /// A run in figures.
@@ -84,6 +86,7 @@ impl RunTrace {
             thinned_from: None,
             stops: Vec::new(),
             beliefs: Vec::new(),
+            from_log: false,
             names,
         }
     }
@@ -191,6 +194,7 @@ pub(crate) mod tests {
             thinned_from: None,
             stops: Vec::new(),
             beliefs: Vec::new(),
+            from_log: false,
         }
     }
 

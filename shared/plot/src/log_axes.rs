@@ -190,7 +190,8 @@ fn numbers(range: [f64; 2], multiples: &[u8]) -> Vec<(f64, String)> {
 fn text(multiple: u8, exponent: i32) -> String {
     match exponent {
         -5..=-1 => format!("0.{}{multiple}", "0".repeat((-exponent - 1) as usize)),
-        0..=5 => format!("{multiple}{}", "0".repeat(exponent as usize)),
+        // Six digits do not fit beside a chart where its letters are large.
+        0..=4 => format!("{multiple}{}", "0".repeat(exponent as usize)),
         _ => format!("{multiple}e{exponent}").replace('-', "−"),
     }
 }
@@ -209,6 +210,7 @@ mod tests {
         assert_eq!(texts([0.05, 3.0]), ["0.05", "0.1", "0.2", "0.5", "1", "2"]);
         assert_eq!(texts([2.0, 4.5]), ["2", "3", "4"]);
         assert_eq!(texts([1e-7, 1e-5]), ["1e−7", "1e−6", "0.00001"]);
+        assert_eq!(texts([1e2, 1e6]), ["100", "1000", "10000", "1e5", "1e6"]);
         assert!(texts([f64::NAN, 1.0]).is_empty());
     }
 

@@ -59,6 +59,9 @@ pub struct UmbmarkArgs {
     /// Draw laps and returns into this PNG file
     #[arg(long, value_name = "FILE")]
     pub png: Option<PathBuf>,
+    /// Replace drawings that are there
+    #[arg(long)]
+    pub force: bool,
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,

@@ -47,8 +47,6 @@
 //!   they hold no truth in plaintext either way.
 //! * Landlock does not rule over names alone: whether any path exists, its
 //!   size and times can be asked for (`stat`), and so the length of the log.
-//! * What it wrote to a folder of its own in an earlier run it can read in a
-//!   later one that is given the same `--out`.
 //! * A datagram socket that another process of this user has bound to a path
 //!   can be sent to: up to Landlock ABI 8 no rule says otherwise. An
 //!   accomplice outside can so be talked to.

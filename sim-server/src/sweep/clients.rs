@@ -55,6 +55,8 @@ pub struct Clients<'p> {
     folder: &'p Path,
     /// Whether they stay there.
     keep: bool,
+    /// Whether a folder of an earlier sweep is replaced.
+    force: bool,
 }
 
 impl<'p> Clients<'p> {
@@ -65,9 +67,9 @@ impl<'p> Clients<'p> {
         stop: &'p AtomicBool,
         ticks_done: &'p AtomicU64,
         folder: &'p Path,
-        keep: bool,
+        (keep, force): (bool, bool),
     ) -> Self {
-        Self { plan, stop, ticks_done, folder, keep }
+        Self { plan, stop, ticks_done, folder, keep, force }
     }
 
     fn command(&self, run: u64, out: &Path) -> Result<Command, SweepError> {
@@ -78,6 +80,9 @@ impl<'p> Clients<'p> {
         command.args(["launch", "--json", "--quiet", "--seed", &seed.to_string()]);
         command.arg("--run").arg(format!("sweep-{}-{run}", std::process::id()));
         command.arg("--out").arg(out);
+        if self.force {
+            command.arg("--force");
+        }
         for (key, value) in self.plan.cells[cell].parameters.iter() {
             command.arg("--set").arg(format!("{key}={value}"));
         }
@@ -88,11 +93,9 @@ impl<'p> Clients<'p> {
             command.arg("--ticks").arg(ticks.to_string());
         }
         command.arg("--").arg(&request.scenario);
-        let file = |name| {
-            let path = out.join(name);
-            File::create(&path).map_err(SweepError::io(&path))
-        };
-        command.stdin(Stdio::null()).stdout(file("launch.json")?).stderr(file("launch.txt")?);
+        let file = |path: PathBuf| File::create(&path).map_err(SweepError::io(&path));
+        let [report, said] = printed(out);
+        command.stdin(Stdio::null()).stdout(file(report)?).stderr(file(said)?);
         // Ctrl-C is for the sweep, which passes it on.
         command.process_group(0);
         Ok(command)
@@ -161,10 +164,10 @@ impl Maker for Clients<'_> {
     fn make(&mut self, run: u64) -> Result<Option<Record>, SweepError> {
         let (cell, seed) = self.plan.place(run);
         let out: PathBuf = self.folder.join(format!("cell-{cell}-seed-{seed}"));
-        fs::create_dir_all(&out).map_err(SweepError::io(&out))?;
         let status = self.wait(&mut self.command(run, &out)?);
         let status = status.map_err(|e| self.failed(run, e.to_string()))?;
-        let text = fs::read(out.join("launch.json")).map_err(SweepError::io(&out))?;
+        let [printed, said] = printed(&out);
+        let text = fs::read(&printed).map_err(SweepError::io(&printed))?;
         let report = serde_json::from_slice::<Report>(&text).ok();
         let stopped = self.stop.load(Ordering::Relaxed);
         let record = match report {
@@ -179,18 +182,24 @@ impl Maker for Clients<'_> {
                 Some(record)
             }
             _ if stopped => None,
-            _ => return Err(self.failed(run, last_words(&out, status))),
+            _ => return Err(self.failed(run, last_words(&said, status))),
         };
         if !self.keep {
             // What cannot be removed goes with the folder around it.
             let _ = fs::remove_dir_all(&out);
+            let _ = fs::remove_file(&printed).and_then(|()| fs::remove_file(&said));
         }
         Ok(record)
     }
 }
 
-fn last_words(out: &Path, status: ExitStatus) -> String {
-    let said = fs::read(out.join("launch.txt")).unwrap_or_default();
+/// What a launch prints, next to its run's folder: report and talk.
+fn printed(out: &Path) -> [PathBuf; 2] {
+    ["json", "txt"].map(|ending| out.with_extension(ending))
+}
+
+fn last_words(said: &Path, status: ExitStatus) -> String {
+    let said = fs::read(said).unwrap_or_default();
     let said = String::from_utf8_lossy(&said);
     let line = said.lines().rev().find(|line| !line.trim().is_empty());
     line.map_or_else(|| format!("it ended with {status}"), |line| line.trim().to_owned())

@@ -197,7 +197,9 @@ impl Sweeping {
                 own.insert(made).path().to_owned()
             }
         };
-        let maker = || Clients::new(&self.plan, stop, ticks_done, &folder, own.is_none());
+        fs::create_dir_all(&folder).map_err(SweepError::io(&folder))?;
+        let how = (own.is_none(), self.force || self.resume);
+        let maker = || Clients::new(&self.plan, stop, ticks_done, &folder, how);
         work(&todo, self.jobs, stop, maker, keeping)
     }
 }

@@ -9,7 +9,7 @@ use rusty_contract::{FieldError, LogHeader, Role, RunConfig, Scenario, ScoreRepo
 
 use super::Verbed;
 use super::launch::change_roster;
-use super::session::{RunSession, Starting};
+use super::session::{RunPlace, RunSession, Starting};
 use crate::cli::ForkArgs;
 use crate::output::errln;
 use crate::run::{find_program, with_folder};
@@ -30,6 +30,7 @@ pub fn fork(args: &ForkArgs) -> Verbed {
     let mut source = Branch::new(&args.log, args.at, after)?;
     change_roster(&mut source.header_mut().roster, &args.run)?;
     check_driver(source.header())?;
+    let place = RunPlace::find(&args.run, &source.header().config.scenario, Some(&args.log))?;
     source.fork_mut().original_scores = original_scores(&args.log, source.header());
     let defaults = Scenario::default();
     RunSession {
@@ -37,10 +38,9 @@ pub fn fork(args: &ForkArgs) -> Verbed {
         starting: Starting::Launch,
         answer_timeout_s: defaults.answer_timeout_s,
         join_timeout_s: defaults.join_timeout_s,
-        played: Some(&args.log),
         announced: true,
     }
-    .run(&mut source)
+    .run(place, &mut source)
 }
 
 fn check(args: &ForkArgs, before: &RunConfig, after: &RunConfig) -> Result<(), FieldError> {

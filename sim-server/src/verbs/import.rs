@@ -6,7 +6,7 @@ use std::io::IsTerminal as _;
 use rusty_contract::Exit;
 
 use super::launch::writer;
-use super::{Verbed, print_json};
+use super::{Verbed, check_free, print_json};
 use crate::cli::CarmenArgs;
 use crate::import::{self, ImportOptions};
 
@@ -18,6 +18,7 @@ const LINES_BETWEEN_WORDS: u64 = 50_000;
 /// # Errors
 /// [`VerbError`](crate::error::VerbError) names line and field.
 pub fn import_carmen(args: &CarmenArgs) -> Verbed {
+    check_free(&args.output, args.force)?;
     let talk = std::io::stderr().is_terminal() && !args.json;
     let mut progress = |lines: u64| {
         if talk && lines.is_multiple_of(LINES_BETWEEN_WORDS) {

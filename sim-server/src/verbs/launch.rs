@@ -4,7 +4,7 @@ use rusty_contract::log::Source;
 use rusty_contract::{LogHeader, Scenario};
 
 use super::Verbed;
-use super::session::{RunSession, Starting};
+use super::session::{RunPlace, RunSession, Starting};
 use crate::cli::{LaunchArgs, RunArgs, ScenarioArgs};
 use crate::error::VerbError;
 use crate::output::errln;
@@ -32,6 +32,7 @@ pub(super) fn simulate(which: &ScenarioArgs, run: &RunArgs, starting: Starting) 
     })?;
     let config = loaded.config()?;
     let scenario = &loaded.scenario;
+    let place = RunPlace::find(run, &config.scenario, None)?;
     let header = LogHeader {
         writer: writer(),
         source: Source::Simulated,
@@ -50,10 +51,9 @@ pub(super) fn simulate(which: &ScenarioArgs, run: &RunArgs, starting: Starting) 
         starting,
         answer_timeout_s: scenario.answer_timeout_s,
         join_timeout_s: scenario.join_timeout_s,
-        played: None,
         announced: true,
     }
-    .run(&mut source)
+    .run(place, &mut source)
 }
 
 /// Applies `--add`, `--without` and `--sandbox`.

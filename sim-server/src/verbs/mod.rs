@@ -16,6 +16,7 @@ mod info;
 mod launch;
 mod layout;
 mod replay;
+mod runs;
 mod seal;
 mod serve;
 mod session;
@@ -40,12 +41,15 @@ pub use info::info;
 pub use launch::launch;
 pub use layout::layout;
 pub use replay::replay;
+pub use runs::runs;
 pub use seal::seal;
 pub use serve::serve;
 pub use sweep::sweep;
 pub use umbmark::umbmark;
 pub use verify::verify;
 pub use worlds::worlds;
+
+use std::path::Path;
 
 use crate::output::{errln, outln};
 use rusty_contract::Exit;
@@ -54,6 +58,15 @@ use crate::error::VerbError;
 
 /// What a verb comes to.
 pub type Verbed = Result<Exit, VerbError>;
+
+/// Checks that a file which the command line names is not replaced unasked.
+/// Devices and pipes are written to, not replaced.
+fn check_free(path: &Path, force: bool) -> Result<(), VerbError> {
+    match !force && std::fs::metadata(path).is_ok_and(|found| found.is_file()) {
+        true => Err(VerbError::InTheWay { path: path.display().to_string() }),
+        false => Ok(()),
+    }
+}
 
 /// Prints one JSON document on stdout.
 fn print_json(value: &impl serde::Serialize) {

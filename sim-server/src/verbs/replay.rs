@@ -5,7 +5,7 @@ use rusty_contract::log::Ending;
 
 use super::Verbed;
 use super::launch::change_roster;
-use super::session::{RunSession, Starting};
+use super::session::{RunPlace, RunSession, Starting};
 use crate::cli::ReplayArgs;
 use crate::output::errln;
 use crate::source::{FrameSource as _, Recording};
@@ -35,14 +35,14 @@ pub fn replay(args: &ReplayArgs) -> Verbed {
         return Ok(rusty_contract::Exit::Failed);
     }
     change_roster(&mut source.header_mut().roster, &args.run)?;
+    let place = RunPlace::find(&args.run, &source.header().config.scenario, Some(&args.log))?;
     let defaults = Scenario::default();
     RunSession {
         args: &args.run,
         starting: if args.attach { Starting::ByHand } else { Starting::Launch },
         answer_timeout_s: defaults.answer_timeout_s,
         join_timeout_s: defaults.join_timeout_s,
-        played: Some(&args.log),
         announced: true,
     }
-    .run(&mut source)
+    .run(place, &mut source)
 }

@@ -3,20 +3,21 @@
 use crate::output::{errln, outln};
 use std::fs;
 use std::io::Write as _;
-use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
+use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::config::check_seconds;
 use rusty_contract::score::seconds;
-use rusty_contract::{FieldError, LogHeader, Role, RunName, TruthKey};
+use rusty_contract::{FieldError, LogHeader, RunName, TruthKey};
 use rusty_link::{Domain, ServerLink};
 
 use super::{Verbed, print_json};
 use crate::cli::RunArgs;
 use crate::confine::{self, Gate};
 use crate::error::VerbError;
+use crate::folder::{FreeFolder, Marker, RunEnd};
 use crate::lockstep::LossKind;
-use crate::report::RunReport;
+use crate::report::{RunReport, how_ended};
 use crate::run::{Children, Leaving, Outcome, Progress, Run, RunSetup, Spawn, Stop};
 use crate::source::FrameSource;
 
@@ -29,14 +30,37 @@ pub(super) enum Starting {
     ByHand,
 }
 
+/// The name of a run and the folder that is free for it.
+pub(super) struct RunPlace {
+    name: RunName,
+    folder: FreeFolder,
+}
+
+impl RunPlace {
+    /// Looks for it; nothing is written yet. `played` is a log that the run reads.
+    ///
+    /// # Errors
+    /// [`VerbError`] names what is in the way.
+    pub(super) fn find(
+        args: &RunArgs,
+        scenario: &str,
+        played: Option<&Path>,
+    ) -> Result<Self, VerbError> {
+        let name = match &args.run {
+            Some(name) => name.clone(),
+            None => fresh_name(scenario)?,
+        };
+        let path = args.out.clone().unwrap_or_else(|| Path::new("runs").join(name.as_str()));
+        Ok(Self { folder: FreeFolder::check(&path, args.force, played)?, name })
+    }
+}
+
 /// A run to be made.
 pub(super) struct RunSession<'a> {
     pub args: &'a RunArgs,
     pub starting: Starting,
     pub answer_timeout_s: f64,
     pub join_timeout_s: f64,
-    /// The log that is played, if one is: it must not be written over.
-    pub played: Option<&'a Path>,
     /// Whether a first line says what is run.
     pub announced: bool,
 }
@@ -54,8 +78,8 @@ pub(super) struct Made {
 }
 
 impl RunSession<'_> {
-    pub(super) fn run(self, source: &mut dyn FrameSource) -> Verbed {
-        let made = self.make(source)?;
+    pub(super) fn run(self, place: RunPlace, source: &mut dyn FrameSource) -> Verbed {
+        let made = self.make(place, source)?;
         let Made { header, name, out_dir, outcome, ended_badly, gates } = &made;
         let report = RunReport::new(header, name, out_dir, outcome, ended_badly, source)
             .with_gates(header, gates);
@@ -71,14 +95,14 @@ impl RunSession<'_> {
     ///
     /// # Errors
     /// [`VerbError`] before the run; losses in it are part of its outcome.
-    pub(super) fn make(&self, source: &mut dyn FrameSource) -> Result<Made, VerbError> {
+    pub(super) fn make(
+        &self,
+        place: RunPlace,
+        source: &mut dyn FrameSource,
+    ) -> Result<Made, VerbError> {
+        let RunPlace { name, folder } = place;
         let args = self.args;
         let header = source.header().clone();
-        let name = match &args.run {
-            Some(name) => name.clone(),
-            None => fresh_name(&header.config.scenario)?,
-        };
-        let out_dir = args.out.clone().unwrap_or_else(|| Path::new("runs").join(name.as_str()));
         let gates = close_gates(&header, self.starting)?;
         let (answer_timeout_s, join_timeout_s) = self.timeouts_s()?;
         let stop = Stop::listen(&name).map_err(VerbError::io(Path::new("signals")))?;
@@ -86,11 +110,8 @@ impl RunSession<'_> {
         // nobody and is named by `clean`.
         let _ = Domain::sweep_dead();
         let domain = Domain::create(&name)?;
-        fs::create_dir_all(&out_dir).map_err(VerbError::io(&out_dir))?;
-        // Participants may run in another folder than the server.
-        let out_dir = fs::canonicalize(&out_dir).map_err(VerbError::io(&out_dir))?;
-        self.check_not_over_played(&header, &out_dir)?;
-        remove_older_results(&header, &out_dir)?;
+        let mut folder = folder.take(Marker::new(name.as_str(), &header))?;
+        let out_dir = folder.path().to_owned();
         let (run_id, key) = RunSetup::draw().map_err(VerbError::Random)?;
         if self.announced {
             self.first_line(&header, &name, source.ticks());
@@ -109,6 +130,7 @@ impl RunSession<'_> {
             }
         };
         stop.covers(&children);
+        folder.begin();
         let setup = RunSetup {
             run: name.clone(),
             run_id,
@@ -134,6 +156,13 @@ impl RunSession<'_> {
             }
         });
         drop(domain);
+        let end = RunEnd {
+            ended: how_ended(outcome.phase).to_owned(),
+            ticks: outcome.ticks,
+            digest: outcome.digest.run_hex(),
+        };
+        // The run is none the worse for it; `runs` then has it as cut short.
+        folder.end(end).unwrap_or_else(|e| errln!("{e}"));
         Ok(Made { header, name, out_dir, outcome, ended_badly, gates })
     }
 
@@ -144,20 +173,6 @@ impl RunSession<'_> {
         check_seconds("--answer-timeout", answer_s)?;
         check_seconds("--join-timeout", join_s)?;
         Ok((answer_s, join_s))
-    }
-
-    /// The logger of a replay truncates what it is about to write; that must not
-    /// be the log that is being read.
-    fn check_not_over_played(&self, header: &LogHeader, out_dir: &Path) -> Result<(), FieldError> {
-        let writes = header.roster.iter().any(|p| p.role == Role::Logger);
-        match self.played {
-            Some(log) if writes && is_same_file(log, &out_dir.join("run.log")) => {
-                let problem = "is where the log being played lies; the logger would write over it";
-                let remedy = "give another folder, or --without the logger";
-                Err(FieldError::new("--out", out_dir.display(), problem, remedy))
-            }
-            _ => Ok(()),
-        }
     }
 
     fn first_line(&self, header: &LogHeader, name: &RunName, ticks: u64) {
@@ -197,13 +212,6 @@ fn close_gates(header: &LogHeader, starting: Starting) -> Result<Vec<Gate>, Verb
     Ok(gates)
 }
 
-fn is_same_file(a: &Path, b: &Path) -> bool {
-    match (fs::metadata(a), fs::metadata(b)) {
-        (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
-        _ => false,
-    }
-}
-
 /// The scenario's name, shortened, and eight random digits.
 fn fresh_name(scenario: &str) -> Result<RunName, VerbError> {
     let random = getrandom::u32().map_err(VerbError::Random)?;
@@ -212,32 +220,6 @@ fn fresh_name(scenario: &str) -> Result<RunName, VerbError> {
     let stem = stem.trim_start_matches('-');
     let stem = if stem.is_empty() { "run" } else { stem };
     Ok(RunName::new(&format!("{stem}-{random:08x}"))?)
-}
-
-/// Removes what this run's scorer and logger will write: should they not come
-/// to it, results of an older run must not pass for theirs.
-fn remove_older_results(header: &LogHeader, out_dir: &Path) -> Result<(), VerbError> {
-    let has = |role| header.roster.iter().any(|p| p.role == role);
-    let log: &[&str] = if has(Role::Logger) { &["run.log"] } else { &[] };
-    let scores: &[&str] = if has(Role::Scorer) {
-        &["score.json", "report.html", "report.svg", "report.png"]
-    } else {
-        &[]
-    };
-    for file in log.iter().chain(scores) {
-        let path = out_dir.join(file);
-        // A link is somebody's wish to have it written elsewhere.
-        if !fs::symlink_metadata(&path).is_ok_and(|found| found.is_file()) {
-            continue;
-        }
-        match fs::remove_file(&path) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-                return Err(VerbError::io(&path)(e));
-            }
-            _ => {}
-        }
-    }
-    Ok(())
 }
 
 /// Leaves the key where scorers and loggers started by hand look for it.

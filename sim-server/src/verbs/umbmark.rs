@@ -6,7 +6,7 @@ use rusty_contract::Exit;
 use rusty_contract::config::check_within;
 use rusty_plot::{PlotError, png};
 
-use super::{Verbed, print_json};
+use super::{Verbed, check_free, print_json};
 use crate::cli::UmbmarkArgs;
 use crate::error::VerbError;
 use crate::output::{errln, outln};
@@ -22,6 +22,7 @@ pub fn umbmark(args: &UmbmarkArgs) -> Verbed {
     check_within("--side", args.side, 0.01, 10_000.0)?;
     check_within("--speed", args.speed, 0.001, 100.0)?;
     check_within("--turn", args.turn, 0.001, 1000.0)?;
+    args.svg.iter().chain(&args.png).try_for_each(|path| check_free(path, args.force))?;
     let mut config = scenario_file::load(&args.scenario, &args.changes)?.config()?;
     config.seed = args.seed.unwrap_or(config.seed);
     let square = Square { side_m: args.side, speed_m_s: args.speed, turn_rad_s: args.turn };

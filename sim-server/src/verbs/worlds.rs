@@ -11,7 +11,7 @@ use rusty_geometry::{Hit, Material, SE2, World, WorldSpec};
 use rusty_sim::Lidar;
 use serde_json::json;
 
-use super::{Verbed, print_json};
+use super::{Verbed, check_free, print_json};
 use crate::cli::WorldsArgs;
 use crate::error::VerbError;
 use crate::scenario_file::{self, SetupError};
@@ -27,6 +27,7 @@ pub fn worlds(args: &WorldsArgs) -> Verbed {
     let Some(name) = &args.name else { return list(args) };
     let spec = scenario_file::world(name)?;
     if let Some(path) = &args.svg {
+        check_free(path, args.force)?;
         draw(&spec, path)?;
         errln!("drawn into {}", path.display());
     }

@@ -13,7 +13,8 @@ count = 0
 def launch(*args, **more):
     global count
     count += 1
-    return rusty.launch(*args, out=out, run=f"{name}{count}", **{"server": server, "ticks": 30, **more})
+    usual = {"server": server, "ticks": 30, "force": True}
+    return rusty.launch(*args, out=f"{out}/run", run=f"{name}{count}", **{**usual, **more})
 
 
 def raised(kind, words, *args, **more):

@@ -85,7 +85,7 @@ fn a_damaged_log_that_is_played_blames_nobody() {
         flipped[at] ^= 1 << bit;
         let copy = run.write("flipped.log", &flipped);
         let out = run.folder.path().join("played");
-        let args = ["--json", "--run", "", "--out", out.to_str().unwrap()];
+        let args = ["--json", "--force", "--run", "", "--out", out.to_str().unwrap()];
         let name = rusty_tests::fresh_run("blame");
         let args = args.map(|arg| if arg.is_empty() { name.as_str() } else { arg });
         let ended = verb("replay", &[&copy], &args);
@@ -162,6 +162,7 @@ fn everyone_works_on_the_complete_ticks_of_a_cut_log_and_says_so() {
         let said = Process::start("dead-reckoning", &with_out[..2]).wait().expect(3);
         assert_eq!(said.stdout.lines().count(), complete + 1);
         assert!(said.stderr.contains(&format!("ends after {complete} ticks")), "{}", said.stderr);
+        let with_out = [&with_out[..], &["--force"]].concat();
         Process::start("score", &with_out).wait().expect(3);
         let score = fs::read(out.join("score.json")).unwrap();
         let score: Value = serde_json::from_slice(&score).unwrap();

@@ -5,6 +5,7 @@ use rusty_clients::{ClientArgs, run_from};
 use rusty_contract::Exit;
 use rusty_filters::OdometryNoise;
 use rusty_filters::explore::{Explore, Options};
+use rusty_filters::gridmap::check_free;
 use rusty_filters::scan_match::{ScanMatch, ScanMatchOptions};
 
 /// Explores: makes a map of what its laser sees, drives to the nearest edge of
@@ -28,7 +29,10 @@ struct Cli {
 fn main() -> Exit {
     let Cli { args, options, wheels } = Cli::parse();
     let matching = ScanMatchOptions { wheels, ..ScanMatchOptions::default() };
-    run_from(&args, |start| Ok(Explore::new(start, &options, ScanMatch::new(start, &matching))))
+    run_from(&args, |start| {
+        options.save.iter().try_for_each(|stem| check_free(&args, stem))?;
+        Ok(Explore::new(start, &options, ScanMatch::new(start, &matching)))
+    })
 }
 
 #[cfg(test)]

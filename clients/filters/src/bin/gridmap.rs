@@ -4,7 +4,7 @@ use clap::Parser;
 use rusty_clients::{ClientArgs, run_from, witness::run_witness_from};
 use rusty_contract::Exit;
 use rusty_filters::OdometryNoise;
-use rusty_filters::gridmap::{GridMap, GridMapOf, Options, Poses};
+use rusty_filters::gridmap::{GridMap, GridMapOf, Options, Poses, check_free};
 
 /// Makes a map of cells from scans and poses, and writes it down at the end
 ///
@@ -41,9 +41,13 @@ struct Cli {
 fn main() -> Exit {
     let Cli { args, options, noise } = Cli::parse();
     match options.poses {
-        Poses::Odometry => run_from(&args, |start| Ok(GridMap::new(start, &options, noise))),
-        Poses::Truth | Poses::Of(_) => {
-            run_witness_from(&args, |start, brief, _| GridMapOf::new(start, brief, &options))
-        }
+        Poses::Odometry => run_from(&args, |start| {
+            check_free(&args, &options.save)?;
+            Ok(GridMap::new(start, &options, noise))
+        }),
+        Poses::Truth | Poses::Of(_) => run_witness_from(&args, |start, brief, args| {
+            check_free(args, &options.save)?;
+            GridMapOf::new(start, brief, &options)
+        }),
     }
 }

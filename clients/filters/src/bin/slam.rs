@@ -3,6 +3,7 @@
 use clap::Parser;
 use rusty_clients::{ClientArgs, run_from};
 use rusty_contract::Exit;
+use rusty_filters::gridmap::check_free;
 use rusty_filters::slam::{Slam, SlamOptions};
 
 /// Finds out where it is and what the place looks like, without a map: key scans
@@ -22,5 +23,8 @@ struct Cli {
 
 fn main() -> Exit {
     let Cli { args, options } = Cli::parse();
-    run_from(&args, |start| Ok(Slam::new(start, &options)))
+    run_from(&args, |start| {
+        options.save_map.iter().try_for_each(|stem| check_free(&args, stem))?;
+        Ok(Slam::new(start, &options))
+    })
 }

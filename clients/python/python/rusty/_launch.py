@@ -138,6 +138,7 @@ def launch(
     without: Sequence[str] = (),
     out: str | os.PathLike[str] | None = None,
     run: str | None = None,
+    force: bool = False,
     pace: str | float | None = None,
     server: str | os.PathLike[str] | None = None,
     allow_loss: bool = False,
@@ -161,6 +162,8 @@ def launch(
         without: participants to leave out, by name.
         out: folder for log, scores and pictures. Default: ``runs/NAME``.
         run: name of the run. Default: the scenario's and a random ending.
+        force: replace the folder of a run that is over. Default: such a folder is
+            refused, as is one that holds other files.
         pace: "max", "real", or a factor such as 2.5. Default: as fast as it goes.
         server: the program. Default: ``sim-server`` on the PATH, else
             ``target/release/sim-server`` in the current folder or one above it.
@@ -185,6 +188,7 @@ def launch(
         words += [f"--set={key}={toml_value(_json(v))}" for key, v in _fields(set or {})]
         words += [f"--add={_added(name, command)}" for name, command in (add or {}).items()]
         words += [f"--without={name}" for name in without]
+        words += ["--force"] if force else []
         code, printed, said = _run(words, quiet)
     return _outcome(code, printed, said, allow_loss)
 

@@ -10,7 +10,7 @@ use rusty_contract::{FieldError, Phase, RunName, Scenario};
 use rusty_link::WaitPolicy;
 use serde::Serialize;
 
-use super::super::session::{Made, RunSession, Starting};
+use super::super::session::{Made, RunPlace, RunSession, Starting};
 use crate::cli::RunArgs;
 use crate::compare::Mismatch;
 use crate::error::VerbError;
@@ -66,6 +66,7 @@ fn play(source: &mut Recording, folder: &Path) -> Result<Made, VerbError> {
     let args = RunArgs {
         run: Some(RunName::new(&format!("verify-{random:08x}"))?),
         out: Some(folder.to_owned()),
+        force: false,
         pace: Pace::Max,
         paused: false,
         sandbox: None,
@@ -77,16 +78,16 @@ fn play(source: &mut Recording, folder: &Path) -> Result<Made, VerbError> {
         json: false,
         quiet: true,
     };
+    let place = RunPlace::find(&args, &source.header().config.scenario, None)?;
     let defaults = Scenario::default();
     RunSession {
         args: &args,
         starting: Starting::Launch,
         answer_timeout_s: defaults.answer_timeout_s,
         join_timeout_s: defaults.join_timeout_s,
-        played: None,
         announced: false,
     }
-    .make(source)
+    .make(place, source)
 }
 
 fn gather(source: &Recording, made: &Made) -> Result<Clients, VerbError> {
