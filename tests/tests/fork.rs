@@ -134,7 +134,7 @@ fn a_driven_run_goes_on_with_its_driver_after_the_change() {
     let out = tree.place.path().join("out");
     let ended = fork_refused(&copy, &out, &["--at", "70"], 2);
     assert!(ended.contains("it is a fork itself"), "{ended}");
-    let ended = fork_refused(&tree.log, &out, &["--at", "70", "--without", "bouncer"], 2);
+    let ended = fork_refused(&tree.log, &out, &["--at", "70", "--without", "wander"], 2);
     assert!(ended.contains("takes away the driver"), "{ended}");
 }
 
