@@ -128,6 +128,7 @@ fn a_world_that_is_broken_is_refused_with_the_wall() {
 fn a_participant_that_cannot_be_started_is_named_and_the_others_end() {
     for (command, words) in [
         ("no-such-program", "\"no-such-program\" is neither beside "),
+        ("dead-reckonin", "did you mean \"dead-reckoning\"?"),
         ("/no/such", "cannot start /no/such: No such file"),
         ("/etc/passwd", "cannot start /etc/passwd: Permission denied"),
     ] {
@@ -209,7 +210,7 @@ fn the_second_of_a_name_is_refused_and_the_first_stays() {
 fn a_required_participant_that_is_refused_ends_the_run_in_its_words() {
     for (mode, words) in [("wrong-layout", "built for layout"), ("wrong-protocol", "protocol 4")] {
         let after = with_probe("launch", "refused", mode, &[&["--ticks", "50"]]).ends_with(1);
-        after.lost("dead-reckoning", "dead", "exited with code 1; its last words: probe: refused");
+        after.lost("dead-reckoning", "dead", "exited with code 1; it printed:\n    probe: refused");
         let detail = text(&after.report["losses"][0], "detail");
         assert!(detail.contains(words) && after.stderr.contains(words), "{detail}");
     }

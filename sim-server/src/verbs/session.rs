@@ -7,7 +7,7 @@ use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
 use rusty_contract::config::check_seconds;
-use rusty_contract::{FieldError, LogHeader, Role, RunName, TruthKey};
+use rusty_contract::{FieldError, LogHeader, Phase, Role, RunName, TruthKey};
 use rusty_link::{Domain, ServerLink};
 
 use super::{Verbed, print_json};
@@ -16,7 +16,7 @@ use crate::confine::{self, Gate};
 use crate::error::VerbError;
 use crate::lockstep::LossKind;
 use crate::report::RunReport;
-use crate::run::{Children, Leaving, Outcome, Progress, Run, RunSetup, Spawn, Stop};
+use crate::run::{Children, Leaving, Outcome, Progress, Run, RunSetup, Spawn, Stop, find_program};
 use crate::source::FrameSource;
 
 /// Who starts the participants.
@@ -48,6 +48,8 @@ pub(super) struct Made {
     pub outcome: Outcome,
     /// Participants that ended badly after the run: seat and how.
     pub ended_badly: Vec<(usize, String)>,
+    /// The files for what participants print, of those that the server started.
+    pub outputs: Vec<(usize, PathBuf)>,
     /// How far the kernel confines each participant.
     pub gates: Vec<Gate>,
 }
@@ -55,8 +57,9 @@ pub(super) struct Made {
 impl RunSession<'_> {
     pub(super) fn run(self, source: &mut dyn FrameSource) -> Verbed {
         let made = self.make(source)?;
-        let Made { header, name, out_dir, outcome, ended_badly, gates } = &made;
+        let Made { header, name, out_dir, outcome, ended_badly, outputs, gates } = &made;
         let report = RunReport::new(header, name, out_dir, outcome, ended_badly, source)
+            .with_outputs(header, outputs, ended_badly)
             .with_gates(header, gates);
         if self.args.json {
             print_json(&report);
@@ -124,16 +127,11 @@ impl RunSession<'_> {
         let progress = Progress::new(source.ticks(), args.quiet || args.json);
         let run = Run::new(setup, link, source, &mut children, &stop, progress);
         let outcome = run.drive()?;
-        let ended_badly = children.finish(|seat| {
-            let summary = &outcome.seats[seat];
-            match &summary.lost {
-                Some(loss) if loss.kind == LossKind::Failed => Leaving::Failed,
-                None if summary.pid.is_some() => Leaving::AtTheEnd,
-                _ => Leaving::Lost,
-            }
-        });
+        let output = |seat| Some((seat, children.output(seat)?.to_owned()));
+        let outputs = (0..header.roster.len()).filter_map(output).collect();
+        let ended_badly = children.finish(|seat| how_left(&outcome, seat));
         drop(domain);
-        Ok(Made { header, name, out_dir, outcome, ended_badly, gates })
+        Ok(Made { header, name, out_dir, outcome, ended_badly, outputs, gates })
     }
 
     /// How long an answer, and joining, may take, s.
@@ -179,7 +177,30 @@ impl RunSession<'_> {
             let expected: Vec<&str> =
                 header.roster.iter().filter(|p| p.is_awaited()).map(|p| p.name.as_str()).collect();
             errln!("waiting for {} (each with --run {name})", expected.join(", "));
+            return;
         }
+        for p in header.roster.iter().filter(|p| p.is_awaited() && p.command.is_empty()) {
+            let p = &p.name;
+            let found = find_program(p, p).ok().map(|path| path.display().to_string());
+            let offer = found.map(|path| format!(", or use --add {p}={p} ({path})"));
+            let offer = offer.unwrap_or_default();
+            errln!("waiting for {p}, which has no command: start it with --run {name}{offer}");
+        }
+    }
+}
+
+/// Returns how a participant left the run.
+fn how_left(outcome: &Outcome, seat: usize) -> Leaving {
+    let summary = &outcome.seats[seat];
+    match &summary.lost {
+        Some(loss) if loss.kind == LossKind::Failed => Leaving::Failed,
+        Some(loss) if loss.kind == LossKind::Dead => Leaving::Dead,
+        None if outcome.phase == Phase::Aborted => match summary.pid {
+            Some(_) => Leaving::Aborted,
+            None => Leaving::TooLate,
+        },
+        None if summary.pid.is_some() => Leaving::AtTheEnd,
+        _ => Leaving::Lost,
     }
 }
 
