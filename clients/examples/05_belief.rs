@@ -8,11 +8,9 @@
 //! `Filter::belief` shows it. It is asked only while somebody looks, which the
 //! scorer does for its report, and `belief --run NAME` for you. On a log,
 //! `--beliefs FILE` writes it.
-use clap::Parser;
+use rusty_clients::clap::{self, Parser};
+use rusty_clients::geometry::normal::standard_normal;
 use rusty_clients::prelude::*;
-use rusty_clients::{ClientArgs, Filter, run_from};
-use rusty_contract::{BeliefKind, WeightedPose};
-use rusty_geometry::normal::standard_normal;
 
 /// Dead reckoning as a cloud of particles
 #[derive(Parser)]

@@ -84,9 +84,8 @@ pub fn run<E: Estimator>() -> Exit {
 /// flatten [`ClientArgs`] into the arguments of your own.
 ///
 /// ```no_run
-/// use clap::Parser;
+/// use rusty_clients::clap::{self, Parser};
 /// use rusty_clients::prelude::*;
-/// use rusty_clients::{ClientArgs, Filter, run_from};
 ///
 /// /// Stands where it is told.
 /// #[derive(Parser)]

@@ -19,8 +19,7 @@
 //! use rusty_sim::Sim;
 //! ```
 //!
-//! Rays and walls for a sensor model are in `rusty_geometry`, which knows no
-//! noise.
+//! Rays and walls for a sensor model are in [`geometry`], which knows no noise.
 
 mod args;
 pub mod dead_reckoning;
@@ -46,9 +45,15 @@ pub use session::{Arrival, Session};
 pub use tick::Tick;
 pub use witness::{Witness, run_witness};
 
+// The crates that filters need next to this one, in the versions that fit it.
+pub use clap;
+pub use nalgebra;
+pub use rusty_geometry as geometry;
+
 /// All that a filter usually needs.
 pub mod prelude {
-    pub use crate::{ClientError, Estimator, Session, Tick};
+    pub use crate::{ClientArgs, ClientError, Estimator, Filter, Session, Tick, run_from};
+    pub use rusty_contract::{BeliefKind, WeightedPose};
     pub use rusty_contract::{Estimate, Exit, NominalRobot, Reply, Start};
     pub use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Twist, World, odometry_delta};
 }

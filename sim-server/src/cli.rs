@@ -7,6 +7,7 @@ mod conformance;
 mod control;
 mod export;
 mod runs;
+mod seed;
 mod sweep;
 mod umbmark;
 
@@ -164,7 +165,7 @@ pub struct ScenarioArgs {
     #[arg(default_value = "apartment")]
     pub scenario: String,
     /// Seed of all noise [default: the scenario's]
-    #[arg(long)]
+    #[arg(long, value_parser = seed::seed, allow_hyphen_values = true)]
     pub seed: Option<u64>,
     /// Number of ticks [default: the scenario's]
     #[arg(long)]
@@ -260,7 +261,7 @@ pub struct ForkArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub changes: Vec<String>,
     /// Seed of all noise from that tick on [default: the log's]
-    #[arg(long)]
+    #[arg(long, value_parser = seed::seed, allow_hyphen_values = true)]
     pub seed: Option<u64>,
     /// Number of ticks in all [default: the log's]
     #[arg(long)]

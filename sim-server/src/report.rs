@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rusty_contract::log::Finding;
 use rusty_contract::score::{Score, ScoreTable};
@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::bench::usage::Usage;
 use crate::confine::Gate;
 use crate::lockstep::{Loss, SeatSummary};
-use crate::run::Outcome;
+use crate::run::{Outcome, has_content};
 use crate::source::{Comparison, Fork, FrameSource};
 
 /// What a run came to.
@@ -63,6 +63,9 @@ pub struct RunReport {
     pub losses: Vec<Loss>,
     /// Who was lost and came back.
     pub restarts: Vec<Loss>,
+    /// The file with all that a participant printed, by name, for each that was
+    /// lost or failed.
+    pub outputs: BTreeMap<String, String>,
     /// What came of modelled compute times, where there are any.
     pub timings: Vec<Timing>,
     /// Participants that ended badly after the run, and why the run ended
@@ -126,7 +129,7 @@ impl RunReport {
             .and_then(|json| serde_json::from_slice::<ScoreReport>(&json).ok())
             // A file that is not of this run is no result of it.
             .filter(|scored| scored.digest == digest);
-        if has(rusty_contract::Role::Scorer) && scored.is_none() {
+        if has(rusty_contract::Role::Scorer) && scored.is_none() && outcome.ticks > 0 {
             remarks.push("there are no scores of this run".to_owned());
         }
         let scores_file = scores_file.filter(|_| scored.is_some());
@@ -157,6 +160,7 @@ impl RunReport {
             gates: BTreeMap::new(),
             losses: outcome.losses.clone(),
             restarts: outcome.restarts.clone(),
+            outputs: BTreeMap::new(),
             timings: outcome.timings.clone(),
             remarks,
             findings: header.findings().to_vec(),
@@ -167,6 +171,25 @@ impl RunReport {
             comparison: source.comparison().cloned(),
             fork: source.fork().cloned(),
         }
+    }
+
+    /// With the output, where there is any, of each participant that was lost or
+    /// failed.
+    #[must_use]
+    pub fn with_outputs(
+        mut self,
+        header: &LogHeader,
+        outputs: &[(usize, PathBuf)],
+        ended_badly: &[(usize, String)],
+    ) -> Self {
+        let lost = |seat: usize| self.losses.iter().chain(&self.restarts).any(|l| l.seat == seat);
+        let named = |seat: usize| lost(seat) || ended_badly.iter().any(|(bad, _)| *bad == seat);
+        let shown = outputs.iter().filter(|(seat, path)| named(*seat) && has_content(path));
+        let entry = |(seat, path): &(usize, PathBuf)| {
+            (header.roster[*seat].name.clone(), path.display().to_string())
+        };
+        self.outputs = shown.map(entry).collect();
+        self
     }
 
     /// With everyone's kernel gate, given in roster order.
@@ -243,6 +266,9 @@ impl std::fmt::Display for RunReport {
         }
         for finding in &self.findings {
             writeln!(f, "finding  {finding}")?;
+        }
+        for (name, path) in &self.outputs {
+            writeln!(f, "output   {name}: {path}")?;
         }
         if let (Some(fork), Some(c)) = (&self.fork, &self.comparison) {
             write_fork(f, fork, c)?;

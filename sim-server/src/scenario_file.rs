@@ -1,11 +1,17 @@
 //! Scenarios: built in or in a file, changed on the command line, set up.
 
+mod changes;
+
+pub use changes::change_config;
+
 use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::scenario::ScenarioError;
+use rusty_contract::suggest::{did_you_mean, for_message};
 use rusty_contract::{FieldError, Participant, Role, RunConfig, Scenario, ScriptConfig};
+use rusty_geometry::places::{PLACES, place};
 use rusty_geometry::{WorldError, WorldSpec};
 use thiserror::Error;
 
@@ -21,9 +27,6 @@ pub const BUILT_IN: [(&str, &str); 5] = [
 /// Longest scenario, world or list of commands that is read, bytes: 100 000
 /// walls or a million commands need less.
 const MAX_FILE_BYTES: u64 = 32 << 20;
-
-/// The most parts of a `--set` key; no field lies deeper.
-const MAX_KEY_PARTS: usize = 16;
 
 /// Why a scenario cannot be set up.
 #[derive(Debug, Error)]
@@ -46,8 +49,17 @@ pub enum SetupError {
         /// What is wrong.
         error: ScenarioError,
     },
+    /// A world was given as a scenario.
+    #[error(
+        "{path}: expected a scenario, got a world; run a scenario in it with `sim-server launch \
+         --set world_file={path}`, or draw it with `sim-server worlds {path} --svg FILE`"
+    )]
+    WorldGiven {
+        /// The file.
+        path: String,
+    },
     /// The world cannot be used.
-    #[error("{path}: {error}")]
+    #[error("{path}: {error}{}", for_message(&error.to_string()))]
     World {
         /// The file.
         path: String,
@@ -93,15 +105,22 @@ pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
         None => {
             let path = Path::new(which);
             let text = read_text(path).map_err(|error| {
-                let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
-                let hint = format!("; built-in scenarios: {}", names.join(", "));
+                let mut hint = names("scenarios", which, BUILT_IN.iter().map(|(name, _)| *name));
+                if place(which).is_some() {
+                    hint = format!("{hint}; for the world of this name use --set world={which}");
+                }
                 SetupError::Read { path: which.to_owned(), error, hint }
             })?;
             (text, path.parent().map(Path::to_owned).unwrap_or_default())
         }
     };
-    let error = |error| SetupError::Scenario { path: which.to_owned(), error };
-    let mut scenario = read(&text, changes).map_err(error)?;
+    let mut scenario = read(&text, changes).map_err(|error| {
+        let path = which.to_owned();
+        match parse_world(Path::new(which), &text) {
+            Ok(_) => SetupError::WorldGiven { path },
+            Err(_) => SetupError::Scenario { path, error },
+        }
+    })?;
     for participant in &mut scenario.participants {
         for file in &mut participant.files {
             *file = folder.join(&*file).to_string_lossy().into_owned();
@@ -113,6 +132,13 @@ pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
         }
     }
     Ok(Loaded { scenario, folder })
+}
+
+/// Returns the end of a message about a name that is not built in.
+fn names<'a>(what: &str, word: &str, all: impl Iterator<Item = &'a str>) -> String {
+    let all: Vec<&str> = all.collect();
+    let suggestion = did_you_mean(word, all.iter().copied());
+    format!("; built-in {what}: {}{suggestion}", all.join(", "))
 }
 
 /// A word of a command that names no file where the server works, but one beside
@@ -144,76 +170,7 @@ fn read_text(path: &Path) -> std::io::Result<String> {
 /// [`ScenarioError`] names field, value and remedy.
 pub fn read(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
     let scenario = Scenario::from_toml(text)?;
-    if changes.is_empty() { Ok(scenario) } else { change(text, changes) }
-}
-
-/// Applies `key=value` changes to the text of a scenario.
-fn change(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
-    let syntax = |e: toml::de::Error| ScenarioError::Syntax(e.to_string().trim_end().to_owned());
-    let mut table: toml::Table = toml::from_str(text).map_err(syntax)?;
-    for change in changes {
-        let (key, value) = parse_change(change)?;
-        // Whoever walks through tables in tables needs stack for each.
-        if key.split('.').count() > MAX_KEY_PARTS {
-            return Err(change_error(change, "names a field that no scenario has").into());
-        }
-        let mut place = &mut table;
-        let mut parts = key.trim().split('.').peekable();
-        while let Some(part) = parts.next() {
-            if parts.peek().is_none() {
-                place.insert(part.to_owned(), value);
-                break;
-            }
-            let next = place
-                .entry(part.to_owned())
-                .or_insert_with(|| toml::Value::Table(toml::Table::new()));
-            let through = || change_error(change, "goes through a value");
-            place = next.as_table_mut().ok_or_else(through)?;
-        }
-    }
-    Scenario::from_toml(&table.to_string())
-}
-
-fn change_error(change: &str, problem: &str) -> FieldError {
-    let remedy = "write --set key=value, e.g. --set robot.slip_std=0.05";
-    FieldError::new("--set", change, problem, remedy)
-}
-
-/// Key and value of `key=value`.
-fn parse_change(change: &str) -> Result<(&str, toml::Value), FieldError> {
-    let (key, value) = change.split_once('=').ok_or_else(|| change_error(change, "has no `=`"))?;
-    // A word that is no TOML value is meant as text.
-    let value = toml::from_str::<toml::Table>(&format!("v = {value}"))
-        .ok()
-        .and_then(|mut t| t.remove("v"))
-        .unwrap_or_else(|| toml::Value::String(value.to_owned()));
-    Ok((key, value))
-}
-
-/// Applies `key=value` changes to the configuration of a run.
-///
-/// # Errors
-/// [`FieldError`] names the change that cannot be made.
-pub fn change_config(config: &RunConfig, changes: &[String]) -> Result<RunConfig, FieldError> {
-    let mut config = config.clone();
-    for change in changes {
-        let error =
-            |e: &dyn std::fmt::Display| change_error(change, &format!("cannot be set: {e}"));
-        let (key, value) = parse_change(change)?;
-        // JSON, because TOML has no room for a seed of 64 bits.
-        let mut whole = serde_json::to_value(&config).map_err(|e| error(&e))?;
-        let mut place = &mut whole;
-        for part in key.trim().split('.') {
-            let inside = place.as_object_mut();
-            place = inside
-                .ok_or_else(|| change_error(change, "goes through a value"))?
-                .entry(part)
-                .or_insert(serde_json::Value::Null);
-        }
-        *place = serde_json::to_value(value).map_err(|e| error(&e))?;
-        config = serde_json::from_value(whole).map_err(|e| error(&e))?;
-    }
-    Ok(config)
+    if changes.is_empty() { Ok(scenario) } else { changes::change(text, changes) }
 }
 
 /// Reads a world: a built-in place by name, or a file by path.
@@ -221,7 +178,7 @@ pub fn change_config(config: &RunConfig, changes: &[String]) -> Result<RunConfig
 /// # Errors
 /// [`SetupError`] names the file and the wall.
 pub fn world(which: &str) -> Result<WorldSpec, SetupError> {
-    if let Some(place) = rusty_geometry::places::place(which) {
+    if let Some(place) = place(which) {
         return Ok(place.spec().clone());
     }
     world_file(Path::new(which))
@@ -230,17 +187,18 @@ pub fn world(which: &str) -> Result<WorldSpec, SetupError> {
 fn world_file(path: &Path) -> Result<WorldSpec, SetupError> {
     let name = path.display().to_string();
     let text = read_text(path).map_err(|error| {
-        let places: Vec<&str> = rusty_geometry::places::PLACES.iter().map(|(n, _)| *n).collect();
-        let hint = format!("; built-in worlds: {}", places.join(", "));
+        let hint = names("worlds", &name, PLACES.iter().map(|(name, _)| *name));
         SetupError::Read { path: name.clone(), error, hint }
     })?;
-    let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-    let spec =
-        if is_json { WorldSpec::from_json_str(&text) } else { WorldSpec::from_toml_str(&text) };
     let error = |error| SetupError::World { path: name.clone(), error };
-    let spec = spec.map_err(error)?;
+    let spec = parse_world(path, &text).map_err(error)?;
     spec.check().map_err(error)?;
     Ok(spec)
+}
+
+fn parse_world(path: &Path, text: &str) -> Result<WorldSpec, WorldError> {
+    let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    if is_json { WorldSpec::from_json_str(text) } else { WorldSpec::from_toml_str(text) }
 }
 
 impl Loaded {
@@ -252,13 +210,14 @@ impl Loaded {
         let s = &self.scenario;
         let world = match &s.world_file {
             Some(file) => world_file(&self.folder.join(file))?,
-            None => match rusty_geometry::places::place(&s.world) {
+            None => match place(&s.world) {
                 Some(place) => place.spec().clone(),
                 None => {
-                    let remedy = "use open, hallway or apartment, or give a world_file";
-                    return Err(
-                        FieldError::new("world", &s.world, "is no built-in world", remedy).into()
-                    );
+                    let hint = did_you_mean(&s.world, PLACES.iter().map(|(name, _)| *name));
+                    let remedy =
+                        format!("use open, hallway or apartment, or give a world_file{hint}");
+                    let problem = "is no built-in world";
+                    return Err(FieldError::new("world", &s.world, problem, remedy).into());
                 }
             },
         };
@@ -332,40 +291,40 @@ mod tests {
     }
 
     #[test]
-    fn a_change_of_a_configuration_leaves_every_other_bit() {
-        let mut config = load("apartment", &[]).unwrap().config().unwrap();
-        config.seed = u64::MAX;
-        config.dt_s = 0.1 + 0.2;
-        let set = |text: &str| change_config(&config, &[text.to_owned()]);
-        let mut expected = config.clone();
-        expected.robot.slip_std = 1.0;
-        assert_eq!(set("robot.slip_std=1"), Ok(expected.clone()));
-        expected.robot.slip_std = config.robot.slip_std;
-        expected.script = ScriptConfig::Straight { v_m_s: 0.25 };
-        assert_eq!(set("script={ kind = \"straight\", v_m_s = 0.25 }"), Ok(expected));
-        for (text, words) in [
-            ("robot.slip_std", "has no `=`"),
-            ("robot.slip=0.1", "unknown field `slip`"),
-            ("seed.x=1", "goes through a value"),
-            ("robot.slip_std=much", "invalid type: string \"much\""),
-        ] {
-            let error = set(text).unwrap_err().to_string();
-            assert!(error.contains(words), "{error}");
-        }
+    fn a_name_that_is_almost_right_gets_a_suggestion() {
+        let error = |which: &str| load(which, &[]).unwrap_err().to_string();
+        assert!(
+            error("apartmnt").ends_with("did you mean \"apartment\"?"),
+            "{}",
+            error("apartmnt")
+        );
+        assert!(error("open").contains("--set world=open"), "a world: {}", error("open"));
+        let set = ["world=halway".to_owned()];
+        let error = load("patrol", &set).unwrap().config().unwrap_err().to_string();
+        assert!(error.contains("world = halway") && error.contains("did you mean \"hallway\"?"));
+        let error = world("apartmnt").unwrap_err().to_string();
+        assert!(error.ends_with("did you mean \"apartment\"?"), "{error}");
     }
 
     #[test]
-    fn a_change_reaches_its_field_and_a_wrong_one_is_named() {
-        let set = |text: &str| load("apartment", &[text.to_owned()]);
-        assert_eq!(set("lidar.beams=181").unwrap().scenario.lidar.beams, 181);
-        assert_eq!(
-            set("on_loss=continue").unwrap().scenario.on_loss,
-            rusty_contract::OnLoss::Continue
-        );
-        assert!(set("lidar.beems=181").unwrap_err().to_string().contains("beems"));
-        assert!(set("lidar.beams").unwrap_err().to_string().contains("has no `=`"));
-        let deep = format!("{}a=1", "a.".repeat(100_000));
-        assert!(set(&deep).unwrap_err().to_string().contains("no scenario has"));
-        assert!(set("robot.slip_std=nan").unwrap_err().to_string().contains("NaN"));
+    fn a_world_file_in_the_place_of_a_scenario_is_recognised() {
+        let folder = tempfile::tempdir().unwrap();
+        let spec = rusty_geometry::hallway().spec().clone();
+        let json = serde_json::to_string(&spec).unwrap();
+        let toml = toml::to_string(&spec).unwrap();
+        for (name, text) in [("w.json", json), ("w.toml", toml)] {
+            let path = folder.path().join(name);
+            fs::write(&path, text).unwrap();
+            let path = path.to_str().unwrap();
+            let error = load(path, &[]).unwrap_err();
+            assert!(matches!(error, SetupError::WorldGiven { .. }), "{error}");
+            let remedy = format!("--set world_file={path}");
+            assert!(error.to_string().contains(&remedy), "{error}");
+            load("hallway", &[format!("world_file={path}")]).unwrap().config().unwrap();
+        }
+        let path = folder.path().join("empty.json");
+        fs::write(&path, "{}").unwrap();
+        let error = load(path.to_str().unwrap(), &[]).unwrap_err();
+        assert!(matches!(error, SetupError::Scenario { .. }), "{error}");
     }
 }

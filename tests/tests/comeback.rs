@@ -39,7 +39,7 @@ fn kill(live: &Live, name: &str, times: usize) {
 #[test]
 fn whoever_is_killed_comes_back_and_the_run_is_the_same() {
     let (digest, log) = undisturbed(&DRIVER);
-    for (name, times) in [("bouncer", 1), ("dead-reckoning", 2), ("score", 1), ("logger", 1)] {
+    for (name, times) in [("wander", 1), ("dead-reckoning", 2), ("score", 1), ("logger", 1)] {
         let live = Live::under_way("back", &[&DRIVER, &COME_BACK, &TICKS]);
         kill(&live, name, times);
         let after = live.ends_with(0);

@@ -34,6 +34,53 @@ fn one_that_never_joins_is_named_and_the_run_can_go_on_without() {
 }
 
 #[test]
+fn one_without_a_command_is_named_at_once_with_the_program_of_its_name() {
+    binaries();
+    let timeout = ["--join-timeout", "1", "--ticks", "50", "--add", "mcl", "--add", "ghost"];
+    let after = Live::start("launch", "no-command", &[&timeout]).ends_with(1);
+    let waiting = |name: &str| {
+        let mut lines = after.stderr.lines();
+        lines.find(|l| l.starts_with(&format!("waiting for {name},"))).unwrap().to_owned()
+    };
+    assert!(waiting("mcl").contains("--add mcl=mcl"), "{}", after.stderr);
+    assert!(!waiting("ghost").contains("--add"), "no such program: {}", after.stderr);
+    let (said, lost) = (after.stderr.find("waiting for mcl"), after.stderr.find("lost: mcl"));
+    assert!(said.unwrap() < lost.unwrap(), "{}", after.stderr);
+}
+
+#[test]
+fn a_program_that_is_misused_is_named_alone_with_its_words_and_its_output() {
+    // Once is enough: with the same arguments it would end the same way again.
+    for on_loss in ["abort", "restart"] {
+        let misused = format!("mine={} --no-such-option", binary("dead-reckoning").display());
+        let set = format!("on_loss={on_loss}");
+        let args = ["--ticks", "50", "--add", &misused, "--set", &set];
+        let after = Live::start("launch", "misused", &[&args]).ends_with(1);
+        after.lost("mine", "dead", "its process exited with code 2; it printed:");
+        let detail = text(&after.report["losses"][0], "detail");
+        assert!(detail.contains("error: unexpected argument '--no-such-option'"), "{detail}");
+        assert_eq!(after.report["restarts"], Value::Array(vec![]), "{on_loss}");
+        // The others end because of it, and that is all.
+        assert_eq!(after.report["remarks"], Value::Array(vec![]), "{on_loss}");
+        let output = text(&after.report["outputs"], "mine");
+        assert!(fs::read_to_string(output).unwrap().contains("--no-such-option"));
+        assert!(after.stderr.contains(output), "{}", after.stderr);
+        assert_eq!(after.report["outputs"].as_object().unwrap().len(), 1);
+    }
+}
+
+#[test]
+fn one_that_dies_is_named_alone_whenever_it_dies() {
+    for mode in ["panic --at 0", "panic --at 10", "wrong-layout"] {
+        let probe = format!("probe={} --mode {mode}", binary("probe-client").display());
+        let args = ["--ticks", "50", "--add", &probe];
+        let after = Live::start("launch", "alone", &[&args]).ends_with(1);
+        assert_eq!(after.report["losses"].as_array().unwrap().len(), 1, "{mode}");
+        assert_eq!(after.report["remarks"], Value::Array(vec![]), "{mode}");
+    }
+}
+
+#[test]
 fn a_server_by_itself_says_whom_it_waited_for() {
     let ended = Live::start("serve", "alone", &[&["--join-timeout", "1"]]).ends_with(1);
     for name in ALL {
@@ -179,7 +226,7 @@ fn a_slow_participant_gets_a_notice_and_changes_nothing() {
 fn one_that_exits_panics_aborts_or_leaves_is_lost_in_its_own_way() {
     for (mode, kind, words) in [
         ("exit", "dead", "its process exited with code 7"),
-        ("panic", "dead", "its process exited with code 101; its last words: "),
+        ("panic", "dead", "its process exited with code 101; it printed:"),
         ("abort", "dead", "its process was killed by signal 6"),
         ("goodbye", "left", "it said goodbye before the end"),
     ] {

@@ -134,7 +134,7 @@ fn a_driven_run_goes_on_with_its_driver_after_the_change() {
     let out = tree.place.path().join("out");
     let ended = fork_refused(&copy, &out, &["--at", "70"], 2);
     assert!(ended.contains("it is a fork itself"), "{ended}");
-    let ended = fork_refused(&tree.log, &out, &["--at", "70", "--without", "bouncer"], 2);
+    let ended = fork_refused(&tree.log, &out, &["--at", "70", "--without", "wander"], 2);
     assert!(ended.contains("takes away the driver"), "{ended}");
 }
 
@@ -152,8 +152,8 @@ fn what_cannot_be_forked_is_refused_by_name() {
     let out = tree.place.path().join("out");
     let at = |name: &str| tree.place.path().join(name);
     for (args, words) in [
-        (&["--at", "0"][..], "--at = 0: leaves nothing of the original"),
-        (&["--at", "120"], "--at = 120: is behind the last tick of the branch (119)"),
+        (&["--at", "0"][..], "--at 0: leaves nothing of the original"),
+        (&["--at", "120"], "--at 120: is behind the last tick of the branch (119)"),
         (&["--at", "130", "--ticks", "200"], "has 120 complete ticks; use a tick from 1 to 120"),
         (&["--at", "9", "--set", "dt_s=0.1"], "dt_s = 0.1: was 0.02 when the run began"),
         (&["--at", "9", "--set", "lidar.beams=90"], "lidar.beams = 90: was 180"),

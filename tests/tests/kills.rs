@@ -23,7 +23,7 @@ fn a_server_killed_at_any_moment() {
 
 #[test]
 fn a_driver_killed_at_any_moment() {
-    series("bouncer");
+    series("wander");
 }
 
 #[test]

@@ -183,7 +183,7 @@ fn whoever_leaves_at_tick_7_has_failed_and_its_last_words_are_kept() {
         assert_eq!(after.report["losses"][0]["tick"], 7, "{how}");
         let Some(words) = words else { continue };
         let said = remarks(&after.report);
-        let ended = "python: its process exited with code 1; its last words: ";
+        let ended = "python: its process exited with code 1; it printed:";
         assert!(said.contains(ended) && said.contains(words), "{how}: {said}");
         let talk = fs::read_to_string(after.out.path().join("python.txt")).unwrap();
         assert!(talk.starts_with("Traceback (most recent call last):"), "{talk}");

@@ -65,15 +65,16 @@ fn a_field_that_cannot_be_used_is_named_with_its_value_on_the_command_line() {
         ("robot.slip_std=-0.1", "robot.slip_std = -0.1: is out of range"),
         ("robot.ticks_per_rev=0", "robot.ticks_per_rev = 0: is out of range"),
         ("lidar.beams=5000", "lidar.beams = 5000: is out of range; use a whole number from 1"),
-        ("lidar.beams=-1", "beams = -1"),
+        ("lidar.beams=-1", "--set lidar.beams=-1: "),
         ("lidar.range_max_m=inf", "lidar.range_max_m = inf: is out of range"),
         ("dt_s=0", "dt_s = 0: is out of range"),
         ("ticks=0", "ticks = 0: is out of range"),
         ("ticks=1e18", "expected u64"),
-        ("seed=-1", "seed = -1"),
+        ("seed=-1", "--set seed=-1: "),
         ("start.x_m=1e300", "is out of range"),
         ("start.theta_rad=nan", "start.theta_rad = NaN: is not a number"),
         ("start.x_m=0.0", "start = (0, 4.5) m in world \"apartment\": the body"),
+        ("start.x_m=200.0", "start = (200, 4.5) m: lies outside the world \"apartment\""),
         ("answer_timeout_s=-1", "answer_timeout_s = -1: is out of range"),
         ("script.leg_s=nan", "script.leg_s = NaN: is not a number"),
         ("script.kind=waltz", "unknown variant `waltz`"),
@@ -85,9 +86,12 @@ fn a_field_that_cannot_be_used_is_named_with_its_value_on_the_command_line() {
         refused(&["launch", "--set", change], 2, &[words]);
     }
     refused(&["launch", "--ticks", "0"], 2, &["ticks = 0: is out of range"]);
-    refused(&["launch", "--seed=-1"], 2, &["'-1' for '--seed"]);
+    for seed in [&["--seed=-1"][..], &["--seed", "-1"]] {
+        let words = ["'-1' for '--seed", "from 0 to 18446744073709551615"];
+        refused(&[&["launch"], seed].concat(), 2, &words);
+    }
     refused(&["launch", "--pace", "nan"], 2, &["\"nan\" is no pace; use max, real"]);
-    refused(&["launch", "--answer-timeout", "nan"], 2, &["--answer-timeout = NaN"]);
+    refused(&["launch", "--answer-timeout", "nan"], 2, &["--answer-timeout NaN"]);
     refused(&["launch", "--without", "ghost"], 2, &["ghost: is not there", "score, logger"]);
 }
 
@@ -124,6 +128,7 @@ fn a_world_that_is_broken_is_refused_with_the_wall() {
 fn a_participant_that_cannot_be_started_is_named_and_the_others_end() {
     for (command, words) in [
         ("no-such-program", "\"no-such-program\" is neither beside "),
+        ("dead-reckonin", "did you mean \"dead-reckoning\"?"),
         ("/no/such", "cannot start /no/such: No such file"),
         ("/etc/passwd", "cannot start /etc/passwd: Permission denied"),
     ] {
@@ -207,7 +212,7 @@ fn the_second_of_a_name_is_refused_and_the_first_stays() {
 fn a_required_participant_that_is_refused_ends_the_run_in_its_words() {
     for (mode, words) in [("wrong-layout", "built for layout"), ("wrong-protocol", "protocol 4")] {
         let after = with_probe("launch", "refused", mode, &[&["--ticks", "50"]]).ends_with(1);
-        after.lost("dead-reckoning", "dead", "exited with code 1; its last words: probe: refused");
+        after.lost("dead-reckoning", "dead", "exited with code 1; it printed:\n    probe: refused");
         let detail = text(&after.report["losses"][0], "detail");
         assert!(detail.contains(words) && after.stderr.contains(words), "{detail}");
     }

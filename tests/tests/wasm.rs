@@ -34,7 +34,9 @@ fn module() -> Option<&'static PathBuf> {
     static MODULE: OnceLock<Option<PathBuf>> = OnceLock::new();
     let module = MODULE.get_or_init(|| {
         if !target_is_installed() {
-            rusty_tests::skipped(&format!("no {TARGET} here; `rustup target add {TARGET}` installs it"));
+            rusty_tests::skipped(&format!(
+                "no {TARGET} here; `rustup target add {TARGET}` installs it"
+            ));
             return None;
         }
         let folder = binaries().parent().unwrap();

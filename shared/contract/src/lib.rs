@@ -17,6 +17,7 @@
 //! * [`log`]: the run on disk, readable up to the last complete tick wherever it was cut;
 //! * [`blind`]: a log without its truth to hand out, and the key that stays at home;
 //! * [`score`]: what a scorer writes down;
+//! * [`suggest`]: suggestions for misspelled names, for error messages;
 //! * [`exit`]: the exit codes that every program here shares.
 //!
 //! # The protocol
@@ -98,6 +99,7 @@ pub mod reply;
 pub mod sandbox;
 pub mod scenario;
 pub mod score;
+pub mod suggest;
 pub mod tally;
 pub mod timing;
 pub mod truth;

@@ -10,6 +10,7 @@ use crate::config::{FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConf
 use crate::config::{at_least, seconds};
 use crate::names::{NameError, check_participant_name};
 use crate::sandbox::Sandbox;
+use crate::suggest;
 use crate::tally::MAX_PARTICIPANTS;
 use crate::timing::ComputeTime;
 
@@ -258,8 +259,7 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`] with line, field, value and remedy.
     pub fn from_toml(text: &str) -> Result<Self, ScenarioError> {
-        let scenario: Self = toml::from_str(text)
-            .map_err(|e| ScenarioError::Syntax(e.to_string().trim_end().to_owned()))?;
+        let scenario: Self = toml::from_str(text).map_err(|e| suggest::for_scenario(text, &e))?;
         scenario.check()?;
         Ok(scenario)
     }
@@ -366,6 +366,9 @@ mod tests {
     fn what_is_wrong_is_named() {
         for (text, expected) in [
             ("sede = 1", "unknown field `sede`"),
+            ("sede = 1", "did you mean \"seed\"?"),
+            ("[kidnapping]\ntick = 5", "write [[kidnapping]]"),
+            ("[participant]\nname = \"a\"", "write [[participant]]"),
             ("seed = -1", "seed"),
             ("ticks = 0", "ticks = 0: is out of range"),
             ("dt_s = \"fast\"", "dt_s"),

@@ -171,24 +171,17 @@ impl Sim {
     }
 }
 
-/// A body that touches a wall is blocked whatever it does, so it must not start
-/// like that.
+/// Checks every place where the robot is put: the start, and kidnappings.
 fn check_places(config: &RunConfig, world: &World) -> Result<(), SimError> {
     check_place("start", &config.start, config, world)?;
     for (i, kidnapping) in config.kidnappings.iter().enumerate() {
-        let (field, to) = (format!("kidnapping[{i}].to"), kidnapping.to);
-        check_place(&field, &to, config, world)?;
-        let [x_min, y_min, x_max, y_max] = config.world.bounds;
-        if !((x_min..=x_max).contains(&to.x()) && (y_min..=y_max).contains(&to.y())) {
-            let value = format!("({}, {}) m", to.x(), to.y());
-            let problem = format!("lies outside the world {:?}", world.name());
-            let remedy = format!("put it within x {x_min} to {x_max} m, y {y_min} to {y_max} m");
-            return Err(FieldError::new(field, value, problem, remedy).into());
-        }
+        check_place(&format!("kidnapping[{i}].to"), &kidnapping.to, config, world)?;
     }
     Ok(())
 }
 
+/// Checks that a place is inside the world, and that the body touches no wall
+/// there: every step of one that does is blocked.
 fn check_place(
     field: &str,
     place: &SE2,
@@ -196,17 +189,24 @@ fn check_place(
     world: &World,
 ) -> Result<(), SimError> {
     let body_radius_m = config.robot.body_radius_m;
-    if !world.blocks(place, place, body_radius_m) {
-        return Ok(());
+    if world.blocks(place, place, body_radius_m) {
+        let distance_m = world.distance_to_nearest(Point2::from(place.translation()));
+        return Err(SimError::StartInWall {
+            field: field.to_owned(),
+            world: world.name().to_owned(),
+            x_m: place.x(),
+            y_m: place.y(),
+            body_radius_m,
+            distance_m,
+            missing_m: body_radius_m - distance_m,
+        });
     }
-    let distance_m = world.distance_to_nearest(Point2::from(place.translation()));
-    Err(SimError::StartInWall {
-        field: field.to_owned(),
-        world: world.name().to_owned(),
-        x_m: place.x(),
-        y_m: place.y(),
-        body_radius_m,
-        distance_m,
-        missing_m: body_radius_m - distance_m,
-    })
+    let [x_min, y_min, x_max, y_max] = config.world.bounds;
+    if !((x_min..=x_max).contains(&place.x()) && (y_min..=y_max).contains(&place.y())) {
+        let value = format!("({}, {}) m", place.x(), place.y());
+        let problem = format!("lies outside the world {:?}", world.name());
+        let remedy = format!("put it within x {x_min} to {x_max} m, y {y_min} to {y_max} m");
+        return Err(FieldError::new(field, value, problem, remedy).into());
+    }
+    Ok(())
 }

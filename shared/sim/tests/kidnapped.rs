@@ -86,6 +86,10 @@ fn a_place_in_a_wall_is_refused_at_the_start_and_in_the_middle() {
     assert_eq!(sim.config(), &base(), "nothing has changed");
     let error = Sim::new(kidnapped(&[(10, SE2::new(200.0, 3.0, 0.0))])).unwrap_err().to_string();
     assert!(error.starts_with("kidnapping[0].to = (200, 3) m: lies outside"), "{error}");
+    for start in [SE2::new(200.0, 3.0, 0.0), SE2::new(6.0, -7.0, 0.0)] {
+        let error = Sim::new(RunConfig { start, ..base() }).unwrap_err().to_string();
+        assert!(error.starts_with("start = (") && error.contains("lies outside"), "{error}");
+    }
     let twice = kidnapped(&[(10, SE2::new(6.0, 3.5, 0.0)), (10, SE2::new(6.0, 3.0, 0.0))]);
     let error = Sim::new(twice).unwrap_err().to_string();
     assert!(error.starts_with("kidnapping[1].tick = 10: is not after"), "{error}");

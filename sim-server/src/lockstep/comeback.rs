@@ -36,6 +36,12 @@ impl Lockstep {
             && !matches!(self.state, State::Ending { .. } | State::Finished)
     }
 
+    /// Starting the program on this seat again cannot help: should it be lost, it
+    /// is lost for good.
+    pub fn give_up(&mut self, seat: usize) {
+        self.seats[seat].fruitless = FRUITLESS;
+    }
+
     /// Somebody is being told this.
     pub(super) fn said(&mut self, step: Step, now_ns: u64) -> Step {
         if let Step::Restart(loss) = &step {

@@ -279,3 +279,20 @@ fn who_never_gets_anywhere_is_lost_for_good() {
     assert!(matches!(m.next(12, quiet), Step::Lost(_)));
     assert_eq!(m.next(12, quiet), Step::End(Phase::Aborted));
 }
+
+#[test]
+fn one_that_cannot_start_is_not_started_again() {
+    for (given_up, expected) in [(false, "restart"), (true, "lost")] {
+        let mut m = Lockstep::new(rules(5, OnLoss::Restart), &roster(), 0);
+        if given_up {
+            m.give_up(0);
+        }
+        m.died(0, "its process exited with code 2");
+        let what = match m.next(1, quiet) {
+            Step::Restart(_) => "restart",
+            Step::Lost(_) => "lost",
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(what, expected);
+    }
+}

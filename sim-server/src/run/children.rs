@@ -1,18 +1,19 @@
 //! The participants that the server starts itself.
 
 use std::fs::{self, File};
-use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::Write as _;
 use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process_group};
-use rusty_contract::{Participant, RunName, TruthKey};
+use rusty_contract::{Exit, Participant, RunName, TruthKey};
 use rusty_link::WaitPolicy;
 use thiserror::Error;
 
-use super::arguments;
+use super::program::find_program;
+use super::{arguments, printed};
 use crate::confine::{self, Gate};
 
 /// How long participants may take to end after their goodbye.
@@ -29,7 +30,7 @@ pub enum ChildrenError {
     /// The program is not there.
     #[error(
         "participant {name:?}: program {program:?} is neither beside {beside} nor on the path; \
-         build it (`cargo build --release`), or give its path in the scenario's `command`"
+         build it (`cargo build --release`), or give its path in the scenario's `command`{hint}"
     )]
     NotFound {
         /// Whose.
@@ -38,6 +39,8 @@ pub enum ChildrenError {
         program: String,
         /// Where it was looked for first.
         beside: String,
+        /// A suggestion: a program there with a similar name.
+        hint: String,
     },
     /// The operating system does not start it.
     #[error("participant {name:?}: cannot start {program}: {error}")]
@@ -95,19 +98,38 @@ struct Running {
 pub enum Leaving {
     /// It took part to the end.
     AtTheEnd,
+    /// It took part until the run was aborted.
+    Aborted,
     /// It said that it failed.
     Failed,
     /// It never took part, or was lost in another way.
     Lost,
+    /// Its process was found dead: the loss has all that there is to report.
+    Dead,
+    /// The run was aborted before it had joined.
+    TooLate,
 }
 
 impl Leaving {
     fn patience(self) -> Duration {
         match self {
-            Self::AtTheEnd => PATIENCE,
+            Self::AtTheEnd | Self::Aborted => PATIENCE,
             Self::Failed => FAILED_PATIENCE,
-            Self::Lost => SHORT_PATIENCE,
+            Self::Lost | Self::Dead | Self::TooLate => SHORT_PATIENCE,
         }
+    }
+
+    /// Whether ending like this is a failure that nothing else reports. Of an
+    /// aborted run the logger ends with code 3, and one that asks to join it with
+    /// code 1.
+    fn is_own_fault(self, status: ExitStatus) -> bool {
+        let follows = match self {
+            Self::Dead => return false,
+            Self::Aborted => Some(Exit::Lost as i32),
+            Self::TooLate => Some(Exit::Failed as i32),
+            _ => None,
+        };
+        !status.success() && (follows.is_none() || status.code() != follows)
     }
 }
 
@@ -165,13 +187,25 @@ impl Children {
             (_, Some(signal)) => format!("its process was killed by signal {signal}"),
             _ => "its process has ended".to_owned(),
         };
-        if let Some(line) = last_line(&running.talk) {
-            how = format!("{how}; its last words: {line}");
-        } else if !status.success() && is_full(&running.talk) {
+        if let Some(lines) = printed::excerpt(&running.talk) {
+            how = format!("{how}; it printed:{lines}");
+        } else if !status.success() && printed::is_full(&running.talk) {
             let talk = running.talk.display();
-            how = format!("{how}; its last words are lost: {talk}: No space left on device");
+            how = format!("{how}; its output is lost: {talk}: No space left on device");
         }
         Some(how)
+    }
+
+    /// Whether the program on `seat` has ended because of a wrong argument.
+    pub fn is_misused(&self, seat: usize) -> bool {
+        let code = self.0.iter().find(|r| r.seat == seat).and_then(|r| r.status?.code());
+        code == Some(Exit::Usage as i32)
+    }
+
+    /// The file for all that the participant on `seat` prints, if the server
+    /// started it.
+    pub fn output(&self, seat: usize) -> Option<&Path> {
+        self.0.iter().find(|r| r.seat == seat).map(|r| r.talk.as_path())
     }
 
     /// Ends what is left of the participant on `seat` and starts it once more,
@@ -199,7 +233,7 @@ impl Children {
     /// part, or is known to be lost.
     pub fn finish(mut self, how_left: impl Fn(usize) -> Leaving) -> Vec<(usize, String)> {
         let began = Instant::now();
-        let is_missed = |seat| how_left(seat) == Leaving::AtTheEnd;
+        let is_missed = |seat| matches!(how_left(seat), Leaving::AtTheEnd | Leaving::Aborted);
         loop {
             let late = self.0.iter_mut().filter_map(|r| r.has_not_ended().then_some(r.seat));
             let patience = late.map(|seat| how_left(seat).patience()).max();
@@ -214,10 +248,12 @@ impl Children {
             match (self.ended(seat, 0), self.0[i].status) {
                 (None, _) if !is_missed(seat) => {}
                 (None, _) => bad.push((seat, "it did not end by itself".to_owned())),
-                (Some(how), Some(status)) if !status.success() => bad.push((seat, how)),
+                (Some(how), Some(status)) if how_left(seat).is_own_fault(status) => {
+                    bad.push((seat, how));
+                }
                 _ => {}
             }
-            if fs::metadata(&self.0[i].talk).is_ok_and(|m| m.len() == 0) {
+            if !printed::has_content(&self.0[i].talk) {
                 let _ = fs::remove_file(&self.0[i].talk);
             }
         }
@@ -335,45 +371,4 @@ pub(crate) fn open_talk(name: &str, path: &Path) -> Result<(File, File), Childre
         path: path.display().to_string(),
         error,
     })
-}
-
-/// A path is taken as it is; a bare name is looked up beside the server, in
-/// `examples` beside it, then on the path.
-pub(crate) fn find_program(name: &str, program: &str) -> Result<PathBuf, ChildrenError> {
-    if program.contains('/') {
-        return Ok(PathBuf::from(program));
-    }
-    let beside = std::env::current_exe()
-        .ok()
-        .and_then(|exe| exe.parent().map(Path::to_owned))
-        .unwrap_or_default();
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let mut places = vec![beside.clone(), beside.join("examples")];
-    places.extend(std::env::split_paths(&path));
-    places.into_iter().map(|place| place.join(program)).find(|file| file.is_file()).ok_or_else(
-        || ChildrenError::NotFound {
-            name: name.to_owned(),
-            program: program.to_owned(),
-            beside: beside.display().to_string(),
-        },
-    )
-}
-
-/// The last line of what a participant printed, for messages.
-fn last_line(path: &Path) -> Option<String> {
-    const TAIL: u64 = 2048;
-    let mut file = File::open(path).ok()?;
-    let length = file.metadata().ok()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(TAIL))).ok()?;
-    let mut text = Vec::new();
-    file.take(TAIL).read_to_end(&mut text).ok()?;
-    let text = String::from_utf8_lossy(&text);
-    text.lines().rev().find(|l| !l.trim().is_empty()).map(|l| l.trim().to_owned())
-}
-
-/// Whether the disk that holds this file has no room for a message.
-fn is_full(path: &Path) -> bool {
-    const MESSAGE: u64 = 4096;
-    rustix::fs::statvfs(path)
-        .is_ok_and(|disk| disk.f_bavail.saturating_mul(disk.f_frsize) < MESSAGE)
 }

@@ -24,7 +24,9 @@ impl Run<'_> {
     /// Starts the program of a lost participant once more.
     pub(super) fn bring_back(&mut self, loss: Loss) {
         let (seat, name) = (loss.seat, loss.name.clone());
-        self.progress.say(&format!("lost: {loss}; it is started again, the run waits for it"));
+        let output = self.output(seat);
+        self.progress.say(&format!("lost: {loss}{output}"));
+        self.progress.say(&format!("{name} is started again; the run waits for it"));
         self.peers[seat] = None;
         self.feedings[seat] = None;
         let link = &self.link;
@@ -41,6 +43,7 @@ impl Run<'_> {
             Err(e) => self.progress.say(&e.to_string()),
         }
         self.clock.stand_still();
+        self.progress.waits();
         self.restarts.push(loss);
     }
 

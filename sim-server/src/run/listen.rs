@@ -117,6 +117,9 @@ impl Run<'_> {
             }
             // What it said before it ended still counts.
             self.take_answers()?;
+            if pid == 0 && self.children.is_misused(seat) {
+                self.lockstep.give_up(seat);
+            }
             let how = child.unwrap_or_else(|| "its process has ended".to_owned());
             self.lockstep.died(seat, &how);
         }

@@ -10,6 +10,8 @@ mod comeback;
 mod history;
 mod listen;
 mod pace;
+mod printed;
+mod program;
 mod progress;
 mod start;
 mod stop;
@@ -17,8 +19,10 @@ mod wishes;
 
 pub(crate) use arguments::with_folder;
 pub use children::{Children, ChildrenError, Leaving, Spawn};
-pub(crate) use children::{find_program, invite, kill_group, open_talk, spawn_with_key};
+pub(crate) use children::{invite, kill_group, open_talk, spawn_with_key};
 pub use pace::Pace;
+pub(crate) use printed::has_content;
+pub(crate) use program::find_program;
 pub use progress::Progress;
 pub use start::RunSetup;
 pub use stop::Stop;
@@ -199,7 +203,7 @@ impl<'a> Run<'a> {
                         .say(&format!("{name} is slow: no {missing} for {seconds:.1} s{what}"));
                 }
                 Step::Lost(loss) => {
-                    self.progress.say(&format!("lost: {loss}"));
+                    self.progress.say(&format!("lost: {loss}{}", self.output(loss.seat)));
                     self.losses.push(loss);
                 }
                 Step::Restart(loss) => self.bring_back(loss),
@@ -236,7 +240,10 @@ impl<'a> Run<'a> {
             // dies meanwhile does not wait for the clock.
             let wait_ns = match may {
                 May::In(early) => early.as_nanos() as u64,
-                _ => u64::MAX,
+                _ => {
+                    self.progress.waits();
+                    u64::MAX
+                }
             };
             if wait_ns >= WORTH_SLEEPING_NS {
                 self.link.rest();
@@ -244,6 +251,7 @@ impl<'a> Run<'a> {
             return self.listen(wait_ns);
         }
         self.began.get_or_insert_with(Instant::now);
+        self.progress.goes_on_at(tick);
         if self.stop.flag().load(Ordering::Relaxed) {
             self.lockstep.interrupt();
             return Ok(());
@@ -277,6 +285,12 @@ impl<'a> Run<'a> {
         self.progress.say(&error.to_string());
         self.source_error = Some(error);
         self.lockstep.abort();
+    }
+
+    /// Where all that a lost participant printed can be read, on a line.
+    fn output(&self, seat: usize) -> String {
+        let path = self.children.output(seat).filter(|path| has_content(path));
+        path.map(|path| format!("\n    full output: {}", path.display())).unwrap_or_default()
     }
 
     fn wake(&self) {

@@ -17,9 +17,12 @@ pub struct Progress {
     bar: Option<ProgressBar>,
     quiet: bool,
     ticks: u64,
+    /// From when on the rate counts: time spent waiting is not part of it.
     began: Instant,
-    /// Ticks that were done before it began.
+    /// Ticks that were done by then.
     before: u64,
+    /// Nothing is under way: participants join, or the run is paused.
+    waits: bool,
     last_line: Instant,
     /// The last line is out.
     told_all: bool,
@@ -45,17 +48,30 @@ impl Progress {
             ticks,
             began: now,
             before: 0,
+            waits: true,
             last_line: now,
             told_all: false,
             ended: None,
         }
     }
 
-    /// So many ticks were done before; rate and time left are about the rest.
-    pub fn begin_at(&mut self, before: u64) {
-        self.before = before;
+    /// Nothing happens until [`goes_on_at`](Self::goes_on_at).
+    pub fn waits(&mut self) {
+        self.waits = true;
+    }
+
+    /// Ends waiting, if there was any, with `done` ticks done: rate and time left
+    /// are about the ticks from here on.
+    pub fn goes_on_at(&mut self, done: u64) {
+        if std::mem::take(&mut self.waits) {
+            self.count_from(done, Instant::now());
+        }
+    }
+
+    fn count_from(&mut self, done: u64, now: Instant) {
+        (self.before, self.began) = (done, now);
         if let Some(bar) = &self.bar {
-            bar.set_position(before);
+            bar.set_position(done);
             bar.reset_eta();
         }
     }
@@ -68,10 +84,8 @@ impl Progress {
         self.at(done);
     }
 
-    /// The same from whoever looks at the clock now and then: so many ticks are
-    /// done, not counting those [before](Self::begin_at).
-    pub fn at(&mut self, done: u64) {
-        let all = self.before + done;
+    /// The same from whoever looks at the clock now and then.
+    pub fn at(&mut self, all: u64) {
         if let Some(bar) = &self.bar {
             bar.set_position(all);
             return;
@@ -83,15 +97,15 @@ impl Progress {
             self.last_line = Instant::now();
             self.told_all = all == self.ticks;
             let percent = 100.0 * all as f64 / self.ticks as f64;
-            let left = self.left(done);
+            let left = self.left(all, Instant::now());
             errln!("  {all}/{} ticks ({percent:.0} %){left}", self.ticks);
         }
     }
 
     /// The rate and the time left, in words, where there is some.
-    fn left(&self, done: u64) -> String {
-        let elapsed_s = self.began.elapsed().as_secs_f64();
-        let left = self.ticks.saturating_sub(self.before + done);
+    fn left(&self, all: u64, now: Instant) -> String {
+        let elapsed_s = now.saturating_duration_since(self.began).as_secs_f64();
+        let (done, left) = (all.saturating_sub(self.before), self.ticks.saturating_sub(all));
         if done == 0 || left == 0 || elapsed_s == 0.0 {
             return String::new();
         }
@@ -123,5 +137,35 @@ impl Progress {
             (Some(began), Some(ended)) => (ended - began).as_secs_f64(),
             _ => 0.0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rate_leaves_out_the_time_before_the_first_tick_and_in_pauses() {
+        let start = Instant::now();
+        let at = |seconds| start + Duration::from_secs(seconds);
+        let mut progress = Progress::new(1000, true);
+        // Sixty seconds until everyone had joined.
+        progress.count_from(0, at(60));
+        assert_eq!(progress.left(200, at(70)), "  20/s  40 s left");
+        // An hour of a pause.
+        progress.count_from(200, at(3600));
+        assert_eq!(progress.left(200, at(3600)), "");
+        assert_eq!(progress.left(300, at(3610)), "  10/s  70 s left");
+    }
+
+    #[test]
+    fn waiting_ends_once() {
+        let mut progress = Progress::new(1000, true);
+        progress.goes_on_at(5);
+        progress.goes_on_at(6);
+        assert_eq!(progress.before, 5);
+        progress.waits();
+        progress.goes_on_at(7);
+        assert_eq!(progress.before, 7);
     }
 }

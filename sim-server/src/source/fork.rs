@@ -26,7 +26,7 @@ pub enum ForkError {
         why: &'static str,
     },
     /// The log ends before that.
-    #[error("--at = {at_tick}: {log} has {ticks} complete ticks; use a tick from 1 to {ticks}")]
+    #[error("--at {at_tick}: {log} has {ticks} complete ticks; use a tick from 1 to {ticks}")]
     NoSuchTick {
         /// The log.
         log: String,

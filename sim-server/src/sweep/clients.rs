@@ -141,7 +141,9 @@ impl<'p> Clients<'p> {
             _ => tracks(&out.join("run.log"), sampling, &place).unwrap_or_default(),
         };
         let losses = report.losses.iter().map(|l| format!("{}: {}", l.name, l.detail));
-        let all: Vec<String> = losses.chain(report.remarks.iter().cloned()).collect();
+        let all = losses.chain(report.remarks.iter().cloned());
+        // A table has one line for each run.
+        let all: Vec<String> = all.map(|text| text.replace("\n    ", " | ")).collect();
         let lost = (!all.is_empty()).then(|| all.join("; "));
         Record { run, rows, tracks, lost }
     }

@@ -85,8 +85,13 @@ impl Sweeping {
         let resumed = records.len() as u64;
         let began = Instant::now();
         let ticks_done = AtomicU64::new(0);
-        let mut keeping =
-            Keeping { journal: journal.as_mut(), records, progress, ticks_done: &ticks_done };
+        let mut keeping = Keeping {
+            journal: journal.as_mut(),
+            records,
+            progress,
+            before: 0,
+            ticks_done: &ticks_done,
+        };
         let made = self.make(stop, &mut keeping);
         keeping.progress.done();
         let mut records = keeping.records;
@@ -183,7 +188,8 @@ impl Sweeping {
         let todo: Vec<u64> = self.plan.runs.clone().filter(|run| !done.contains(run)).collect();
         let ticks_done = keeping.ticks_done;
         let before: u64 = done.iter().map(|run| self.plan.ticks(*run)).sum();
-        keeping.progress.begin_at(before);
+        keeping.before = before;
+        keeping.progress.goes_on_at(before);
         if !self.plan.request.clients {
             let maker = || Inside::new(&self.plan, stop, ticks_done);
             return work(&todo, self.jobs, stop, maker, keeping);
@@ -209,6 +215,8 @@ struct Keeping<'s> {
     journal: Option<&'s mut Journal>,
     records: Vec<Record>,
     progress: Progress,
+    /// Ticks of the runs that had a record already.
+    before: u64,
     ticks_done: &'s AtomicU64,
 }
 
@@ -223,7 +231,7 @@ impl Listener for Keeping<'_> {
     }
 
     fn pause(&mut self) -> Result<(), SweepError> {
-        self.progress.at(self.ticks_done.load(Ordering::Relaxed));
+        self.progress.at(self.before + self.ticks_done.load(Ordering::Relaxed));
         self.journal.as_mut().map_or(Ok(()), |journal| journal.flush())
     }
 }

@@ -1,6 +1,7 @@
 //! `launch`: server and participants as processes, from one command.
 
 use rusty_contract::log::Source;
+use rusty_contract::suggest::did_you_mean;
 use rusty_contract::{LogHeader, Scenario};
 
 use super::Verbed;
@@ -66,7 +67,8 @@ pub(super) fn change_roster(
         roster.retain(|p| p.name != *name);
         if roster.len() == before {
             let names: Vec<&str> = roster.iter().map(|p| p.name.as_str()).collect();
-            let remedy = format!("use one of: {}", names.join(", "));
+            let hint = did_you_mean(name, names.iter().copied());
+            let remedy = format!("use one of: {}{hint}", names.join(", "));
             let error = rusty_contract::FieldError::new("--without", name, "is not there", remedy);
             return Err(error.into());
         }

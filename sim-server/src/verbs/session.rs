@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use rusty_contract::config::check_seconds;
 use rusty_contract::score::seconds;
-use rusty_contract::{FieldError, LogHeader, RunName, TruthKey};
+use rusty_contract::{FieldError, LogHeader, Phase, RunName, TruthKey};
 use rusty_link::{Domain, ServerLink};
 
 use super::{Verbed, print_json};
@@ -18,7 +18,7 @@ use crate::error::VerbError;
 use crate::folder::{FreeFolder, Marker, RunEnd};
 use crate::lockstep::LossKind;
 use crate::report::{RunReport, how_ended};
-use crate::run::{Children, Leaving, Outcome, Progress, Run, RunSetup, Spawn, Stop};
+use crate::run::{Children, Leaving, Outcome, Progress, Run, RunSetup, Spawn, Stop, find_program};
 use crate::source::FrameSource;
 
 /// Who starts the participants.
@@ -73,6 +73,8 @@ pub(super) struct Made {
     pub outcome: Outcome,
     /// Participants that ended badly after the run: seat and how.
     pub ended_badly: Vec<(usize, String)>,
+    /// The files for what participants print, of those that the server started.
+    pub outputs: Vec<(usize, PathBuf)>,
     /// How far the kernel confines each participant.
     pub gates: Vec<Gate>,
 }
@@ -80,8 +82,9 @@ pub(super) struct Made {
 impl RunSession<'_> {
     pub(super) fn run(self, place: RunPlace, source: &mut dyn FrameSource) -> Verbed {
         let made = self.make(place, source)?;
-        let Made { header, name, out_dir, outcome, ended_badly, gates } = &made;
+        let Made { header, name, out_dir, outcome, ended_badly, outputs, gates } = &made;
         let report = RunReport::new(header, name, out_dir, outcome, ended_badly, source)
+            .with_outputs(header, outputs, ended_badly)
             .with_gates(header, gates);
         if self.args.json {
             print_json(&report);
@@ -147,14 +150,9 @@ impl RunSession<'_> {
         let progress = Progress::new(source.ticks(), args.quiet || args.json);
         let run = Run::new(setup, link, source, &mut children, &stop, progress);
         let outcome = run.drive()?;
-        let ended_badly = children.finish(|seat| {
-            let summary = &outcome.seats[seat];
-            match &summary.lost {
-                Some(loss) if loss.kind == LossKind::Failed => Leaving::Failed,
-                None if summary.pid.is_some() => Leaving::AtTheEnd,
-                _ => Leaving::Lost,
-            }
-        });
+        let output = |seat| Some((seat, children.output(seat)?.to_owned()));
+        let outputs = (0..header.roster.len()).filter_map(output).collect();
+        let ended_badly = children.finish(|seat| how_left(&outcome, seat));
         drop(domain);
         let end = RunEnd {
             ended: how_ended(outcome.phase).to_owned(),
@@ -163,7 +161,7 @@ impl RunSession<'_> {
         };
         // The run is none the worse for it; `runs` then has it as cut short.
         folder.end(end).unwrap_or_else(|e| errln!("{e}"));
-        Ok(Made { header, name, out_dir, outcome, ended_badly, gates })
+        Ok(Made { header, name, out_dir, outcome, ended_badly, outputs, gates })
     }
 
     /// How long an answer, and joining, may take, s.
@@ -195,7 +193,30 @@ impl RunSession<'_> {
             let expected: Vec<&str> =
                 header.roster.iter().filter(|p| p.is_awaited()).map(|p| p.name.as_str()).collect();
             errln!("waiting for {} (each with --run {name})", expected.join(", "));
+            return;
         }
+        for p in header.roster.iter().filter(|p| p.is_awaited() && p.command.is_empty()) {
+            let p = &p.name;
+            let found = find_program(p, p).ok().map(|path| path.display().to_string());
+            let offer = found.map(|path| format!(", or use --add {p}={p} ({path})"));
+            let offer = offer.unwrap_or_default();
+            errln!("waiting for {p}, which has no command: start it with --run {name}{offer}");
+        }
+    }
+}
+
+/// Returns how a participant left the run.
+fn how_left(outcome: &Outcome, seat: usize) -> Leaving {
+    let summary = &outcome.seats[seat];
+    match &summary.lost {
+        Some(loss) if loss.kind == LossKind::Failed => Leaving::Failed,
+        Some(loss) if loss.kind == LossKind::Dead => Leaving::Dead,
+        None if outcome.phase == Phase::Aborted => match summary.pid {
+            Some(_) => Leaving::Aborted,
+            None => Leaving::TooLate,
+        },
+        None if summary.pid.is_some() => Leaving::AtTheEnd,
+        _ => Leaving::Lost,
     }
 }
 

@@ -294,7 +294,7 @@ fn killed_participant(live: Live, victim: &str, go_on: bool) -> Hit {
     let ticks = report["ticks"].as_u64().unwrap();
     assert_eq!(ticks, if aborted { tick.unwrap_or(0) } else { TICKS });
     let replies_until = tick.unwrap_or(0);
-    let world_until = if victim == "bouncer" { replies_until } else { TICKS };
+    let world_until = if victim == "wander" { replies_until } else { TICKS };
     let log = log_is_sound(out.path(), replies_until, world_until);
     // Nobody else's log is cut; a run without a tick has perhaps no log.
     if victim != "logger" && ticks > 0 {

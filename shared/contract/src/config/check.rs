@@ -2,11 +2,11 @@
 
 use thiserror::Error;
 
-/// A field that cannot be used as it is.
+/// A field or command-line option that cannot be used as it is.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{field} = {value}: {problem}; {remedy}")]
+#[error("{field}{}{value}: {problem}; {remedy}", separator(field))]
 pub struct FieldError {
-    /// Path of the field, as in the scenario file.
+    /// Path of the field, as in the scenario file; or the option, as `--set`.
     pub field: String,
     /// What was found there.
     pub value: String,
@@ -31,6 +31,11 @@ impl FieldError {
             remedy: remedy.into(),
         }
     }
+}
+
+/// Returns what is written between field and value: `dt_s = 0`, `--at 0`.
+fn separator(field: &str) -> &'static str {
+    if field.starts_with("--") { " " } else { " = " }
 }
 
 /// A number between two bounds, both allowed.
@@ -93,5 +98,7 @@ mod tests {
         assert!(error.to_string().contains("dt_s = NaN: is not a number"));
         assert!(within("dt_s", f64::INFINITY, 0.0, 1.0).is_err());
         assert!(at_least("ticks", 0, 1, 10).is_err());
+        let error = within("--side", 0.0, 0.5, 1.0).unwrap_err().to_string();
+        assert!(error.starts_with("--side 0: "), "as it was typed: {error}");
     }
 }

@@ -1,0 +1,79 @@
+//! Suggestions for misspelled names: "did you mean".
+
+use crate::config::FieldError;
+use crate::scenario::ScenarioError;
+
+/// The least similarity (Jaro-Winkler) of a suggestion.
+const SIMILAR: f64 = 0.8;
+/// Longer words are not compared: the cost grows with the square of the length.
+const MAX_WORD_BYTES: usize = 64;
+
+/// Returns the candidate that is most similar to `word`, if one is similar enough.
+#[must_use]
+pub fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if word.len() > MAX_WORD_BYTES {
+        return None;
+    }
+    let scored = candidates.into_iter().map(|c| (strsim::jaro_winkler(word, c), c));
+    let similar = scored.filter(|(similarity, _)| *similarity >= SIMILAR);
+    similar.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, candidate)| candidate)
+}
+
+/// Returns the end of an error message: `; did you mean "beams"?`, or nothing.
+#[must_use]
+pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    closest(word, candidates).map(|c| format!("; did you mean {c:?}?")).unwrap_or_default()
+}
+
+/// The same for a parser's message that lists the names it knows:
+/// ``unknown field `beems`, expected one of `beams`, …``.
+#[must_use]
+pub fn for_message(message: &str) -> String {
+    let Some((_, names)) = message.rsplit_once("unknown ") else { return String::new() };
+    let mut quoted = names.split('`').skip(1).step_by(2);
+    quoted.next().map(|word| did_you_mean(word, quoted)).unwrap_or_default()
+}
+
+/// Returns the parser's error about a scenario's text, with a suggestion. A table
+/// (`[participant]`) where a list of tables (`[[participant]]`) belongs is named.
+pub(crate) fn for_scenario(text: &str, error: &toml::de::Error) -> ScenarioError {
+    let table: toml::Table = toml::from_str(text).unwrap_or_default();
+    let is_table = |key: &&str| table.get(*key).is_some_and(toml::Value::is_table);
+    if let Some(list) = ["kidnapping", "participant"].into_iter().find(is_table) {
+        let remedy = format!("write [[{list}]], once for each");
+        let value = format!("[{list}]");
+        return FieldError::new(list, value, "is a table, expected a list", remedy).into();
+    }
+    let hint = for_message(error.message());
+    ScenarioError::Syntax(format!("{}{hint}", error.to_string().trim_end()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_closest_name_is_found_and_a_strange_one_is_not() {
+        let names = ["apartment", "patrol", "figure-eight", "hallway", "driver"];
+        for (word, expected) in [
+            ("apartmnt", Some("apartment")),
+            ("figure_eight", Some("figure-eight")),
+            ("halway", Some("hallway")),
+            ("moon", None),
+            ("", None),
+        ] {
+            assert_eq!(closest(word, names), expected, "{word}");
+        }
+        assert_eq!(closest(&"apartment".repeat(100_000), names), None);
+        assert_eq!(closest("x", []), None);
+    }
+
+    #[test]
+    fn a_message_that_lists_names_gets_a_suggestion() {
+        let listed = "unknown field `beems`, expected one of `beams`, `fov_rad`";
+        assert_eq!(for_message(listed), "; did you mean \"beams\"?");
+        assert_eq!(for_message("unknown variant `waltz`, expected `patrol` or `driver`"), "");
+        assert_eq!(for_message("unknown"), "");
+        assert_eq!(for_message("invalid type: string \"a\", expected f64"), "");
+    }
+}
