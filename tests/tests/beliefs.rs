@@ -244,7 +244,7 @@ fn a_filter_in_a_sandbox_shows_what_it_holds_possible() {
     let ended = sim_server(&args);
     nothing_left(&run);
     if ended.code == Some(2) && ended.stderr.contains("cannot be had") {
-        rusty_tests::skipped(ended.stderr.trim());
+        skipped(ended.stderr.trim());
         return;
     }
     let ended = ended.expect(0);

@@ -73,7 +73,7 @@ fn another_program_is_measured_in_the_place_of_dead_reckoning() {
 #[test]
 fn what_is_not_to_be_believed_is_printed_and_fails() {
     if !cfg!(debug_assertions) {
-        rusty_tests::skipped("a release build may be believed");
+        skipped("a release build may be believed");
         return;
     }
     let ended = sim_server(&["bench", "noise", "--seconds", "0.1", "--json"]).expect(1);

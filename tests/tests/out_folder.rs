@@ -69,7 +69,7 @@ fn a_confined_one_has_a_folder_of_its_own_and_no_other() {
     let file = scenario(place.path(), "{out}/map", "sandbox = \"required\"\n");
     let made = sim_server(&["launch", &file, "--out", out.to_str().unwrap()]);
     if made.code == Some(2) && made.stderr.contains("cannot be had") {
-        rusty_tests::skipped(made.stderr.trim());
+        skipped(made.stderr.trim());
         return;
     }
     let _ = made.expect(0);

@@ -26,7 +26,7 @@ impl ReadOnlyDisk {
         if mount.as_ref().is_ok_and(|m| m.status.success()) {
             return Some(Self(place));
         }
-        rusty_tests::skipped(&format!("a disk cannot be mounted read-only here: {mount:?}"));
+        skipped(&format!("a disk cannot be mounted read-only here: {mount:?}"));
         None
     }
 

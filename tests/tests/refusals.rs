@@ -267,7 +267,7 @@ impl SmallDisk {
         if mount.as_ref().is_ok_and(|m| m.status.success()) {
             return Some(Self(place));
         }
-        rusty_tests::skipped(&format!("a disk of 200 kB cannot be mounted here: {mount:?}"));
+        skipped(&format!("a disk of 200 kB cannot be mounted here: {mount:?}"));
         None
     }
 }
