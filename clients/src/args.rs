@@ -11,8 +11,9 @@ use crate::ClientError;
 
 /// How a participant takes part: in a run (`--run`), or on a log (`--log`).
 #[derive(Args, Clone, Debug, Default)]
-#[command(after_help = "A launcher appends --run, --name, --wait, --launcher and, for scorers \
-    and loggers, --key-stdin.\nExit codes: 0 done, 1 failed, 2 wrong usage, 3 data was lost, 4 not bit-exact.")]
+#[command(
+    after_help = "A launcher appends --run, --name, --wait, --launcher and --key-stdin.\nExit codes: 0 done, 1 failed, 2 wrong usage, 3 data was lost, 4 not bit-exact."
+)]
 pub struct ClientArgs {
     /// Join the run of this name
     #[arg(long, value_name = "NAME", required_unless_present = "log", conflicts_with = "log")]
@@ -53,13 +54,13 @@ pub struct ClientArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "run")]
     pub beliefs: Vec<PathBuf>,
 
-    /// Read the key to the truth from this file (scorers and loggers; default:
-    /// the file that `sim-server serve` left in the run's folder). With --log:
-    /// the key of a blind log, which `sim-server seal` wrote
+    /// Read this participant's keys from this file [default: the file that the
+    /// server left in the run's folder]. With --log: the key of a blind log, which
+    /// `sim-server seal` wrote
     #[arg(long, value_name = "FILE")]
     pub key_file: Option<PathBuf>,
 
-    /// Read the key to the truth from standard input
+    /// Read this participant's keys from standard input, to its end
     #[arg(long, conflicts_with = "key_file")]
     pub key_stdin: bool,
 }

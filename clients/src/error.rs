@@ -1,7 +1,9 @@
 //! What can go wrong for a participant.
 
 use rusty_contract::belief::BeliefFileError;
-use rusty_contract::{AnswerError, BlindKeyError, Exit, FieldError, KeyError, log::LogError};
+use rusty_contract::{
+    AnswerError, BlindKeyError, CredentialsError, Exit, FieldError, KeyError, log::LogError,
+};
 use rusty_link::LinkError;
 use thiserror::Error;
 
@@ -26,6 +28,9 @@ pub enum ClientError {
     /// The key does not fit, or there is none.
     #[error("key: {0}")]
     Key(#[from] KeyError),
+    /// What was told by the private channel cannot be read.
+    #[error(transparent)]
+    Credentials(#[from] CredentialsError),
     /// The key of a blind log does not fit.
     #[error("{path}: {error}")]
     BlindKey {

@@ -10,8 +10,8 @@ use rusty_contract::answer::Message;
 use rusty_contract::config::check_seconds;
 use rusty_contract::scenario::Role;
 use rusty_contract::{BeliefHeader, Brief, Exit, Frame, JoinRequest, Phase, Reply, Start};
-use rusty_contract::{TruthKey, WeightedPose};
-use rusty_link::{Beliefs, BorrowedTally, ClientLink, Domain, Incoming, LinkError, Peer};
+use rusty_contract::{Credentials, TruthKey, WeightedPose};
+use rusty_link::{Beliefs, BorrowedTally, ClientLink, Incoming, LinkError, Peer};
 use signal_hook::flag::{register, register_conditional_shutdown};
 
 use crate::held_frame::{FrameHandle, HeldFrame};
@@ -105,8 +105,9 @@ impl Session {
                 let launcher = args.launcher.map(Peer::new);
                 let launcher = launcher.as_ref();
                 let wait = args.wait;
+                let told = credentials(args)?;
                 let link =
-                    ClientLink::join_launched(run, launcher, &request, wait, timeout, &stop)?;
+                    ClientLink::join_launched(run, launcher, told, &request, wait, timeout, &stop)?;
                 let start = link.start().clone();
                 (Source::Live(Box::new(link)), start)
             }
@@ -248,7 +249,10 @@ impl Session {
             )));
         };
         let key = match &self.source {
-            Source::Live(_) => read_key(args, &self.start.name)?,
+            Source::Live(link) => {
+                let key = link.credentials().truth.clone();
+                key.ok_or_else(|| ClientError::NoKey(self.start.name.clone()))?
+            }
             Source::Log(log) => log.key().clone(),
         };
         let json = key.open_brief(self.start.run_id, sealed)?;
@@ -333,27 +337,21 @@ fn without_beliefs(args: &ClientArgs) -> Result<(), ClientError> {
     }
 }
 
-/// The key by the private channel: standard input, a file that was named, or
-/// the file in the run's folder.
-fn read_key(args: &ClientArgs, name: &str) -> Result<TruthKey, ClientError> {
+/// The credentials by the private channel: standard input, or a file that was
+/// named. `None`: those that the server left in the run's folder.
+fn credentials(args: &ClientArgs) -> Result<Option<Credentials>, ClientError> {
     let mut text = String::new();
+    let most = Credentials::MAX_BYTES;
     if args.key_stdin {
         let path = std::path::Path::new("standard input");
-        std::io::stdin().take(4096).read_to_string(&mut text).map_err(ClientError::io(path))?;
+        std::io::stdin().take(most).read_to_string(&mut text).map_err(ClientError::io(path))?;
+    } else if let Some(file) = &args.key_file {
+        let read = fs::File::open(file).and_then(|f| f.take(most).read_to_string(&mut text));
+        read.map_err(ClientError::io(file))?;
     } else {
-        let file = match (&args.key_file, &args.run) {
-            (Some(file), _) => file.clone(),
-            (None, Some(run)) => Domain::base().join(run.as_str()).join("key"),
-            (None, None) => return Err(ClientError::NoKey(name.to_owned())),
-        };
-        let read = fs::File::open(&file).and_then(|f| f.take(4096).read_to_string(&mut text));
-        match read {
-            Ok(_) => {}
-            Err(_) if args.key_file.is_none() => return Err(ClientError::NoKey(name.to_owned())),
-            Err(e) => return Err(ClientError::io(&file)(e)),
-        }
+        return Ok(None);
     }
-    Ok(TruthKey::from_hex(&text)?)
+    Ok(Some(Credentials::from_text(&text)?))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 use rustix::process::{DumpableBehavior, set_dumpable_behavior};
 use rusty_contract::tally::TallyEntry;
 use rusty_contract::{BeliefHeader, Brief, Exit, Frame, Phase, Reply, RunDigest, Start};
-use rusty_contract::{TruthKey, WeightedPose};
+use rusty_contract::{Tally, TruthKey, WeightedPose};
 use rusty_geometry::SE2;
 use rusty_link::{BorrowedTally, LinkError};
 
@@ -128,6 +128,7 @@ fn watch<W: Witness>(
         replies: Vec::with_capacity(answering),
         delays: Vec::with_capacity(answering),
         poses: Vec::new(),
+        tally: Box::default(),
     };
     let mut waiting: Option<FrameHandle> = None;
     let broken = loop {
@@ -175,6 +176,8 @@ struct State {
     delays: Vec<Option<Delay>>,
     /// Those of a belief.
     poses: Vec<WeightedPose>,
+    /// That of the tick, deciphered: in shared memory it stays enciphered.
+    tally: Box<Tally>,
 }
 
 /// So many beliefs are taken in a tick: nobody showing without end holds it up.
@@ -200,10 +203,12 @@ fn complete<W: Witness>(
         state.replies.clear();
         state.replies.extend_from_slice(recorded);
     } else {
-        let Some(tally) = tally_of(session, frame.tick())? else {
+        let Some(sealed) = tally_of(session, frame.tick())? else {
             // The run was aborted in the middle of this tick: it does not count.
             return Ok(());
         };
+        let tally = &mut *state.tally;
+        sealed.open_into(&state.key, tally);
         state.replies.clear();
         state.replies.extend(tally.entries().iter().map(|e| e.reply()));
         state.delays.extend(tally.entries().iter().map(delay_of));

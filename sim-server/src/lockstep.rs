@@ -31,7 +31,7 @@ pub use seat::{CatchingUp, Loss, LossKind, Seat, SeatState, SeatSummary};
 use std::collections::VecDeque;
 
 use rusty_contract::layout::layout_hash;
-use rusty_contract::{Answer, JoinRequest, PROTOCOL_VERSION, Participant, Phase, Refusal, Reply};
+use rusty_contract::{JoinRequest, PROTOCOL_VERSION, Participant, Phase, Refusal, Reply};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
@@ -152,13 +152,6 @@ impl Lockstep {
         place.awake_ns = request.awake_ns;
         place.state = SeatState::Joined;
         Ok(seat)
-    }
-
-    /// Whether `pid` is the process on the seat that the answer names: nobody
-    /// answers for another.
-    #[must_use]
-    pub fn is_own(&self, answer: &Answer, pid: u32) -> bool {
-        self.seats.get(answer.participant as usize).is_some_and(|s| s.pid == pid && pid != 0)
     }
 
     /// Somebody asks the run to stop.

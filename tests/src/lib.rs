@@ -22,7 +22,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use rusty_contract::RunName;
+use rusty_contract::{Credentials, RunName};
 use rusty_link::Domain;
 use serde_json::Value;
 
@@ -96,6 +96,12 @@ pub fn binary(name: &str) -> PathBuf {
     let folder = binaries();
     let beside = folder.join(name);
     if beside.exists() { beside } else { folder.join("examples").join(name) }
+}
+
+/// The credentials on this process's standard input, if they are there.
+pub fn credentials(on_stdin: bool) -> Option<Credentials> {
+    let read = || std::io::read_to_string(std::io::stdin()).unwrap();
+    on_stdin.then(|| Credentials::from_text(&read()).unwrap())
 }
 
 /// A run name that no other test has.

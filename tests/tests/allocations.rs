@@ -11,7 +11,6 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
-use std::fs;
 use std::sync::mpsc::Sender;
 use std::sync::mpsc::channel;
 use std::thread;
@@ -20,7 +19,9 @@ use rusty_clients::prelude::*;
 use rusty_clients::witness::{Ending, Step, Witness};
 use rusty_clients::{ClientArgs, run_witness};
 use rusty_contract::log::Source;
-use rusty_contract::{Brief, Exit, Frame, LogHeader, OnLoss, Participant, Role, RunName};
+use rusty_contract::{
+    Brief, Credentials, Exit, Frame, LogHeader, OnLoss, Participant, Role, RunName,
+};
 use rusty_link::{Domain, ServerLink, WaitPolicy};
 use rusty_tests::*;
 use sim_server::run::{Children, Pace, Progress, Run, RunSetup, Stop};
@@ -200,18 +201,21 @@ fn count_a_run(tag: &str, scan_every: u64) -> [Tallied; 3] {
     let (run, out) = (fresh_run(tag), folder());
     let header = header(scan_every);
     let dt_s = header.config.dt_s;
-    let mut source = Counted { inner: Simulated::new(header).unwrap(), count: Count::default() };
+    let mut source =
+        Counted { inner: Simulated::new(header.clone()).unwrap(), count: Count::default() };
     let domain = Domain::create(&run).unwrap();
-    let link = ServerLink::create(&domain, WaitPolicy::Spin).unwrap();
     let (run_id, key) = RunSetup::draw().unwrap();
-    let key_file = out.path().join("key");
-    fs::write(&key_file, key.to_hex()).unwrap();
+    for (slot, participant) in header.roster.iter().enumerate() {
+        let credentials = Credentials::new(&key, slot, participant.role.holds_key());
+        domain.leave_credentials(&participant.name, &credentials).unwrap();
+    }
+    let link = ServerLink::create(&domain, WaitPolicy::Spin, &key).unwrap();
     let (said, watched) = channel();
     let (one, other) = (run.clone(), run.clone());
     let estimator = thread::spawn(move || estimate(&one));
     let watcher = thread::spawn(move || {
         WATCHED.set(Some(said));
-        run_witness::<Watcher>(&ClientArgs { key_file: Some(key_file), ..args(&other, "watcher") })
+        run_witness::<Watcher>(&args(&other, "watcher"))
     });
     let setup = RunSetup {
         run: run.clone(),
@@ -225,6 +229,7 @@ fn count_a_run(tag: &str, scan_every: u64) -> [Tallied; 3] {
         answer_timeout_s: 60.0,
         on_loss: OnLoss::Abort,
         out_dir: Some(out.path().to_owned()),
+        check_frames: false,
     };
     let stop = Stop::listen(&run).unwrap();
     let mut children = Children::default();

@@ -73,7 +73,7 @@ pub fn measure(plan: &ServerPlan) -> Result<Measured, BenchError> {
     let header = LogHeader { writer, source: Source::Simulated, config, roster, on_loss };
     let domain = Domain::create(&name).map_err(ours)?;
     let wait = cell.wait.policy();
-    let link = ServerLink::create(&domain, wait)?;
+    let link = ServerLink::create(&domain, wait, &key)?;
     let gates = confine::gates(&header.roster, false).map_err(ours)?;
     let spawn = Spawn { run: &name, wait, key: &key, out_dir: &cell.folder, gates: &gates };
     let mut children = Children::start(&header.roster, &spawn).map_err(ours)?;
@@ -91,6 +91,7 @@ pub fn measure(plan: &ServerPlan) -> Result<Measured, BenchError> {
         answer_timeout_s: TIMEOUT_S,
         on_loss,
         out_dir: None,
+        check_frames: false,
     };
     let meter = Meter::new(plan.warm_up, plan.ticks, &pids);
     let mut source = Stamped { world: Simulated::new(header)?, meter, tick: 0 };

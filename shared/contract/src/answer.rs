@@ -7,17 +7,21 @@
 //! |     16 |    8 | `digest_seen` | u64      | the digest of the frame as it was read             |
 //! |     24 |    8 | `sent_ns`     | u64      | monotonic clock at send: a hint for waiting        |
 //! |     32 |    8 | `compute_ns`  | u64      | time between frame and answer, as reported         |
-//! |     40 |    4 | `participant` | u32      | place in the roster                                |
+//! |     40 |    4 | `participant` | u32      | slot in the roster                                 |
 //! |     44 |    4 | `kind`        | u32      | 0 abstain, 1 taken, 2 estimate, 3 command, 4 both, 5 goodbye, 6 failed, 7 ready |
 //! |     48 |    4 | `flags`       | u32      | bit 0: a covariance is present; bit 1: an innovation is |
 //! |     52 |    4 | `ticket`      | u32      | the ticket of the sender's `Start`                 |
 //! |     56 |   24 | `pose`        | `[f64; 3]` | estimate: x m, y m, theta rad in the world frame   |
-//! |     80 |   72 | `covariance`  | `[f64; 9]` | row-major, of the error τ (m, m, rad) with truth = estimate ⊞ τ |
-//! |    152 |    8 | `v_m_s`       | f64      | command for the next tick, body frame              |
-//! |    160 |    8 | `omega_rad_s` | f64      | command for the next tick, body frame              |
-//! |    168 |    8 | `nis`         | f64      | normalised innovation squared of this tick         |
-//! |    176 |    4 | `nis_degrees` | u32      | its degrees of freedom                             |
-//! |    180 |    4 | `reserved`    | u32      | zero                                               |
+//! |     80 |    8 | `v_m_s`       | f64      | command for the next tick, body frame              |
+//! |     88 |    8 | `omega_rad_s` | f64      | command for the next tick, body frame              |
+//! |     96 |    8 | `nis`         | f64      | normalised innovation squared of this tick         |
+//! |    104 |    4 | `nis_degrees` | u32      | its degrees of freedom                             |
+//! |    108 |    4 | `reserved`    | u32      | zero                                               |
+//! |    112 |   72 | `covariance`  | `[f64; 9]` | row-major, of the error τ (m, m, rad) with truth = estimate ⊞ τ |
+//! |    184 |    8 | `tag`         | u64      | SipHash-2-4 of the bytes before it that mean something, with the participant's key |
+//!
+//! The tag covers bytes 0 to 80, 96, 112 or 184: up to the last field that the
+//! answer's kind and flags say is present. What lies behind is not read.
 //!
 //! An `Answer` is what travels; a [`Reply`] is what it means. Whatever arrives
 //! from another process becomes a `Reply` only through [`Answer::message`],
@@ -26,6 +30,7 @@
 use bytemuck::{Pod, Zeroable};
 use rusty_geometry::{SE2, Twist};
 
+use crate::auth::AuthKey;
 use crate::layout::{Field, field_table};
 use crate::reply::{AnswerError, Estimate, Innovation, Reply};
 
@@ -56,17 +61,18 @@ pub struct Answer {
     /// another one comes from somebody who does not have the seat (any more).
     pub ticket: u32,
     pose: [f64; 3],
-    covariance: [f64; 9],
     v_m_s: f64,
     omega_rad_s: f64,
     nis: f64,
     nis_degrees: u32,
     reserved: u32,
+    covariance: [f64; 9],
+    tag: u64,
 }
 
 field_table! {
     /// The layout of [`Answer`], field by field.
-    pub const ANSWER_FIELDS for Answer, size 184 {
+    pub const ANSWER_FIELDS for Answer, size 192 {
         run_id: "u64" at 0, 8;
         tick: "u64" at 8, 8;
         digest_seen: "u64" at 16, 8;
@@ -77,12 +83,13 @@ field_table! {
         flags: "u32" at 48, 4;
         ticket: "u32" at 52, 4;
         pose: "[f64; 3]" at 56, 24;
-        covariance: "[f64; 9]" at 80, 72;
-        v_m_s: "f64" at 152, 8;
-        omega_rad_s: "f64" at 160, 8;
-        nis: "f64" at 168, 8;
-        nis_degrees: "u32" at 176, 4;
-        reserved: "u32" at 180, 4;
+        v_m_s: "f64" at 80, 8;
+        omega_rad_s: "f64" at 88, 8;
+        nis: "f64" at 96, 8;
+        nis_degrees: "u32" at 104, 4;
+        reserved: "u32" at 108, 4;
+        covariance: "[f64; 9]" at 112, 72;
+        tag: "u64" at 184, 8;
     }
 }
 
@@ -121,6 +128,31 @@ impl Answer {
             Message::Ready => 7,
         };
         answer
+    }
+
+    /// Signs the answer with the sender's key. Nothing may be changed after it.
+    pub fn sign(&mut self, key: &AuthKey) {
+        self.tag = key.tag(self.signed());
+    }
+
+    /// Whether the answer was signed with this key, as it is.
+    #[must_use]
+    pub fn is_signed_by(&self, key: &AuthKey) -> bool {
+        self.tag == key.tag(self.signed())
+    }
+
+    /// The bytes that the tag covers: all that [`message`](Self::message) reads.
+    fn signed(&self) -> &[u8] {
+        let to = if self.flags & COVARIANCE_GIVEN != 0 {
+            std::mem::offset_of!(Self, tag)
+        } else if self.flags & INNOVATION_GIVEN != 0 {
+            std::mem::offset_of!(Self, covariance)
+        } else if matches!(self.kind, 3 | 4) {
+            std::mem::offset_of!(Self, nis)
+        } else {
+            std::mem::offset_of!(Self, v_m_s)
+        };
+        &bytemuck::bytes_of(self)[..to]
     }
 
     fn put(&mut self, reply: &Reply) {
@@ -222,9 +254,36 @@ mod tests {
     }
 
     #[test]
+    fn a_signature_holds_for_every_byte_that_is_read() {
+        let (key, other) = (AuthKey::from_bytes([1; 16]), AuthKey::from_bytes([2; 16]));
+        let twist = Twist { v_m_s: 0.5, omega_rad_s: -1.0 };
+        let plain = Estimate { covariance: None, ..estimate() };
+        for message in [
+            Message::Reply(Reply::Abstain),
+            Message::Reply(Reply::Estimate(plain)),
+            Message::Reply(Reply::Estimate(plain.with_innovation(7.5, 3))),
+            Message::Reply(Reply::Command(twist)),
+            Message::Reply(Reply::Both(plain, twist)),
+            Message::Reply(Reply::Both(estimate().with_innovation(7.5, 3), twist)),
+            Message::Goodbye,
+        ] {
+            let mut answer = Answer::carrying(&message);
+            answer.tick = 5;
+            answer.sign(&key);
+            assert!(answer.is_signed_by(&key) && !answer.is_signed_by(&other));
+            for byte in 0..size_of::<Answer>() {
+                let mut changed = answer;
+                bytemuck::bytes_of_mut(&mut changed)[byte] ^= 1;
+                let is_read = byte < 56 || changed.message() != answer.message() || byte >= 184;
+                assert!(!(is_read && changed.is_signed_by(&key)), "{message:?}, byte {byte}");
+            }
+        }
+    }
+
+    #[test]
     fn any_bytes_are_an_answer_or_an_error() {
         for fill in 0..=255u8 {
-            let answer: Answer = bytemuck::pod_read_unaligned(&[fill; 184]);
+            let answer: Answer = bytemuck::pod_read_unaligned(&[fill; 192]);
             let _ = answer.message();
         }
     }

@@ -8,26 +8,32 @@
 //! |     20 |    4 | `lost`         | u32       | bit k: nobody waits for place k of the roster any more |
 //! |     24 |    8 | `digest`       | u64       | XXH3-64 of the observable part                         |
 //! |     32 |   32 | `sealed`       | `[u8; 32]`  | the true pose and the digest, enciphered               |
-//! |     64 |    8 | `tick`         | u64       | from 0                                                 |
-//! |     72 |    8 | `time_s`       | f64       | s since the start; (tick + 1)·dt, or a recording's own |
-//! |     80 |    8 | `left_ticks`   | i64       | cumulative encoder counts, left wheel                  |
-//! |     88 |    8 | `right_ticks`  | i64       | cumulative encoder counts, right wheel                 |
-//! |     96 |    8 | `v_m_s`        | f64       | command applied in this tick, body frame               |
-//! |    104 |    8 | `omega_rad_s`  | f64       | command applied in this tick, body frame               |
-//! |    112 |    4 | `flags`        | u32       | bit 0: a scan is present; bit 1: the truth is known    |
-//! |    116 |    4 | `beams`        | u32       | ranges in use, 0 without a scan                        |
-//! |    120 | 8640 | `ranges_m`     | `[f64; 1080]`| range of beam k along its bearing, sensor frame        |
+//! |     64 |  128 | `tags`         | `[u64; 16]` | for each slot of the roster: that the server sent this |
+//! |    192 |    8 | `tick`         | u64       | from 0                                                 |
+//! |    200 |    8 | `time_s`       | f64       | s since the start; (tick + 1)·dt, or a recording's own |
+//! |    208 |    8 | `left_ticks`   | i64       | cumulative encoder counts, left wheel                  |
+//! |    216 |    8 | `right_ticks`  | i64       | cumulative encoder counts, right wheel                 |
+//! |    224 |    8 | `v_m_s`        | f64       | command applied in this tick, body frame               |
+//! |    232 |    8 | `omega_rad_s`  | f64       | command applied in this tick, body frame               |
+//! |    240 |    4 | `flags`        | u32       | bit 0: a scan is present; bit 1: the truth is known    |
+//! |    244 |    4 | `beams`        | u32       | ranges in use, 0 without a scan                        |
+//! |    248 | 8640 | `ranges_m`     | `[f64; 1080]`| range of beam k along its bearing, sensor frame        |
 //!
-//! The *observable part* is `tick` up to the last range in use: bytes 64 to
-//! 120 + 8·beams. It is all an estimator may know, it is all the digest
+//! The *observable part* is `tick` up to the last range in use: bytes 192 to
+//! 248 + 8·beams. It is all an estimator may know, it is all the digest
 //! covers, and so the digest is the same in every run of the same seed. Run
-//! id, clock, losses and ciphertext differ from run to run and are no data.
+//! id, clock, losses, tags and ciphertext differ from run to run and are no data.
+//!
+//! A tag is SipHash-2-4, with the key that the server shares with the participant
+//! at that slot, over `run_id`, `tick`, `phase`, `lost` and `digest`.
 
 use bytemuck::{Pod, Zeroable};
 use rusty_geometry::{EncoderTicks, SE2, Twist};
 use xxhash_rust::xxh3::xxh3_64;
 
+use crate::auth::AuthKey;
 use crate::layout::{Field, field_table};
+use crate::tally::MAX_PARTICIPANTS;
 use crate::truth::{KeyError, SealedTruth, Truth, TruthKey};
 
 /// The most beams a scan can have.
@@ -37,7 +43,7 @@ const HAS_SCAN: u32 = 1;
 const HAS_TRUTH: u32 = 2;
 
 /// Where the observable part begins, in bytes.
-pub const OBSERVABLE_FROM: usize = 64;
+pub const OBSERVABLE_FROM: usize = 192;
 
 /// Where the flags end, in bytes of the observable part.
 const FLAGS_TO: usize = std::mem::offset_of!(Frame, flags) + 4 - OBSERVABLE_FROM;
@@ -55,6 +61,7 @@ pub struct Frame {
     lost: u32,
     digest: u64,
     sealed: SealedTruth,
+    tags: [u64; MAX_PARTICIPANTS],
     tick: u64,
     time_s: f64,
     left_ticks: i64,
@@ -68,22 +75,23 @@ pub struct Frame {
 
 field_table! {
     /// The layout of [`Frame`], field by field.
-    pub const FRAME_FIELDS for Frame, size 8760 {
+    pub const FRAME_FIELDS for Frame, size 8888 {
         run_id: "u64" at 0, 8;
         published_ns: "u64" at 8, 8;
         phase: "u32" at 16, 4;
         lost: "u32" at 20, 4;
         digest: "u64" at 24, 8;
         sealed: "[u8; 32]" at 32, 32;
-        tick: "u64" at 64, 8;
-        time_s: "f64" at 72, 8;
-        left_ticks: "i64" at 80, 8;
-        right_ticks: "i64" at 88, 8;
-        v_m_s: "f64" at 96, 8;
-        omega_rad_s: "f64" at 104, 8;
-        flags: "u32" at 112, 4;
-        beams: "u32" at 116, 4;
-        ranges_m: "[f64; 1080]" at 120, 8640;
+        tags: "[u64; 16]" at 64, 128;
+        tick: "u64" at 192, 8;
+        time_s: "f64" at 200, 8;
+        left_ticks: "i64" at 208, 8;
+        right_ticks: "i64" at 216, 8;
+        v_m_s: "f64" at 224, 8;
+        omega_rad_s: "f64" at 232, 8;
+        flags: "u32" at 240, 4;
+        beams: "u32" at 244, 4;
+        ranges_m: "[f64; 1080]" at 248, 8640;
     }
 }
 
@@ -166,6 +174,27 @@ impl Frame {
     pub fn set_lost(&mut self, places: impl Iterator<Item = usize>) {
         let bits = places.filter_map(|place| 1u32.checked_shl(place as u32));
         self.lost = bits.fold(0, |all, bit| all | bit);
+    }
+
+    /// Signs the frame for the participant at `slot`, which shares `key` with the
+    /// server. Nothing may be changed after it but the clock.
+    pub fn sign(&mut self, slot: usize, key: &AuthKey) {
+        let tag = key.tag(bytemuck::bytes_of(&self.signed()));
+        if let Some(place) = self.tags.get_mut(slot) {
+            *place = tag;
+        }
+    }
+
+    /// Whether the server signed this frame for the participant at `slot`.
+    #[must_use]
+    pub fn is_signed_for(&self, slot: usize, key: &AuthKey) -> bool {
+        self.tags.get(slot) == Some(&key.tag(bytemuck::bytes_of(&self.signed())))
+    }
+
+    /// What a tag covers.
+    fn signed(&self) -> [u64; 4] {
+        let phase_and_lost = u64::from(self.phase) << 32 | u64::from(self.lost);
+        [self.run_id, self.tick, phase_and_lost, self.digest]
     }
 
     /// Whether the run goes on without the participant at this place of the
@@ -311,6 +340,32 @@ mod tests {
     }
 
     #[test]
+    fn a_signature_is_for_one_slot_and_holds_for_run_tick_phase_losses_and_digest() {
+        let (key, other) = (AuthKey::from_bytes([1; 16]), AuthKey::from_bytes([2; 16]));
+        let mut frame = sample();
+        frame.run_id = 5;
+        frame.write_digest(false);
+        let digest = frame.digest();
+        frame.sign(3, &key);
+        assert!(frame.is_signed_for(3, &key) && !frame.is_signed_for(3, &other));
+        assert!(!frame.is_signed_for(2, &key) && !frame.is_signed_for(99, &key));
+        frame.published_ns = 99;
+        assert!(frame.is_signed_for(3, &key) && frame.observable_digest() == digest);
+        let changes: [fn(&mut Frame); 5] = [
+            |f| f.run_id ^= 1,
+            |f| f.tick ^= 1,
+            |f| f.phase = Phase::Done as u32,
+            |f| f.set_lost(std::iter::once(0)),
+            |f| f.digest ^= 1,
+        ];
+        for (i, change) in changes.iter().enumerate() {
+            let mut changed = frame.clone();
+            change(&mut changed);
+            assert!(!changed.is_signed_for(3, &key), "change {i}");
+        }
+    }
+
+    #[test]
     fn two_keys_give_the_same_digest() {
         let (mut a, mut b) = (sample(), sample());
         a.seal(&TruthKey::from_bytes([1; 32]), Some(SE2::identity()));
@@ -347,6 +402,6 @@ mod tests {
         let mut frame = sample();
         frame.beams = u32::MAX;
         assert_eq!(frame.ranges_m().map(<[f64]>::len), Some(MAX_BEAMS));
-        assert_eq!(frame.observable().len(), 8760 - OBSERVABLE_FROM);
+        assert_eq!(frame.observable().len(), 8888 - OBSERVABLE_FROM);
     }
 }

@@ -8,6 +8,7 @@ use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::auth::AuthKey;
 use crate::config::{LidarConfig, NominalRobot};
 use crate::log::LogHeader;
 use crate::scenario::{Access, Participant, Role};
@@ -30,6 +31,9 @@ pub struct JoinRequest {
     pub awake_ns: u64,
     /// What it is and which version, for messages.
     pub client: String,
+    /// Shows that it has the participant's key; see [`sign`](Self::sign).
+    #[serde(default)]
+    pub tag: u64,
 }
 
 impl JoinRequest {
@@ -43,7 +47,34 @@ impl JoinRequest {
             pid,
             awake_ns,
             client: client.to_owned(),
+            tag: 0,
         }
+    }
+
+    /// Signs the request with the participant's key. Nothing may be changed
+    /// after it.
+    pub fn sign(&mut self, key: &AuthKey) {
+        self.tag = key.tag(&self.signed());
+    }
+
+    /// Whether the request was signed with this key, as it is.
+    #[must_use]
+    pub fn is_signed_by(&self, key: &AuthKey) -> bool {
+        self.tag == key.tag(&self.signed())
+    }
+
+    /// The bytes that the tag covers: all numbers, then the texts, each with its
+    /// length.
+    fn signed(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for number in [u64::from(self.protocol), self.layout, self.pid.into(), self.awake_ns] {
+            bytes.extend(number.to_le_bytes());
+        }
+        for text in [&self.name, &self.client] {
+            bytes.extend((text.len() as u64).to_le_bytes());
+            bytes.extend(text.as_bytes());
+        }
+        bytes
     }
 
     /// Reads a request as it arrived. Anything may be in it.
@@ -107,6 +138,9 @@ pub struct Start {
     /// How the server waits, so that a client knows when it may be asleep, ns:
     /// it yields for this long before it blocks.
     pub server_awake_ns: u64,
+    /// Whether the participant compares every frame's bytes with its digest: in
+    /// a run where a participant is confined, because it is not trusted.
+    pub check_frames: bool,
     /// For scorers and loggers: a [`Brief`] in JSON, sealed with the key.
     pub sealed_brief: Option<Vec<u8>>,
 }
@@ -138,6 +172,7 @@ impl Start {
             map: header.known_world().filter(|_| told(participant.map)).cloned(),
             initial_pose: header.known_start().filter(|_| told(participant.initial_pose)),
             server_awake_ns: u64::MAX,
+            check_frames: false,
             sealed_brief: None,
         }
     }
@@ -181,6 +216,20 @@ pub enum Refusal {
         name: String,
         /// The process that has it.
         pid: u32,
+    },
+    /// The request does not carry the tag of the participant's key.
+    #[error(
+        "process {pid} does not have the key of {name:?}: a launched participant reads it from \
+         standard input (--key-stdin), one that is started by hand from {key_file}, as the user \
+         who serves the run"
+    )]
+    Unsigned {
+        /// The name asked for.
+        name: String,
+        /// The process that asked.
+        pid: u32,
+        /// Where the server left the key for a participant started by hand.
+        key_file: String,
     },
     /// Another version of the protocol.
     #[error(

@@ -64,10 +64,10 @@ pub(crate) use field_table;
 #[must_use]
 pub fn tables() -> [Table; 4] {
     [
-        Table { name: "Frame", size: 8760, fields: crate::frame::FRAME_FIELDS },
-        Table { name: "Answer", size: 184, fields: crate::answer::ANSWER_FIELDS },
-        Table { name: "Tally", size: 3256, fields: crate::tally::TALLY_FIELDS },
-        Table { name: "TallyEntry", size: 200, fields: crate::tally::TALLY_ENTRY_FIELDS },
+        Table { name: "Frame", size: 8888, fields: crate::frame::FRAME_FIELDS },
+        Table { name: "Answer", size: 192, fields: crate::answer::ANSWER_FIELDS },
+        Table { name: "Tally", size: 3384, fields: crate::tally::TALLY_FIELDS },
+        Table { name: "TallyEntry", size: 208, fields: crate::tally::TALLY_ENTRY_FIELDS },
     ]
 }
 

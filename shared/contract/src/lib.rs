@@ -84,6 +84,7 @@
 //! number, and nothing in it knows how bytes travel.
 
 pub mod answer;
+pub mod auth;
 pub mod belief;
 pub mod blind;
 pub mod config;
@@ -105,6 +106,7 @@ pub mod timing;
 pub mod truth;
 
 pub use answer::Answer;
+pub use auth::{AuthKey, Credentials, CredentialsError, ParticipantKey};
 pub use belief::{BeliefHeader, BeliefKind, WeightedPose};
 pub use blind::{BlindKey, BlindKeyError};
 pub use config::ScriptConfig;
@@ -126,7 +128,7 @@ pub use truth::{KeyError, SealedTruth, Truth, TruthKey};
 /// The version of the protocol between server and participants. It changes
 /// when the meaning of a message changes; a change of layout shows in
 /// [`layout::layout_hash`] by itself.
-pub const PROTOCOL_VERSION: u32 = 3;
+pub const PROTOCOL_VERSION: u32 = 4;
 
 const _: () = assert!(
     cfg!(target_endian = "little"),

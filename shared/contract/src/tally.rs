@@ -9,17 +9,23 @@
 //! |-------:|-----:|----------------|-----------------|--------------------------------------|
 //! |      0 |    8 | `run_id`       | u64             | the run                              |
 //! |      8 |    8 | `tick`         | u64             | the tick that is complete            |
-//! |     16 |   16 | `run_digest`   | `[u8; 16]`        | the run digest up to and with it     |
-//! |     32 |   16 | `world_digest` | `[u8; 16]`        | the same, over frames alone          |
-//! |     48 |    4 | `count`        | u32             | entries in use                       |
-//! |     52 |    4 | `reserved`     | u32             | zero                                 |
-//! |     56 | 3200 | `entries`      | `[TallyEntry; 16]`| one per answering participant        |
+//! |     16 |    4 | `count`        | u32             | entries in use                       |
+//! |     20 |    4 | `stream`       | u32             | 0 in the run, N in the Nth catch-up  |
+//! |     24 |   16 | `run_digest`   | `[u8; 16]`        | the run digest up to and with it     |
+//! |     40 |   16 | `world_digest` | `[u8; 16]`        | the same, over frames alone          |
+//! |     56 | 3328 | `entries`      | `[TallyEntry; 16]`| one per answering participant        |
+//!
+//! It travels through memory that every participant can map, so all from the
+//! digests to the last entry in use is enciphered with the key of the run
+//! (ChaCha20; nonce: tick and stream). The digests in it would otherwise let an
+//! estimator try out where the robot started.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::answer::{Answer, Message};
 use crate::layout::{Field, field_table};
 use crate::reply::Reply;
+use crate::truth::{Purpose, TruthKey};
 
 /// The most participants a run can have.
 pub const MAX_PARTICIPANTS: usize = 16;
@@ -32,25 +38,25 @@ pub struct Tally {
     pub run_id: u64,
     /// The tick that is complete.
     pub tick: u64,
+    count: u32,
+    stream: u32,
     /// The run digest up to and with this tick.
     pub run_digest: [u8; 16],
     /// The digest of the frames alone, up to and with this tick.
     pub world_digest: [u8; 16],
-    count: u32,
-    reserved: u32,
     entries: [TallyEntry; MAX_PARTICIPANTS],
 }
 
 field_table! {
     /// The layout of [`Tally`], field by field.
-    pub const TALLY_FIELDS for Tally, size 3256 {
+    pub const TALLY_FIELDS for Tally, size 3384 {
         run_id: "u64" at 0, 8;
         tick: "u64" at 8, 8;
-        run_digest: "[u8; 16]" at 16, 16;
-        world_digest: "[u8; 16]" at 32, 16;
-        count: "u32" at 48, 4;
-        reserved: "u32" at 52, 4;
-        entries: "[TallyEntry; 16]" at 56, 3200;
+        count: "u32" at 16, 4;
+        stream: "u32" at 20, 4;
+        run_digest: "[u8; 16]" at 24, 16;
+        world_digest: "[u8; 16]" at 40, 16;
+        entries: "[TallyEntry; 16]" at 56, 3328;
     }
 }
 
@@ -68,10 +74,10 @@ pub struct TallyEntry {
 
 field_table! {
     /// The layout of [`TallyEntry`], field by field.
-    pub const TALLY_ENTRY_FIELDS for TallyEntry, size 200 {
-        answer: "Answer" at 0, 184;
-        latency_ns: "u64" at 184, 8;
-        missing: "u64" at 192, 8;
+    pub const TALLY_ENTRY_FIELDS for TallyEntry, size 208 {
+        answer: "Answer" at 0, 192;
+        latency_ns: "u64" at 192, 8;
+        missing: "u64" at 200, 8;
     }
 }
 
@@ -101,13 +107,19 @@ impl TallyEntry {
     }
 }
 
+impl Default for Tally {
+    fn default() -> Self {
+        Self::zeroed()
+    }
+}
+
 impl Tally {
     /// Empties the tally for a tick.
     pub fn begin(&mut self, run_id: u64, tick: u64) {
         self.run_id = run_id;
         self.tick = tick;
         self.count = 0;
-        self.reserved = 0;
+        self.stream = 0;
     }
 
     /// Adds the entry of the next answering participant. More than
@@ -117,6 +129,28 @@ impl Tally {
             *place = entry;
             self.count += 1;
         }
+    }
+
+    /// Enciphers the tally; `stream` is 0 in the run and N in its Nth catch-up,
+    /// so that no keystream is used for two texts.
+    pub fn seal(&mut self, key: &TruthKey, stream: u32) {
+        self.stream = stream;
+        self.apply(key);
+    }
+
+    /// Copies a sealed tally and deciphers the copy. With another key the
+    /// digests and entries are noise.
+    pub fn open_into(&self, key: &TruthKey, opened: &mut Self) {
+        *opened = *self;
+        opened.apply(key);
+    }
+
+    fn apply(&mut self, key: &TruthKey) {
+        let (tick, stream) = (self.tick, self.stream);
+        let entries = (self.count as usize).min(MAX_PARTICIPANTS);
+        let to = std::mem::offset_of!(Self, entries) + entries * size_of::<TallyEntry>();
+        let secret = &mut bytemuck::bytes_of_mut(self)[std::mem::offset_of!(Self, run_digest)..to];
+        key.apply(Purpose::Tally(stream), tick, secret);
     }
 
     /// The entries in roster order.
@@ -129,6 +163,30 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sealed_tally_shows_no_answer_and_no_digest_and_opens_with_its_key() {
+        let (key, other) = (TruthKey::from_bytes([1; 32]), TruthKey::from_bytes([2; 32]));
+        let estimate = Reply::from(rusty_geometry::SE2::new(4.25, -1.5, 0.75));
+        let mut tally = Tally::zeroed();
+        tally.begin(1, 2);
+        tally.world_digest = [7; 16];
+        tally.push(TallyEntry::answered(Answer::carrying(&Message::Reply(estimate)), 5));
+        let (plain, mut opened) = (tally, Tally::zeroed());
+        tally.seal(&key, 0);
+        let bytes = bytemuck::bytes_of(&tally);
+        for value in [4.25f64, -1.5, 0.75] {
+            assert!(!bytes.windows(8).any(|w| w == value.to_le_bytes()));
+        }
+        assert!(!bytes.windows(16).any(|w| w == [7; 16]));
+        tally.open_into(&key, &mut opened);
+        assert_eq!(bytemuck::bytes_of(&opened), bytemuck::bytes_of(&plain));
+        tally.open_into(&other, &mut opened);
+        assert_ne!(opened.world_digest, [7; 16]);
+        let mut again = plain;
+        again.seal(&key, 1);
+        assert_ne!(bytemuck::bytes_of(&again)[24..], bytes[24..]);
+    }
 
     #[test]
     fn a_tally_holds_what_was_pushed_and_no_more() {

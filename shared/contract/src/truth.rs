@@ -109,8 +109,10 @@ pub enum KeyError {
         tick: u64,
     },
     /// The text is no key.
-    #[error("a key is 64 hexadecimal digits, this text has {length} characters{detail}")]
+    #[error("a key is {digits} hexadecimal digits, this text has {length} characters{detail}")]
     NotAKey {
+        /// Digits expected.
+        digits: usize,
         /// Characters found.
         length: usize,
         /// What else is wrong.
@@ -130,9 +132,57 @@ impl std::fmt::Debug for TruthKey {
 /// What a keystream is for; it fills the last four bytes of the nonce, so that
 /// no two uses of a key share a stream.
 #[derive(Clone, Copy)]
-enum Purpose {
-    Frame = 0,
-    Brief = 1,
+pub(crate) enum Purpose {
+    /// The truth of a tick.
+    Frame,
+    /// The brief of a run.
+    Brief,
+    /// The key of the participant at a slot.
+    Participant,
+    /// The key of those who control the run.
+    Control,
+    /// The tally of a tick: 0 in the run itself, N in the Nth catch-up.
+    Tally(u32),
+}
+
+impl Purpose {
+    fn number(self) -> u32 {
+        match self {
+            Self::Frame => 0,
+            Self::Brief => 1,
+            Self::Participant => 2,
+            Self::Control => 3,
+            Self::Tally(stream) => 4u32.saturating_add(stream),
+        }
+    }
+}
+
+/// Bytes as hexadecimal digits.
+pub(crate) fn hex_of(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Reads `N` bytes from hexadecimal digits; white space around them is ignored.
+pub(crate) fn bytes_from_hex<const N: usize>(text: &str) -> Result<[u8; N], KeyError> {
+    let text = text.trim();
+    let not_a_key = |detail: &str| KeyError::NotAKey {
+        digits: 2 * N,
+        length: text.chars().count(),
+        detail: detail.to_owned(),
+    };
+    if text.len() != 2 * N || !text.is_ascii() {
+        return Err(not_a_key(""));
+    }
+    // `from_str_radix` would take a sign for a digit.
+    if !text.bytes().all(|b| b.is_ascii_hexdigit()) {
+        return Err(not_a_key(", not all of them hexadecimal"));
+    }
+    let mut bytes = [0; N];
+    for (i, byte) in bytes.iter_mut().enumerate() {
+        *byte = u8::from_str_radix(&text[2 * i..2 * i + 2], 16)
+            .map_err(|_| not_a_key(", not all of them hexadecimal"))?;
+    }
+    Ok(bytes)
 }
 
 impl TruthKey {
@@ -145,7 +195,7 @@ impl TruthKey {
     /// The key as 64 hexadecimal digits, for the private channel.
     #[must_use]
     pub fn to_hex(&self) -> String {
-        self.0.iter().map(|b| format!("{b:02x}")).collect()
+        hex_of(&self.0)
     }
 
     /// Reads what [`to_hex`](Self::to_hex) wrote; white space around it is
@@ -154,30 +204,25 @@ impl TruthKey {
     /// # Errors
     /// [`KeyError::NotAKey`], without repeating the text.
     pub fn from_hex(text: &str) -> Result<Self, KeyError> {
-        let text = text.trim();
-        let not_a_key = |detail: &str| KeyError::NotAKey {
-            length: text.chars().count(),
-            detail: detail.to_owned(),
-        };
-        if text.len() != 2 * KEY_BYTES || !text.is_ascii() {
-            return Err(not_a_key(""));
-        }
-        // `from_str_radix` would take a sign for a digit.
-        if !text.bytes().all(|b| b.is_ascii_hexdigit()) {
-            return Err(not_a_key(", not all of them hexadecimal"));
-        }
-        let mut bytes = [0; KEY_BYTES];
-        for (i, byte) in bytes.iter_mut().enumerate() {
-            *byte = u8::from_str_radix(&text[2 * i..2 * i + 2], 16)
-                .map_err(|_| not_a_key(", not all of them hexadecimal"))?;
-        }
-        Ok(Self(bytes))
+        Ok(Self(bytes_from_hex(text)?))
+    }
+
+    /// A key for `purpose`, derived from this one.
+    pub(crate) fn derive<const N: usize>(&self, purpose: Purpose, counter: u64) -> [u8; N] {
+        let mut bytes = [0; N];
+        self.apply(purpose, counter, &mut bytes);
+        bytes
+    }
+
+    /// Enciphers bytes, or deciphers them.
+    pub(crate) fn apply(&self, purpose: Purpose, counter: u64, bytes: &mut [u8]) {
+        self.stream(counter, purpose).apply_keystream(bytes);
     }
 
     fn stream(&self, counter: u64, purpose: Purpose) -> ChaCha20 {
         let mut nonce = [0; 12];
         nonce[..8].copy_from_slice(&counter.to_le_bytes());
-        nonce[8..].copy_from_slice(&(purpose as u32).to_le_bytes());
+        nonce[8..].copy_from_slice(&purpose.number().to_le_bytes());
         ChaCha20::new(&self.0.into(), &nonce.into())
     }
 

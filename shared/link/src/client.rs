@@ -1,6 +1,5 @@
 //! A participant's side: join, borrow a frame where it lies, answer it.
 
-use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -9,12 +8,12 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::Node;
-use iceoryx2::sample::Sample;
 use rusty_contract::answer::Message;
 use rusty_contract::scenario::Role;
-use rusty_contract::{Answer, Frame, JoinRequest, RunName, Start, Tally};
+use rusty_contract::{Answer, Credentials, Frame, JoinRequest, RunName, Start};
 
 use crate::belief::Beliefs;
+use crate::borrowed::{BorrowedFrame, BorrowedTally};
 use crate::feed::{Refeed, is_last_word};
 use crate::lobby::Lobby;
 use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
@@ -30,6 +29,7 @@ const SLOW_AWAKE_NS: u64 = 30_000;
 /// A participant's ports on a run.
 pub struct ClientLink {
     start: Start,
+    credentials: Credentials,
     server: Peer,
     policy: WaitPolicy,
     frames: Subscriber<Ipc, WireFrame, ()>,
@@ -47,40 +47,6 @@ pub struct ClientLink {
     is_slow: bool,
     node: Node<Ipc>,
     domain: Domain,
-}
-
-/// A frame where it lies. It stays valid for as long as it is held.
-pub struct BorrowedFrame {
-    sample: Sample<Ipc, WireFrame, ()>,
-    taken_ns: u64,
-}
-
-impl Deref for BorrowedFrame {
-    type Target = Frame;
-
-    fn deref(&self) -> &Frame {
-        &self.sample.payload().0
-    }
-}
-
-impl BorrowedFrame {
-    /// The monotonic clock when the frame was taken, ns.
-    #[must_use]
-    pub fn taken_ns(&self) -> u64 {
-        self.taken_ns
-    }
-}
-
-/// The answers of a tick where they lie. They stay valid for as long as they
-/// are held.
-pub struct BorrowedTally(Sample<Ipc, WireTally, ()>);
-
-impl Deref for BorrowedTally {
-    type Target = Tally;
-
-    fn deref(&self) -> &Tally {
-        &self.0.payload().0
-    }
 }
 
 /// What a wait brought.
@@ -105,10 +71,12 @@ impl ClientLink {
         timeout: Duration,
         stop: &AtomicBool,
     ) -> Result<Self, LinkError> {
-        Self::join_launched(run, None, request, policy, timeout, stop)
+        Self::join_launched(run, None, None, request, policy, timeout, stop)
     }
 
-    /// The same for a participant that was started by the run's server. One
+    /// The same for a participant that was started by the run's server, with the
+    /// `credentials` that it was given; without any, those in the run's folder
+    /// for one that is started by hand. One
     /// that is started by hand waits for its server to come; `launcher` has
     /// come, and once it is gone there is nothing to wait for.
     ///
@@ -117,6 +85,7 @@ impl ClientLink {
     pub fn join_launched(
         run: &RunName,
         launcher: Option<&Peer>,
+        credentials: Option<Credentials>,
         request: &JoinRequest,
         policy: WaitPolicy,
         timeout: Duration,
@@ -125,8 +94,14 @@ impl ClientLink {
         let deadline = Instant::now() + timeout;
         let joined = Lobby::find(run, launcher, deadline, stop).and_then(|lobby| {
             let server = Peer::new(lobby.server.pid());
-            let start = lobby.ask(request, deadline, stop);
-            start.and_then(|start| Self::open(lobby, policy, start)).map_err(|e| match e {
+            let asked = credentials.map_or_else(|| left_for(run, &request.name), Ok).and_then(
+                |credentials| {
+                    let mut request = request.clone();
+                    request.sign(&credentials.participant.to_server);
+                    Ok((lobby.ask(&request, deadline, stop)?, credentials))
+                },
+            );
+            asked.and_then(|asked| Self::open(lobby, policy, asked)).map_err(|e| match e {
                 // What is missing is what somebody else has swept meanwhile.
                 LinkError::Transport { .. } if server.is_dead() => {
                     LinkError::ServerGone { pid: server.pid() }
@@ -142,9 +117,13 @@ impl ClientLink {
         joined
     }
 
-    fn open(lobby: Lobby, policy: WaitPolicy, start: Start) -> Result<Self, LinkError> {
+    fn open(
+        lobby: Lobby,
+        policy: WaitPolicy,
+        (start, credentials): (Start, Credentials),
+    ) -> Result<Self, LinkError> {
         let Lobby { node, server, wake_server, woken, domain } = lobby;
-        let frames = services::pub_sub::<WireFrame>(&node, "frames", false)?
+        let frames = services::open_pub_sub::<WireFrame>(&node, "frames")?
             .subscriber_builder()
             .create()
             .map_err(LinkError::transport("open the frames port"))?;
@@ -152,7 +131,7 @@ impl ClientLink {
         // full; the first look also connects it.
         let _ = frames.has_samples();
         let tallies = if start.role.holds_key() {
-            let port = services::pub_sub::<WireTally>(&node, "tallies", false)?
+            let port = services::open_pub_sub::<WireTally>(&node, "tallies")?
                 .subscriber_builder()
                 .create()
                 .map_err(LinkError::transport("open the tallies port"))?;
@@ -164,7 +143,7 @@ impl ClientLink {
         let holds_key = start.role.holds_key();
         let refeed = |catch_up| Refeed::open(&node, catch_up, holds_key);
         let refeed = start.catch_up.as_ref().map(refeed).transpose()?;
-        let answers = services::pub_sub::<WireAnswer>(&node, "answers", false)?
+        let answers = services::open_pub_sub::<WireAnswer>(&node, "answers")?
             .publisher_builder()
             .max_loaned_samples(2)
             .create()
@@ -174,6 +153,7 @@ impl ClientLink {
         let waiting_since_ns = monotonic_ns();
         let mut link = Self {
             start,
+            credentials,
             server,
             policy,
             frames,
@@ -196,6 +176,12 @@ impl ClientLink {
     #[must_use]
     pub fn start(&self) -> &Start {
         &self.start
+    }
+
+    /// What this participant was told by its private channel.
+    #[must_use]
+    pub fn credentials(&self) -> &Credentials {
+        &self.credentials
     }
 
     /// The server's process.
@@ -267,7 +253,11 @@ impl ClientLink {
         let borrowed = |sample| BorrowedFrame { sample, taken_ns: monotonic_ns() };
         let again = match self.refeed.as_mut().filter(|refeed| !refeed.is_over()) {
             Some(refeed) => match refeed.next()? {
-                Some(sample) => return Ok(Some(borrowed(sample))),
+                Some(sample) => {
+                    let frame = borrowed(sample);
+                    self.check(&frame)?;
+                    return Ok(Some(frame));
+                }
                 None => true,
             },
             None => false,
@@ -277,10 +267,31 @@ impl ClientLink {
         // word may be.
         let sample = sample.filter(|s| !again || is_last_word(&s.payload().0));
         let Some(frame) = sample.map(borrowed) else { return Ok(None) };
+        self.check(&frame)?;
         if frame.run_id == self.start.run_id && frame.has_lost(self.start.participant) {
             return Err(LinkError::Dropped { name: self.start.name.clone() });
         }
         Ok(Some(frame))
+    }
+
+    /// Whether the server sent this frame to this participant. One of another
+    /// run is left to the caller.
+    fn check(&self, frame: &Frame) -> Result<(), LinkError> {
+        if frame.run_id != self.start.run_id {
+            return Ok(());
+        }
+        let (tick, signed) = (frame.tick(), frame.digest());
+        if !frame.is_signed_for(
+            self.start.participant as usize,
+            &self.credentials.participant.from_server,
+        ) {
+            return Err(LinkError::Unsigned { tick });
+        }
+        let found = if self.start.check_frames { frame.observable_digest() } else { signed };
+        if found != signed {
+            return Err(LinkError::Changed { tick, signed, found });
+        }
+        Ok(())
     }
 
     /// Answers a frame. The answer is the acknowledgement.
@@ -312,12 +323,14 @@ impl ClientLink {
         Ok(())
     }
 
-    /// Sends an answer as it is, whosever it claims to be, and wakes the server.
+    /// Signs an answer as it is, whosever it claims to be, sends it and wakes the
+    /// server.
     /// For tests of the server.
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn send_forged(&mut self, answer: Answer) -> Result<(), LinkError> {
+    pub fn send_forged(&mut self, mut answer: Answer) -> Result<(), LinkError> {
+        answer.sign(&self.credentials.participant.to_server);
         let sent = self.answers.send_copy(WireAnswer(answer));
         let _ = self.wake_server.notify();
         sent.map(|_| ()).map_err(LinkError::transport("send an answer"))
@@ -328,6 +341,7 @@ impl ClientLink {
         answer.participant = self.start.participant;
         answer.ticket = self.start.ticket;
         answer.sent_ns = now_ns;
+        answer.sign(&self.credentials.participant.to_server);
         self.waiting_since_ns = answer.sent_ns;
         self.answers
             .send_copy(WireAnswer(answer))
@@ -353,6 +367,19 @@ impl ClientLink {
         };
         let sample = port.receive().map_err(LinkError::transport("receive a tally"))?;
         Ok(sample.map(BorrowedTally))
+    }
+}
+
+/// The credentials that the server left for a participant started by hand.
+/// Without a file there are none, and the server says why it refuses.
+fn left_for(run: &RunName, name: &str) -> Result<Credentials, LinkError> {
+    let path = Domain::credentials_file(run, name);
+    let unreadable =
+        |error: String| LinkError::Credentials { path: path.display().to_string(), error };
+    match std::fs::read_to_string(&path) {
+        Ok(text) => Credentials::from_text(&text).map_err(|e| unreadable(e.to_string())),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(Credentials::none()),
+        Err(e) => Err(unreadable(e.to_string())),
     }
 }
 

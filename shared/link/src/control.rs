@@ -4,24 +4,24 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use iceoryx2::active_request::ActiveRequest;
-use rusty_contract::RunName;
-use rusty_contract::control::{ControlReply, ControlRequest};
+use rusty_contract::control::{ControlError, ControlReply, ControlRequest};
+use rusty_contract::{AuthKey, RunName};
 
-use crate::LinkError;
 use crate::lobby::Lobby;
 use crate::server::{process_of, respond};
 use crate::services::Ipc;
+use crate::{Domain, Keys, LinkError};
 
 /// Somebody has a wish.
 pub struct ControlCall(pub(crate) ActiveRequest<Ipc, [u8], (), [u8], ()>);
 
 impl ControlCall {
-    /// The wish.
+    /// The request and its number, if it is signed with the run's control key.
     ///
     /// # Errors
-    /// What is wrong with it, to be sent back.
-    pub fn request(&self) -> Result<ControlRequest, String> {
-        ControlRequest::from_bytes(self.0.payload())
+    /// [`ControlError`], to be sent back.
+    pub fn request(&self, keys: &Keys) -> Result<(ControlRequest, u64), ControlError> {
+        ControlRequest::from_signed(self.0.payload(), &keys.control)
     }
 
     /// The process that sent it; 0 if the transport does not say.
@@ -53,8 +53,22 @@ pub fn control(
     let never = AtomicBool::new(false);
     let now = Instant::now();
     let lobby = Lobby::find(run, None, now, &never)?;
-    let json = serde_json::to_vec(&request).map_err(LinkError::transport("write a request"))?;
+    let key = control_key(&lobby.domain)?;
+    let number = getrandom::u64().map_err(LinkError::transport("draw a number"))?;
+    let bytes = request.signed(&key, number).map_err(LinkError::transport("write a request"))?;
     let deadline = now.checked_add(timeout).unwrap_or(now);
-    let reply = lobby.exchange("control", &json, deadline, &never)?;
+    let reply = lobby.exchange("control", &bytes, deadline, &never)?;
     serde_json::from_slice(&reply).map_err(LinkError::transport("read the reply"))
+}
+
+/// The key that the server left in its run's folder.
+fn control_key(domain: &Domain) -> Result<AuthKey, LinkError> {
+    let path = domain.control_key_file();
+    let unreadable = |error: String| LinkError::NoControlKey {
+        run: domain.run().to_string(),
+        path: path.display().to_string(),
+        error,
+    };
+    let text = std::fs::read_to_string(&path).map_err(|e| unreadable(e.to_string()))?;
+    AuthKey::from_hex(&text).map_err(|e| unreadable(e.to_string()))
 }

@@ -54,6 +54,50 @@ pub enum LinkError {
     /// Somebody asked this process to stop.
     #[error("stopped on request")]
     Stopped,
+    /// A frame that the server did not send, or not to this participant.
+    #[error(
+        "tick {tick}: the frame is not signed with this participant's key: a process of this run \
+         forged it or changed it in shared memory; do not trust this run, and confine its \
+         participants (sandbox = \"required\")"
+    )]
+    Unsigned {
+        /// The tick that the frame carries.
+        tick: u64,
+    },
+    /// A frame whose bytes do not have the digest that the server signed.
+    #[error(
+        "tick {tick}: the frame's bytes have the digest {found:016x}, the server signed \
+         {signed:016x}: a process of this run changed them in shared memory; do not trust this run"
+    )]
+    Changed {
+        /// The tick that the frame carries.
+        tick: u64,
+        /// The digest that the server signed.
+        signed: u64,
+        /// The digest of the bytes.
+        found: u64,
+    },
+    /// The credentials of a participant started by hand.
+    #[error("{path}: {error}")]
+    Credentials {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        error: String,
+    },
+    /// There is no key to sign control requests with.
+    #[error(
+        "run {run:?}: its control key cannot be read from {path}: {error}; only the user who \
+         serves a run controls it"
+    )]
+    NoControlKey {
+        /// The run.
+        run: String,
+        /// The file.
+        path: String,
+        /// What the operating system says.
+        error: String,
+    },
     /// The key does not fit.
     #[error(transparent)]
     Key(#[from] KeyError),

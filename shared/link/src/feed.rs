@@ -7,30 +7,43 @@ use iceoryx2::prelude::Node;
 use iceoryx2::sample::Sample;
 use rusty_contract::{CatchUp, Frame, Tally};
 
-use crate::LinkError;
 use crate::server::{FrameLoan, write_tally};
-use crate::services::{self, Ipc, WireFrame, WireTally};
+use crate::services::{self, Direction, Ipc, WireFrame, WireTally};
 use crate::wait::monotonic_ns;
+use crate::{Keys, LinkError};
 
 /// The server's end: frames, and tallies for scorers and loggers.
 pub struct Feed {
     frames: Publisher<Ipc, WireFrame, ()>,
     tallies: Publisher<Ipc, WireTally, ()>,
+    slot: usize,
+    keys: Keys,
+    stream: u32,
 }
 
 impl Feed {
-    pub(crate) fn create(node: &Node<Ipc>, service: &str) -> Result<Self, LinkError> {
-        let frames = services::pub_sub::<WireFrame>(node, service, true)?
+    pub(crate) fn create(
+        node: &Node<Ipc>,
+        service: &str,
+        slot: usize,
+        keys: Keys,
+        stream: u32,
+    ) -> Result<Self, LinkError> {
+        let frames = services::create_pub_sub::<WireFrame>(node, service, Direction::FromServer)?
             .publisher_builder()
             .max_loaned_samples(2)
             .create()
             .map_err(LinkError::transport("open a port for ticks given again"))?;
-        let tallies = services::pub_sub::<WireTally>(node, &tallies_of(service), true)?
-            .publisher_builder()
-            .max_loaned_samples(2)
-            .create()
-            .map_err(LinkError::transport("open a port for tallies given again"))?;
-        Ok(Self { frames, tallies })
+        let tallies = services::create_pub_sub::<WireTally>(
+            node,
+            &tallies_of(service),
+            Direction::FromServer,
+        )?
+        .publisher_builder()
+        .max_loaned_samples(2)
+        .create()
+        .map_err(LinkError::transport("open a port for tallies given again"))?;
+        Ok(Self { frames, tallies, slot, keys, stream })
     }
 
     /// A frame in shared memory to write the next tick into.
@@ -45,7 +58,10 @@ impl Feed {
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn publish(&self, frame: FrameLoan) -> Result<u64, LinkError> {
+    pub fn publish(&self, mut frame: FrameLoan) -> Result<u64, LinkError> {
+        if let Some(key) = self.keys.participant(self.slot) {
+            frame.sign(self.slot, &key.from_server);
+        }
         let now = monotonic_ns();
         frame.send(now)?;
         Ok(now)
@@ -56,7 +72,7 @@ impl Feed {
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn publish_tally(&self, write: impl FnOnce(&mut Tally)) -> Result<(), LinkError> {
-        write_tally(&self.tallies, write)
+        write_tally(&self.tallies, write, &self.keys, self.stream)
     }
 }
 
@@ -79,14 +95,14 @@ impl Refeed {
         catch_up: &CatchUp,
         with_tallies: bool,
     ) -> Result<Self, LinkError> {
-        let frames = services::pub_sub::<WireFrame>(node, &catch_up.service, false)?
+        let frames = services::open_pub_sub::<WireFrame>(node, &catch_up.service)?
             .subscriber_builder()
             .create()
             .map_err(LinkError::transport("open the port for ticks given again"))?;
         let _ = frames.has_samples();
         let tallies = if with_tallies {
             let service = tallies_of(&catch_up.service);
-            let port = services::pub_sub::<WireTally>(node, &service, false)?
+            let port = services::open_pub_sub::<WireTally>(node, &service)?
                 .subscriber_builder()
                 .create()
                 .map_err(LinkError::transport("open the port for tallies given again"))?;

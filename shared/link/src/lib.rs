@@ -21,6 +21,7 @@
 //! asleep; it never reaches a digest.
 
 pub mod belief;
+pub mod borrowed;
 pub mod client;
 pub mod control;
 pub mod domain;
@@ -28,6 +29,7 @@ mod domain_error;
 mod error;
 pub mod feed;
 pub mod floor;
+pub mod keys;
 mod lobby;
 mod lock;
 pub mod memory;
@@ -39,13 +41,15 @@ mod sweep;
 pub mod wait;
 
 pub use belief::{Beliefs, Onlooker};
-pub use client::{BorrowedFrame, BorrowedTally, ClientLink, Incoming};
+pub use borrowed::{BorrowedFrame, BorrowedTally};
+pub use client::{ClientLink, Incoming};
 pub use control::{ControlCall, control};
 pub use domain::{Domain, DomainError, RunState};
 pub use error::LinkError;
 pub use feed::Feed;
+pub use keys::Keys;
 pub use memory::{MemoryState, memory_state};
 pub use process::{Peer, PeerState};
-pub use server::{FrameLoan, JoinCall, ServerLink};
+pub use server::{FrameLoan, JoinCall, ReceivedAnswer, ServerLink};
 pub use services::MAX_HELD_FRAMES;
 pub use wait::{WaitPolicy, monotonic_ns};

@@ -15,7 +15,7 @@ use rusty_contract::answer::Message;
 use rusty_contract::{Answer, Phase, Reply, RunName};
 
 use crate::server::FrameLoan;
-use crate::services::{self, Ipc, WireAnswer, WireFrame};
+use crate::services::{self, Direction, Ipc, WireAnswer, WireFrame};
 use crate::wait::{LOOKS_BETWEEN_CHECKS, Waiter, may_sleep, monotonic_ns, readable};
 use crate::{Domain, LinkError, Peer, WaitPolicy};
 
@@ -42,15 +42,16 @@ impl RawServer {
     /// [`LinkError::Transport`] says what could not be created.
     pub fn create(domain: &Domain, policy: WaitPolicy, clients: usize) -> Result<Self, LinkError> {
         let node = services::node(domain)?;
-        let frames = services::pub_sub::<WireFrame>(&node, "frames", true)?
+        let frames = services::create_pub_sub::<WireFrame>(&node, "frames", Direction::FromServer)?
             .publisher_builder()
             .max_loaned_samples(2)
             .create()
             .map_err(LinkError::transport("open the frames port"))?;
-        let answers = services::pub_sub::<WireAnswer>(&node, "answers", true)?
-            .subscriber_builder()
-            .create()
-            .map_err(LinkError::transport("open the answers port"))?;
+        let answers =
+            services::create_pub_sub::<WireAnswer>(&node, "answers", Direction::ToServer)?
+                .subscriber_builder()
+                .create()
+                .map_err(LinkError::transport("open the answers port"))?;
         let wake_clients = services::notifier(&node, "wake-clients", true)?;
         let woken = services::listener(&node, "wake-server", true)?;
         let waiting_since_ns = 0;
@@ -178,13 +179,13 @@ impl RawClient {
         let node = services::node(&domain)?;
         let woken = services::listener(&node, "wake-clients", false)?;
         let wake_server = services::notifier(&node, "wake-server", false)?;
-        let frames = services::pub_sub::<WireFrame>(&node, "frames", false)?
+        let frames = services::open_pub_sub::<WireFrame>(&node, "frames")?
             .subscriber_builder()
             .create()
             .map_err(LinkError::transport("open the frames port"))?;
         // The first look connects it.
         let _ = frames.has_samples();
-        let answers = services::pub_sub::<WireAnswer>(&node, "answers", false)?
+        let answers = services::open_pub_sub::<WireAnswer>(&node, "answers")?
             .publisher_builder()
             .max_loaned_samples(2)
             .create()

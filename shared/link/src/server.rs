@@ -15,12 +15,12 @@ use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use iceoryx2::service::Service;
 use iceoryx2::unique_id_generator::{UniqueId, UniqueIdGenerator};
-use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally};
+use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally, TruthKey};
 
 use crate::control::ControlCall;
-use crate::services::{self, BeliefService, Ipc, WireAnswer, WireFrame, WireTally};
+use crate::services::{self, BeliefService, Direction, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
-use crate::{Domain, Feed, LinkError, Peer, WaitPolicy};
+use crate::{Domain, Feed, Keys, LinkError, Peer, WaitPolicy};
 
 /// The server's ports. They go before the domain goes.
 pub struct ServerLink {
@@ -38,6 +38,9 @@ pub struct ServerLink {
     /// Held for filters and onlookers; `None` takes nothing from the run.
     _beliefs: Option<BeliefService>,
     node: Node<Ipc>,
+    keys: Keys,
+    /// How many catch-ups there were: each enciphers its tallies in its own way.
+    catch_ups: u32,
     /// Answers of this turn, given back at its end; no others.
     heard: Vec<Sample<Ipc, WireAnswer, ()>>,
 }
@@ -57,6 +60,16 @@ pub(crate) fn process_of(port: u128) -> u32 {
 /// A frame in shared memory that nobody else sees yet: write into it, then
 /// [`publish`](ServerLink::publish) it.
 pub struct FrameLoan(SampleMutUninit<Ipc, std::mem::MaybeUninit<WireFrame>, ()>);
+
+/// An answer as it arrived.
+pub struct ReceivedAnswer {
+    /// The answer, copied out of shared memory. Anything may be in it.
+    pub answer: Answer,
+    /// The process whose port it came through, as that process's library says.
+    pub pid: u32,
+    /// Whether the participant that it names has signed it.
+    pub is_signed: bool,
+}
 
 /// Somebody asks to join.
 pub struct JoinCall {
@@ -94,40 +107,50 @@ impl FrameLoan {
     }
 }
 
-/// Writes a tally in place and sends it.
+/// Writes a tally in private memory, and sends it enciphered.
 pub(crate) fn write_tally(
     port: &Publisher<Ipc, WireTally, ()>,
     write: impl FnOnce(&mut Tally),
+    keys: &Keys,
+    stream: u32,
 ) -> Result<(), LinkError> {
     let mut sample = port.loan_uninit().map_err(LinkError::transport("loan a tally"))?;
-    // SAFETY: as for `FrameLoan::deref`: mapped memory, `Pod` type.
-    write(unsafe { &mut sample.payload_mut().assume_init_mut().0 });
-    // SAFETY: initialised, as above.
+    // Every participant can map the place, so what is in it is never plain.
+    let mut tally = Tally::default();
+    write(&mut tally);
+    tally.seal(&keys.truth, stream);
+    sample.payload_mut().write(WireTally(tally));
+    // SAFETY: written just above.
     let sample = unsafe { sample.assume_init() };
     sample.send().map(|_| ()).map_err(LinkError::transport("publish a tally"))
 }
 
 impl ServerLink {
-    /// Creates the services of a run and the server's ports on them.
+    /// Creates the services of a run and the server's ports on them, and leaves
+    /// the control key in the run's folder. All other keys derive from `key`.
     ///
     /// # Errors
     /// [`LinkError::Transport`] says what could not be created.
-    pub fn create(domain: &Domain, policy: WaitPolicy) -> Result<Self, LinkError> {
+    pub fn create(domain: &Domain, policy: WaitPolicy, key: &TruthKey) -> Result<Self, LinkError> {
+        let keys = Keys::new(key);
+        domain.leave_control_key(&keys.control)?;
         let node = services::node(domain)?;
-        let frames = services::pub_sub::<WireFrame>(&node, "frames", true)?
+        let frames = services::create_pub_sub::<WireFrame>(&node, "frames", Direction::FromServer)?
             .publisher_builder()
             .max_loaned_samples(2)
             .create()
             .map_err(LinkError::transport("open the frames port"))?;
-        let tallies = services::pub_sub::<WireTally>(&node, "tallies", true)?
-            .publisher_builder()
-            .max_loaned_samples(2)
-            .create()
-            .map_err(LinkError::transport("open the tallies port"))?;
-        let answers = services::pub_sub::<WireAnswer>(&node, "answers", true)?
-            .subscriber_builder()
-            .create()
-            .map_err(LinkError::transport("open the answers port"))?;
+        let tallies =
+            services::create_pub_sub::<WireTally>(&node, "tallies", Direction::FromServer)?
+                .publisher_builder()
+                .max_loaned_samples(2)
+                .create()
+                .map_err(LinkError::transport("open the tallies port"))?;
+        let answers =
+            services::create_pub_sub::<WireAnswer>(&node, "answers", Direction::ToServer)?
+                .subscriber_builder()
+                .create()
+                .map_err(LinkError::transport("open the answers port"))?;
         let wake_clients = services::notifier(&node, "wake-clients", true)?;
         let woken = services::listener(&node, "wake-server", true)?;
         let beliefs = services::beliefs(&node, true).ok();
@@ -160,8 +183,16 @@ impl ServerLink {
             waiter,
             _beliefs: beliefs,
             node,
+            keys,
+            catch_ups: 0,
             heard: Vec::with_capacity(ANSWERS_AT_ONCE),
         })
+    }
+
+    /// The keys of the run.
+    #[must_use]
+    pub fn keys(&self) -> &Keys {
+        &self.keys
     }
 
     /// How the server waits.
@@ -196,12 +227,22 @@ impl ServerLink {
         FrameLoan::from(&self.frames)
     }
 
-    /// Sends a frame to everyone, and says when. The wait for its answers
+    /// Signs a frame for the participants at `slots`, sends it to everyone, and
+    /// returns when. The wait for its answers
     /// begins; who did not get it shows by not answering.
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn publish(&mut self, frame: FrameLoan) -> Result<u64, LinkError> {
+    pub fn publish(
+        &mut self,
+        mut frame: FrameLoan,
+        slots: impl Iterator<Item = usize>,
+    ) -> Result<u64, LinkError> {
+        for slot in slots {
+            if let Some(key) = self.keys.participant(slot) {
+                frame.sign(slot, &key.from_server);
+            }
+        }
         let now = monotonic_ns();
         frame.send(now)?;
         self.stay_awake(now);
@@ -232,8 +273,9 @@ impl ServerLink {
     ///
     /// # Errors
     /// [`LinkError::Transport`] says what could not be created.
-    pub fn feed(&self, service: &str) -> Result<Feed, LinkError> {
-        Feed::create(&self.node, service)
+    pub fn feed(&mut self, service: &str, slot: usize) -> Result<Feed, LinkError> {
+        self.catch_ups += 1;
+        Feed::create(&self.node, service, slot, Keys::new(&self.keys.truth), self.catch_ups)
     }
 
     /// Sends the answers of a tick to scorers and loggers.
@@ -241,7 +283,7 @@ impl ServerLink {
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn publish_tally(&self, write: impl FnOnce(&mut Tally)) -> Result<(), LinkError> {
-        write_tally(&self.tallies, write)
+        write_tally(&self.tallies, write, &self.keys, 0)
     }
 
     /// Wakes the clients if one of them may be asleep: each is given by when
@@ -260,8 +302,7 @@ impl ServerLink {
         let _ = self.wake_clients.notify();
     }
 
-    /// Takes the answers that are there, each with the process whose port it
-    /// came through, and says how many. Anything may be in them; each is copied
+    /// Takes the answers that are there, and returns how many. Anything may be in them; each is copied
     /// out of shared memory once, before anybody looks at it.
     ///
     /// Whoever sends without end is heard a few times in each turn, and nobody
@@ -270,11 +311,17 @@ impl ServerLink {
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn take_answers(&mut self, mut take: impl FnMut(Answer, u32)) -> Result<usize, LinkError> {
+    pub fn take_answers(
+        &mut self,
+        mut take: impl FnMut(ReceivedAnswer),
+    ) -> Result<usize, LinkError> {
         while self.heard.len() < ANSWERS_AT_ONCE {
             match self.answers.receive() {
                 Ok(Some(sample)) => {
-                    take(sample.payload().0, process_of(sample.origin().value()));
+                    let answer = sample.payload().0;
+                    let pid = process_of(sample.origin().value());
+                    let is_signed = self.keys.has_signed_answer(&answer);
+                    take(ReceivedAnswer { answer, pid, is_signed });
                     self.heard.push(sample);
                 }
                 Ok(None) | Err(ReceiveError::ExceedsMaxBorrows) => break,

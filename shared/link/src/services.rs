@@ -107,29 +107,46 @@ fn name(text: &str) -> Result<ServiceName, LinkError> {
     ServiceName::new(text).map_err(LinkError::transport("name a service"))
 }
 
-/// Creates a publish-subscribe service, or opens it.
-pub(crate) fn pub_sub<T: ZeroCopySend + std::fmt::Debug>(
+/// Who sends on a service and who receives: one side is the server alone, so no
+/// other process can open a port there.
+#[derive(Clone, Copy)]
+pub(crate) enum Direction {
+    FromServer,
+    ToServer,
+}
+
+/// Creates a publish-subscribe service.
+pub(crate) fn create_pub_sub<T: ZeroCopySend + std::fmt::Debug>(
     node: &Node<Ipc>,
     text: &str,
-    create: bool,
+    direction: Direction,
+) -> Result<PubSub<T>, LinkError> {
+    let (publishers, subscribers) = match direction {
+        Direction::FromServer => (1, MAX_PORTS),
+        Direction::ToServer => (MAX_PORTS, 1),
+    };
+    node.service_builder(&name(text)?)
+        .publish_subscribe::<T>()
+        .max_publishers(publishers)
+        .max_subscribers(subscribers)
+        .max_nodes(2 * MAX_PORTS)
+        .subscriber_max_buffer_size(BUFFER)
+        .subscriber_max_borrowed_samples(BUFFER)
+        .history_size(0)
+        // A dead or slow reader loses its oldest sample; it never blocks
+        // the writer.
+        .enable_safe_overflow(true)
+        .create()
+        .map_err(LinkError::transport("create a service"))
+}
+
+/// Opens a publish-subscribe service that the server has created.
+pub(crate) fn open_pub_sub<T: ZeroCopySend + std::fmt::Debug>(
+    node: &Node<Ipc>,
+    text: &str,
 ) -> Result<PubSub<T>, LinkError> {
     let builder = node.service_builder(&name(text)?).publish_subscribe::<T>();
-    if create {
-        builder
-            .max_publishers(MAX_PORTS)
-            .max_subscribers(MAX_PORTS)
-            .max_nodes(2 * MAX_PORTS)
-            .subscriber_max_buffer_size(BUFFER)
-            .subscriber_max_borrowed_samples(BUFFER)
-            .history_size(0)
-            // A dead or slow reader loses its oldest sample; it never blocks
-            // the writer.
-            .enable_safe_overflow(true)
-            .create()
-            .map_err(LinkError::transport("create a service"))
-    } else {
-        builder.open().map_err(LinkError::transport("open a service"))
-    }
+    builder.open().map_err(LinkError::transport("open a service"))
 }
 
 /// Creates the service of beliefs, or opens it.
@@ -222,4 +239,28 @@ pub(crate) fn drain(listener: &Listener<Ipc>) {
     // An error here means a wake-up is lost; the next look at the data comes
     // with the next slice.
     let _ = listener.try_wait(|_| {});
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ServerLink, WaitPolicy};
+    use rusty_contract::{RunName, TruthKey};
+
+    #[test]
+    fn frames_and_tallies_have_one_sender_and_answers_one_receiver() {
+        let run = RunName::new(&format!("t{}-ports", std::process::id())).unwrap();
+        let domain = Domain::create(&run).unwrap();
+        let key = TruthKey::from_bytes([7; 32]);
+        let _server = ServerLink::create(&domain, WaitPolicy::Block, &key).unwrap();
+        let other = node(&domain).unwrap();
+        let frames = open_pub_sub::<WireFrame>(&other, "frames").unwrap();
+        assert!(frames.publisher_builder().create().is_err());
+        assert!(frames.subscriber_builder().create().is_ok());
+        let tallies = open_pub_sub::<WireTally>(&other, "tallies").unwrap();
+        assert!(tallies.publisher_builder().create().is_err());
+        let answers = open_pub_sub::<WireAnswer>(&other, "answers").unwrap();
+        assert!(answers.subscriber_builder().create().is_err());
+        assert!(answers.publisher_builder().create().is_ok());
+    }
 }

@@ -113,7 +113,7 @@ impl Stage<'_> {
         beside: impl FnOnce(&[u32]) + Send,
     ) -> Result<Option<Stamps>, VerbError> {
         let (domain, key) = self.domain()?;
-        let link = ServerLink::create(&domain, self.wait)?;
+        let link = ServerLink::create(&domain, self.wait, &key)?;
         let mut children = self.start(&domain, &key, roster)?;
         let pids: Vec<u32> = children.groups().collect();
         stamps.watch(pids.clone());
@@ -130,6 +130,7 @@ impl Stage<'_> {
             answer_timeout_s: PATIENCE_S,
             on_loss: OnLoss::Abort,
             out_dir: Some(domain.folder().join("out")),
+            check_frames: false,
         };
         let header = LogHeader {
             writer: concat!("sim-server ", env!("CARGO_PKG_VERSION")).to_owned(),

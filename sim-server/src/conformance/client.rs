@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
 
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, getpgid, kill_process, waitid};
-use rusty_contract::{RunName, TruthKey};
+use rusty_contract::{Credentials, RunName, TruthKey};
 
 use super::Kit;
+use super::setting::CLIENT_SEAT;
 use crate::run::{
-    ChildrenError, find_program, invite, kill_group, open_talk, spawn_with_key, with_folder,
+    ChildrenError, find_program, invite, kill_group, open_talk, spawn_with_credentials, with_folder,
 };
 
 /// The most of its words that are kept, bytes.
@@ -46,12 +47,11 @@ impl Client {
         };
         let talk = folder.join("talk.txt");
         let outputs = open_talk(&kit.name, &talk)?;
-        let holds_key = kit.role.holds_key();
         let mut command = Command::new(&program);
         command.args(with_folder(&kit.command[1..], folder));
-        invite(&mut command, run, &kit.name, kit.wait, holds_key, outputs);
-        let key = holds_key.then(|| key.to_hex());
-        let child = spawn_with_key(&mut command, key.as_deref()).map_err(error)?;
+        invite(&mut command, run, &kit.name, kit.wait, outputs);
+        let credentials = Credentials::new(key, CLIENT_SEAT, kit.role.holds_key());
+        let child = spawn_with_credentials(&mut command, &credentials).map_err(error)?;
         Ok(Self { child: Some(child), status: None, talk })
     }
 

@@ -18,6 +18,12 @@ pub enum Fault {
     /// Its request is none.
     #[error("{0}")]
     BadRequest(Refusal),
+    /// Its request to join does not carry the tag of its key.
+    #[error("its request to join is not signed with the key from its standard input")]
+    UnsignedRequest,
+    /// Its answer does not carry the tag of its key.
+    #[error("its answer to tick {0} is not signed with the key from its standard input")]
+    Unsigned(u64),
     /// It joined but never said Ready.
     #[error("no Ready (answer kind 7) within {0:?} after its Start")]
     NeverReady(Duration),

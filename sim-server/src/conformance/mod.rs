@@ -106,6 +106,7 @@ impl Kit {
             answer_timeout_s: patience_s,
             on_loss: OnLoss::Abort,
             out_dir: Some(folder.to_owned()),
+            check_frames: false,
         })
     }
 

@@ -3,18 +3,19 @@
 //! Whoever plays with it decides which steps there are: a frame can be shown
 //! twice, late, damaged, or not at all. No wait outlasts the kit's patience.
 
+mod close;
+
 use std::collections::VecDeque;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
 use rusty_contract::answer::Message;
-use rusty_contract::tally::TallyEntry;
 use rusty_contract::{
-    Answer, Frame, JoinReply, JoinRequest, LogHeader, Phase, Refusal, Reply, RunDigest, RunName,
+    Answer, Frame, JoinReply, JoinRequest, LogHeader, Phase, Refusal, RunDigest, RunName,
 };
-use rusty_geometry::{EncoderTicks, SE2, Twist, odometry_delta};
-use rusty_link::{Domain, JoinCall, LinkError, Peer, ServerLink};
+use rusty_geometry::{EncoderTicks, SE2, Twist};
+use rusty_link::{Domain, JoinCall, Peer, ReceivedAnswer, ServerLink};
 use rusty_sim::Sim;
 
 use super::Kit;
@@ -52,7 +53,7 @@ pub(super) struct Player<'k> {
     closed: u64,
     /// Digest of the last word, once it was said.
     last_word: Option<u64>,
-    inbox: VecDeque<Answer>,
+    inbox: VecDeque<ReceivedAnswer>,
     link: ServerLink,
     _domain: Domain,
 }
@@ -78,7 +79,7 @@ impl<'k> Player<'k> {
     ) -> Result<Self, Halt> {
         let (header, sim) = setting.world(kit)?;
         let domain = Domain::create(run)?;
-        let link = ServerLink::create(&domain, kit.wait)?;
+        let link = ServerLink::create(&domain, kit.wait, &setup.key)?;
         Ok(Self {
             kit,
             client: Client::elsewhere(),
@@ -124,7 +125,16 @@ impl<'k> Player<'k> {
         loop {
             if let Some(call) = self.link.next_join()? {
                 match call.request() {
-                    Ok(request) => return Ok((call, request)),
+                    Ok(request) => {
+                        let keys = self.link.keys();
+                        // A request for another seat is for the check to refuse.
+                        let is_signed = request.name != self.kit.name
+                            || keys.has_signed_request(&request, CLIENT_SEAT);
+                        if !is_signed {
+                            return Err(Fault::UnsignedRequest.into());
+                        }
+                        return Ok((call, request));
+                    }
                     Err(refusal) => {
                         // It is told, as a server would.
                         let _ = call.reply(&JoinReply::Refused(refusal.clone()));
@@ -204,12 +214,16 @@ impl<'k> Player<'k> {
         }
     }
 
-    fn next_answer(&mut self) -> Result<Option<Answer>, LinkError> {
+    fn next_answer(&mut self) -> Result<Option<Answer>, Halt> {
         if self.inbox.is_empty() {
             let inbox = &mut self.inbox;
-            self.link.take_answers(|answer, _| inbox.push_back(answer))?;
+            self.link.take_answers(|received| inbox.push_back(received))?;
         }
-        Ok(self.inbox.pop_front())
+        let Some(received) = self.inbox.pop_front() else { return Ok(None) };
+        if !received.is_signed {
+            return Err(Fault::Unsigned(received.answer.tick).into());
+        }
+        Ok(Some(received.answer))
     }
 
     fn note(&mut self, answer: Answer) -> Heard {
@@ -243,7 +257,7 @@ impl<'k> Player<'k> {
     pub(super) fn show_other(&mut self, other: &Frame) -> Result<(), Halt> {
         let mut loan = self.link.loan()?;
         *loan = *other;
-        self.link.publish(loan)?;
+        self.link.publish(loan, std::iter::once(CLIENT_SEAT))?;
         Ok(())
     }
 
@@ -305,39 +319,6 @@ impl<'k> Player<'k> {
 
     fn is_awaited(&self) -> bool {
         self.header.roster[CLIENT_SEAT].is_awaited()
-    }
-
-    /// Closes the tick: scorers and loggers get its answers.
-    pub(super) fn close(&mut self) -> Result<(), Halt> {
-        let delta = odometry_delta(
-            self.companion.1,
-            self.frame.ticks(),
-            &self.header.config.robot.nominal().drive,
-        );
-        self.companion = (self.companion.0.boxplus(&delta), self.frame.ticks());
-        let reply = Reply::from(self.companion.0);
-        let client = self
-            .kit
-            .role
-            .answers()
-            .then(|| self.said.answers.last().and_then(Heard::reply).unwrap_or_default());
-        let replies: Vec<Reply> = std::iter::once(reply).chain(client).collect();
-        self.digest.absorb_replies(replies.into_iter());
-        if self.kit.role.holds_key() {
-            let mut answer = Answer::carrying(&Message::Reply(reply));
-            answer.run_id = self.setup.run_id;
-            answer.tick = self.frame.tick();
-            answer.digest_seen = self.frame.digest();
-            let digest = self.digest;
-            self.link.publish_tally(|tally| {
-                tally.begin(answer.run_id, answer.tick);
-                tally.run_digest = digest.run();
-                tally.world_digest = digest.world();
-                tally.push(TallyEntry::answered(answer, 0));
-            })?;
-        }
-        self.closed += 1;
-        Ok(())
     }
 
     /// One tick as it should be.

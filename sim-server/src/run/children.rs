@@ -8,7 +8,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process_group};
-use rusty_contract::{Exit, Participant, RunName, TruthKey};
+use rusty_contract::{Credentials, Exit, Participant, RunName, TruthKey};
 use rusty_link::WaitPolicy;
 use thiserror::Error;
 
@@ -89,8 +89,8 @@ struct Running {
     again: Command,
     name: String,
     program: PathBuf,
-    /// The line it reads from its standard input.
-    key: Option<String>,
+    /// What it reads from its standard input.
+    credentials: Credentials,
 }
 
 /// How a participant left the run, for how long its process is waited for.
@@ -219,7 +219,7 @@ impl Children {
         running.end();
         between();
         running.status = None;
-        let child = spawn_with_key(&mut running.again, running.key.as_deref());
+        let child = spawn_with_credentials(&mut running.again, &running.credentials);
         running.child = child.map_err(|error| ChildrenError::Spawn {
             name: running.name.clone(),
             program: running.program.display().to_string(),
@@ -308,7 +308,6 @@ fn start_one(
     };
     let talk = spawn.out_dir.join(format!("{name}.txt"));
     let outputs = open_talk(name, &talk)?;
-    let holds_key = participant.role.holds_key();
     let own = arguments::own_folder(participant, spawn.out_dir).map_err(|(path, error)| {
         ChildrenError::Folder { name: name.clone(), path: path.display().to_string(), error }
     })?;
@@ -322,11 +321,11 @@ fn start_one(
     };
     let folder = own.as_deref().unwrap_or(spawn.out_dir);
     command.args(arguments::with_folder(&participant.command[1..], folder));
-    invite(&mut command, spawn.run, name, spawn.wait, holds_key, outputs);
-    let key = holds_key.then(|| spawn.key.to_hex());
-    let child = spawn_with_key(&mut command, key.as_deref()).map_err(error)?;
+    invite(&mut command, spawn.run, name, spawn.wait, outputs);
+    let credentials = Credentials::new(spawn.key, seat, participant.role.holds_key());
+    let child = spawn_with_credentials(&mut command, &credentials).map_err(error)?;
     let name = name.clone();
-    Ok(Running { seat, child, status: None, talk, again: command, name, program, key })
+    Ok(Running { seat, child, status: None, talk, again: command, name, program, credentials })
 }
 
 /// Adds what every launched participant is told on its command line, and where
@@ -336,29 +335,30 @@ pub(crate) fn invite(
     run: &RunName,
     name: &str,
     wait: WaitPolicy,
-    holds_key: bool,
     (out, err): (File, File),
 ) {
     command
         .args(["--run", run.as_str(), "--name", name, "--wait", &wait.to_string()])
         // Should this process be killed, they need not wait for their run.
         .args(["--launcher", &std::process::id().to_string()])
-        .stdin(if holds_key { Stdio::piped() } else { Stdio::null() })
+        .arg("--key-stdin")
+        .stdin(Stdio::piped())
         .stdout(out)
         .stderr(err)
         // Ctrl-C on the terminal reaches the server alone; it tells the others.
         .process_group(0);
-    if holds_key {
-        command.arg("--key-stdin");
-    }
 }
 
-/// Starts it, and gives it the key's line where it reads one.
-pub(crate) fn spawn_with_key(command: &mut Command, key: Option<&str>) -> std::io::Result<Child> {
+/// Starts it, and gives it its credentials by its standard input, which ends
+/// after them.
+pub(crate) fn spawn_with_credentials(
+    command: &mut Command,
+    credentials: &Credentials,
+) -> std::io::Result<Child> {
     let mut child = command.spawn()?;
-    if let (Some(mut pipe), Some(key)) = (child.stdin.take(), key) {
-        // A child that does not read its key cannot join, and that shows.
-        let _ = writeln!(pipe, "{key}");
+    if let Some(mut pipe) = child.stdin.take() {
+        // A child that does not read them cannot join, and that shows.
+        let _ = pipe.write_all(credentials.to_text().as_bytes());
     }
     Ok(child)
 }

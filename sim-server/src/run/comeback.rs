@@ -62,7 +62,7 @@ impl Run<'_> {
             }
         };
         self.feedings[seat] = Some(Feeding {
-            feed: self.link.feed(&service)?,
+            feed: self.link.feed(&service, seat)?,
             source,
             effects: Effects::of(self.source.header()),
             digest: RunDigest::default(),

@@ -3,8 +3,9 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use rusty_contract::{JoinReply, MAX_PARTICIPANTS, Start};
-use rusty_link::{JoinCall, LinkError, Peer, monotonic_ns};
+use rusty_contract::layout::layout_hash;
+use rusty_contract::{JoinReply, JoinRequest, MAX_PARTICIPANTS, PROTOCOL_VERSION, Refusal, Start};
+use rusty_link::{Domain, JoinCall, LinkError, Peer, ReceivedAnswer, monotonic_ns};
 
 use super::Run;
 use crate::lockstep::SeatState;
@@ -47,22 +48,22 @@ impl Run<'_> {
     }
 
     fn take_answers(&mut self) -> Result<usize, LinkError> {
-        let (lockstep, mut forged) = (&mut self.lockstep, None);
-        let taken = self.link.take_answers(|answer, pid| {
-            if lockstep.is_own(&answer, pid) {
+        let (lockstep, mut forged, mut unsigned) = (&mut self.lockstep, None, 0);
+        let taken = self.link.take_answers(|ReceivedAnswer { answer, pid, is_signed }| {
+            if is_signed {
                 lockstep.answer(&answer, monotonic_ns());
             } else {
                 forged = Some((answer.participant, pid));
+                unsigned += 1;
             }
         })?;
-        if let Some((seat, pid)) = forged
-            && !std::mem::replace(&mut self.forged, true)
-        {
+        if let Some((slot, pid)) = forged.filter(|_| self.unsigned == 0) {
             self.progress.say(&format!(
-                "process {pid} answers for place {seat} of the roster, which is not its own (any more); \
-                 such answers are left aside"
+                "process {pid} (as it says) answers for slot {slot} of the roster without that \
+                 participant's key; such answers are dropped"
             ));
         }
+        self.unsigned += unsigned;
         Ok(taken)
     }
 
@@ -80,7 +81,10 @@ impl Run<'_> {
         // Without randomness one ticket is as good as another.
         let ticket = getrandom::u32().unwrap_or(self.looks);
         let seated =
-            call.request().and_then(|r| self.lockstep.join(&r, ticket).map(|seat| (seat, r)));
+            call.request().and_then(|r| self.check_signature(&r).map(|()| r)).and_then(|r| {
+                let seat = self.lockstep.join(&r, ticket)?;
+                Ok((seat, r))
+            });
         let reply = match seated {
             Ok((seat, request)) => {
                 self.peers[seat] = Some(Peer::new(request.pid));
@@ -99,6 +103,25 @@ impl Run<'_> {
         if let Err(e) = call.reply(&reply) {
             // The caller is gone; if it had a seat, its death shows next.
             self.progress.say(&format!("a client left while it was being answered ({e})"));
+        }
+        Ok(())
+    }
+
+    /// Refuses a request that is not signed with the key of the participant that
+    /// it names, or that a process sent which has ended since: an old request.
+    /// What else is wrong with it, the protocol's machine says.
+    fn check_signature(&self, request: &JoinRequest) -> Result<(), Refusal> {
+        let speaks_the_same =
+            request.protocol == PROTOCOL_VERSION && request.layout == layout_hash();
+        let slot = self.lockstep.seats().iter().position(|s| s.name == request.name);
+        let (true, Some(slot)) = (speaks_the_same, slot) else { return Ok(()) };
+        let (name, pid) = (request.name.clone(), request.pid);
+        if !self.link.keys().has_signed_request(request, slot) {
+            let key_file = Domain::credentials_file(&self.setup.run, &name).display().to_string();
+            return Err(Refusal::Unsigned { name, pid, key_file });
+        }
+        if Peer::new(pid).is_dead() {
+            return Err(Refusal::Unreadable(format!("process {pid}, which it names, has ended")));
         }
         Ok(())
     }

@@ -19,7 +19,7 @@ mod wishes;
 
 pub(crate) use arguments::with_folder;
 pub use children::{Children, ChildrenError, Leaving, Spawn};
-pub(crate) use children::{invite, kill_group, open_talk, spawn_with_key};
+pub(crate) use children::{invite, kill_group, open_talk, spawn_with_credentials};
 pub use pace::Pace;
 pub(crate) use printed::has_content;
 pub(crate) use program::find_program;
@@ -27,6 +27,7 @@ pub use progress::Progress;
 pub use start::RunSetup;
 pub use stop::Stop;
 
+use std::collections::BTreeSet;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -117,8 +118,10 @@ pub struct Run<'a> {
     turns: u32,
     /// This process has slept since.
     slept: bool,
-    /// It was said that somebody answers for another.
-    forged: bool,
+    /// Answers without the signature of the participant that they name.
+    unsigned: u64,
+    /// Numbers of the control requests so far: each is carried out once.
+    control_numbers: BTreeSet<u64>,
     refused: u32,
 }
 
@@ -173,7 +176,8 @@ impl<'a> Run<'a> {
             clock_ns: 0,
             turns: 0,
             slept: true,
-            forged: false,
+            unsigned: 0,
+            control_numbers: BTreeSet::new(),
             refused: 0,
         }
     }
@@ -270,7 +274,7 @@ impl<'a> Run<'a> {
         frame.seal(&self.key, truth);
         self.digest.absorb_frame(&frame, truth);
         let digest = frame.digest();
-        let now = self.link.publish(frame)?;
+        let now = self.link.publish(frame, present(&self.lockstep))?;
         self.clock_ns = now;
         self.first_frame_ns.get_or_insert(now);
         self.lockstep.published(digest, now);
@@ -334,7 +338,7 @@ impl<'a> Run<'a> {
         frame.run_id = self.setup.run_id;
         frame.set_lost(self.lockstep.lost());
         let digest = frame.digest();
-        let now = self.link.publish(frame)?;
+        let now = self.link.publish(frame, present(&self.lockstep))?;
         self.lockstep.published(digest, now);
         self.link.wake_all();
         self.ended = true;
@@ -358,6 +362,11 @@ impl<'a> Run<'a> {
             source_error: self.source_error,
         }
     }
+}
+
+/// The slots of the participants that have joined.
+fn present(lockstep: &Lockstep) -> impl Iterator<Item = usize> {
+    lockstep.seats().iter().enumerate().filter(|(_, s)| s.is_present()).map(|(slot, _)| slot)
 }
 
 /// What the kernel says of a participant, as the end of a sentence.

@@ -40,6 +40,9 @@ pub struct RunSetup {
     pub on_loss: OnLoss,
     /// Where scorers and loggers write.
     pub out_dir: Option<PathBuf>,
+    /// Whether participants check the bytes of every frame: where one of them is
+    /// confined.
+    pub check_frames: bool,
 }
 
 fn ns(seconds: f64) -> u64 {
@@ -84,6 +87,7 @@ impl RunSetup {
             run_id: self.run_id,
             server_pid: std::process::id(),
             server_awake_ns: self.wait.awake_ns(),
+            check_frames: self.check_frames,
             sealed_brief,
             ..Start::new(header, seat, participant)
         }

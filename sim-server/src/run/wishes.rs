@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use rustix::process::{Pid, getpgid};
-use rusty_contract::control::{ControlReply, ControlRequest, ControlStatus};
+use rusty_contract::control::{ControlError, ControlReply, ControlRequest, ControlStatus};
 use rusty_link::{ControlCall, LinkError};
 
 use super::Run;
@@ -25,10 +25,13 @@ impl Run<'_> {
         for _ in 0..WISHES_AT_ONCE {
             let Some(call) = self.link.next_control()? else { break };
             let done = self.lockstep.ticks_done();
-            match call.request() {
-                Err(problem) => {
-                    let problem = format!("the request cannot be read: {problem}");
-                    self.reply(call, &ControlReply::Refused(problem));
+            let request = call.request(self.link.keys()).and_then(|(request, number)| {
+                let is_new = self.control_numbers.insert(number);
+                if is_new { Ok(request) } else { Err(ControlError::Repeated) }
+            });
+            match request {
+                Err(error) => {
+                    self.reply(call, &ControlReply::Refused(error.to_string()));
                     continue;
                 }
                 Ok(_) if self.is_of_a_participant(call.pid()) => {

@@ -1,14 +1,11 @@
 //! One run as a person sees it: first line, progress, table, paths, exit code.
 
 use crate::output::{errln, outln};
-use std::fs;
-use std::io::Write as _;
-use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::config::check_seconds;
 use rusty_contract::score::seconds;
-use rusty_contract::{FieldError, LogHeader, Phase, RunName, TruthKey};
+use rusty_contract::{Credentials, FieldError, LogHeader, Phase, RunName, TruthKey};
 use rusty_link::{Domain, ServerLink};
 
 use super::{Verbed, print_json};
@@ -119,18 +116,16 @@ impl RunSession<'_> {
         if self.announced {
             self.first_line(&header, &name, source.ticks());
         }
+        leave_credentials(&domain, &header, self.starting, &key)?;
         // Before anybody is started: who is confined may use what is there.
-        let link = ServerLink::create(&domain, args.wait)?;
+        let link = ServerLink::create(&domain, args.wait, &key)?;
         let mut children = match self.starting {
             Starting::Launch => {
                 let (run, wait, out_dir) = (&name, args.wait, &*out_dir);
                 let spawn = Spawn { run, wait, key: &key, out_dir, gates: &gates };
                 Children::start(&header.roster, &spawn)?
             }
-            Starting::ByHand => {
-                write_key(&domain, &key)?;
-                Children::default()
-            }
+            Starting::ByHand => Children::default(),
         };
         stop.covers(&children);
         folder.begin();
@@ -146,6 +141,7 @@ impl RunSession<'_> {
             answer_timeout_s,
             on_loss: header.on_loss,
             out_dir: Some(out_dir.clone()),
+            check_frames: gates.iter().any(Gate::confines),
         };
         let progress = Progress::new(source.ticks(), args.quiet || args.json);
         let run = Run::new(setup, link, source, &mut children, &stop, progress);
@@ -243,10 +239,19 @@ fn fresh_name(scenario: &str) -> Result<RunName, VerbError> {
     Ok(RunName::new(&format!("{stem}-{random:08x}"))?)
 }
 
-/// Leaves the key where scorers and loggers started by hand look for it.
-fn write_key(domain: &Domain, key: &TruthKey) -> Result<(), VerbError> {
-    let path: PathBuf = domain.folder().join("key");
-    let file =
-        fs::OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(&path);
-    file.and_then(|mut file| writeln!(file, "{}", key.to_hex())).map_err(VerbError::io(&path))
+/// Leaves the credentials of everyone who is started by hand where they look
+/// for them.
+fn leave_credentials(
+    domain: &Domain,
+    header: &LogHeader,
+    starting: Starting,
+    key: &TruthKey,
+) -> Result<(), VerbError> {
+    for (slot, participant) in header.roster.iter().enumerate() {
+        if starting == Starting::ByHand || participant.command.is_empty() {
+            let credentials = Credentials::new(key, slot, participant.role.holds_key());
+            domain.leave_credentials(&participant.name, &credentials)?;
+        }
+    }
+    Ok(())
 }

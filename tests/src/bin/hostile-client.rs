@@ -31,6 +31,8 @@ struct Cli {
     wait: WaitPolicy,
     #[arg(long)]
     launcher: Option<u32>,
+    #[arg(long)]
+    key_stdin: bool,
     /// The scenario of this run
     #[arg(long, default_value = ".")]
     scenario: PathBuf,
@@ -68,8 +70,9 @@ fn main() -> Exit {
     let stop = AtomicBool::new(false);
     let request = JoinRequest::new(&cli.name, std::process::id(), cli.wait.awake_ns(), "hostile");
     let (launcher, timeout) = (cli.launcher.map(Peer::new), Duration::from_secs(20));
+    let told = rusty_tests::credentials(cli.key_stdin);
     let joined =
-        ClientLink::join_launched(run, launcher.as_ref(), &request, cli.wait, timeout, &stop);
+        ClientLink::join_launched(run, launcher.as_ref(), told, &request, cli.wait, timeout, &stop);
     match joined.and_then(|mut link| take_part(&cli, &inherited, &mut link, &stop)) {
         Ok(()) => Exit::Done,
         Err(e) => {

@@ -76,8 +76,16 @@ fn main() -> Exit {
     }
     let launcher = cli.launcher.map(Peer::new);
     let timeout = Duration::from_secs(20);
-    let joined =
-        ClientLink::join_launched(&cli.run, launcher.as_ref(), &request, cli.wait, timeout, &stop);
+    let told = rusty_tests::credentials(cli.key_stdin);
+    let joined = ClientLink::join_launched(
+        &cli.run,
+        launcher.as_ref(),
+        told,
+        &request,
+        cli.wait,
+        timeout,
+        &stop,
+    );
     match joined.and_then(|mut link| take_part(&cli, &mut link, &stop)) {
         Ok(()) if cli.mode == "bad-code" => std::process::exit(5),
         Ok(()) => Exit::Done,

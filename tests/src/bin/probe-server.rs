@@ -10,7 +10,7 @@ use clap::Parser;
 use rustix::process::Signal;
 use rusty_contract::answer::Message;
 use rusty_contract::log::{LogReader, Read};
-use rusty_contract::{Answer, JoinReply, Phase, RunName, Start, TruthKey};
+use rusty_contract::{Answer, Credentials, JoinReply, Phase, RunName, Start, TruthKey};
 use rusty_link::{Domain, ServerLink, WaitPolicy};
 
 #[derive(Parser)]
@@ -47,10 +47,15 @@ fn main() {
     header.roster.retain(|p| p.role.answers());
     let domain = Domain::create(&cli.run).unwrap();
     die_if(&cli, "domain");
-    let link = ServerLink::create(&domain, WaitPolicy::Balanced).unwrap();
+    let key = TruthKey::from_bytes([7; 32]);
+    for (slot, participant) in header.roster.iter().enumerate() {
+        let credentials = Credentials::new(&key, slot, false);
+        domain.leave_credentials(&participant.name, &credentials).unwrap();
+    }
+    let link = ServerLink::create(&domain, WaitPolicy::Balanced, &key).unwrap();
     die_if(&cli, "services");
     let mut play = Play { cli, link, inbox: VecDeque::new(), seats: header.roster.len() };
-    let (run_id, key) = (7, TruthKey::from_bytes([7; 32]));
+    let run_id = 7;
     play.gather(|name| {
         let seat = header.roster.iter().position(|p| p.name == name).unwrap();
         let start = Start::new(&header, seat, &header.roster[seat]);
@@ -65,7 +70,7 @@ fn main() {
         play.die_at(now, "loan");
         frame.seal(&key, entry.record.pose_in_world());
         frame.run_id = run_id;
-        play.link.publish(frame).unwrap();
+        play.link.publish(frame, 0..play.seats).unwrap();
         play.link.wake_all();
         play.die_at(now, "sent");
         for answered in 0..play.seats {
@@ -77,7 +82,7 @@ fn main() {
     let mut frame = play.link.loan().unwrap();
     frame.end(Phase::Done, header.config.ticks);
     frame.run_id = run_id;
-    play.link.publish(frame).unwrap();
+    play.link.publish(frame, 0..play.seats).unwrap();
     die_if(&play.cli, "last");
     panic!("mode {:?} never came about", play.cli.mode);
 }
@@ -108,7 +113,7 @@ impl Play {
                 return answer.message().unwrap();
             }
             let inbox = &mut self.inbox;
-            self.link.take_answers(|answer, _| inbox.push_back(answer)).unwrap();
+            self.link.take_answers(|received| inbox.push_back(received.answer)).unwrap();
             std::thread::sleep(Duration::from_micros(20));
         }
     }

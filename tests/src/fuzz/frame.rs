@@ -24,9 +24,7 @@ pub fn frame(bytes: &[u8]) -> bool {
     let beams = frame.ranges_m().map_or(0, <[f64]>::len);
     assert!(beams <= MAX_BEAMS);
     let observable = frame.observable().len();
-    assert!(
-        observable >= 120 - OBSERVABLE_FROM + 8 * beams && observable <= 8760 - OBSERVABLE_FROM
-    );
+    assert!(observable >= 56 + 8 * beams && observable <= size_of::<Frame>() - OBSERVABLE_FROM);
     let phase = frame.phase();
     assert_eq!(phase, frame.phase());
 

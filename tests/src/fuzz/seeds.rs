@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use bytemuck::Zeroable;
 use rusty_contract::answer::Message;
+use rusty_contract::frame::OBSERVABLE_FROM;
 use rusty_contract::log::{LogHeader, LogWriter, Source, TickRef, Trailer};
 use rusty_contract::tally::TallyEntry;
 use rusty_contract::{Answer, Brief, Estimate, Frame, Innovation, JoinReply, JoinRequest, Refusal};
@@ -159,8 +160,8 @@ pub fn made() -> Vec<(&'static str, String, Vec<u8>)> {
     let whole = [vec![(7, Message::Ready)], vec![fits; 4], vec![(7, Message::Goodbye)]].concat();
     add("answers", "whole", game(&whole));
     let [scan, plain] = [&frames[0], &frames[1]].map(|f| bytemuck::bytes_of(&**f).to_vec());
-    add("frame", "scan", scan[..160].to_vec());
-    add("frame", "plain", plain[..120].to_vec());
+    add("frame", "scan", scan[..OBSERVABLE_FROM + 96].to_vec());
+    add("frame", "plain", plain[..OBSERVABLE_FROM + 56].to_vec());
     add("tally", "one", tally(both));
     add("texts", "key", TruthKey::from_bytes([0xA7; 32]).to_hex().into_bytes());
     for text in ["lab-1", "2.5", "real", "0.5 0 2\n# turn\n0.1 -0.2 100\n"] {
@@ -178,5 +179,5 @@ fn tally(reply: Reply) -> Vec<u8> {
     let mut digest = RunDigest::default();
     digest.absorb_replies([reply].into_iter());
     tally.run_digest = digest.run();
-    bytemuck::bytes_of(&tally)[..56 + 200].to_vec()
+    bytemuck::bytes_of(&tally)[..56 + size_of::<TallyEntry>()].to_vec()
 }

@@ -2,7 +2,7 @@
 
 use rusty_contract::config::parse_commands;
 use rusty_contract::names::{MAX_PARTICIPANT_NAME, MAX_RUN_NAME, check_participant_name};
-use rusty_contract::{RunName, TruthKey};
+use rusty_contract::{Credentials, RunName, TruthKey};
 use rusty_link::WaitPolicy;
 use sim_server::run::Pace;
 
@@ -29,12 +29,19 @@ pub fn texts(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     let taken = [key(text), run_name(text), participant_name(text), pace(text), commands(text)];
     let wait = text.parse::<WaitPolicy>().inspect(|w| assert_eq!(w.to_string(), text)).is_ok();
-    wait || taken.contains(&true)
+    wait || credentials(text) || taken.contains(&true)
 }
 
 fn key(text: &str) -> bool {
     let Ok(key) = TruthKey::from_hex(text) else { return false };
     assert_eq!(key.to_hex(), text.trim().to_lowercase(), "a key has one text");
+    true
+}
+
+fn credentials(text: &str) -> bool {
+    let Ok(told) = Credentials::from_text(text) else { return false };
+    let again = Credentials::from_text(&told.to_text()).expect("what was written is read");
+    assert_eq!(again.participant, told.participant);
     true
 }
 
