@@ -48,7 +48,7 @@ pub struct UmbmarkArgs {
     #[arg(long, default_value_t = 1.0, value_name = "RAD/S")]
     pub turn: f64,
     /// Seed of the first lap [default: the scenario's]
-    #[arg(long)]
+    #[arg(long, value_parser = super::seed::seed, allow_hyphen_values = true)]
     pub seed: Option<u64>,
     /// Change a field, e.g. --set robot.track_bias=0.01
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -11,7 +11,7 @@ use rusty_contract::score::seconds;
 use rusty_contract::{FieldError, LogHeader, Role, RunName, TruthKey};
 use rusty_link::{Domain, ServerLink};
 
-use super::{Verbed, print_json};
+use super::{Verbed, print_json, warn_of_guessable_seed};
 use crate::cli::RunArgs;
 use crate::confine::{self, Gate};
 use crate::error::VerbError;
@@ -94,6 +94,9 @@ impl RunSession<'_> {
         let (run_id, key) = RunSetup::draw().map_err(VerbError::Random)?;
         if self.announced {
             self.first_line(&header, &name, source.ticks());
+            if header.roster.iter().any(|p| !p.sandbox.is_none()) {
+                warn_of_guessable_seed(&header, "a confined participant");
+            }
         }
         // Before anybody is started: who is confined may use what is there.
         let link = ServerLink::create(&domain, args.wait)?;
