@@ -164,8 +164,8 @@ pub struct ScenarioArgs {
     /// A scenario file, or one of: apartment, patrol, figure-eight, hallway, driver
     #[arg(default_value = "apartment")]
     pub scenario: String,
-    /// Seed of all noise [default: the scenario's]
-    #[arg(long, value_parser = seed::seed, allow_hyphen_values = true)]
+    /// Seed of all noise: a number, or random [default: the scenario's]
+    #[arg(long, value_parser = seed::seed_or_random, allow_hyphen_values = true)]
     pub seed: Option<u64>,
     /// Number of ticks [default: the scenario's]
     #[arg(long)]
@@ -260,8 +260,8 @@ pub struct ForkArgs {
     /// Change a field from that tick on, e.g. --set robot.slip_std=0.05
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub changes: Vec<String>,
-    /// Seed of all noise from that tick on [default: the log's]
-    #[arg(long, value_parser = seed::seed, allow_hyphen_values = true)]
+    /// Seed from that tick on: a number, or random [default: the log's]
+    #[arg(long, value_parser = seed::seed_or_random, allow_hyphen_values = true)]
     pub seed: Option<u64>,
     /// Number of ticks in all [default: the log's]
     #[arg(long)]

@@ -88,6 +88,9 @@ pub struct Sealed {
     pub complete: bool,
     /// Where the log ends, if it has no end.
     pub cut: Option<String>,
+    /// The header of the log, which is in the key.
+    #[serde(skip)]
+    pub header: LogHeader,
 }
 
 /// Seals `log`: writes the blind log and the key (mode 0600), neither over a
@@ -123,6 +126,7 @@ pub fn seal(log: &Path, blind: &Path, key_file: &Path, by: &str) -> Result<Seale
         world_known: header.known_world().is_some(),
         complete: cut.is_none(),
         cut,
+        header: key.header,
     })
 }
 

@@ -19,7 +19,7 @@ use common::*;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 use rusty_tests::*;
 
-/// The run: the Apartment, steered, a scan every fifth tick.
+/// The run: the Apartment, a scan every fifth tick.
 const RUN: [&str; 5] = ["apartment", "--ticks", "300", "--answer-timeout", "100"];
 /// How many combinations.
 const USUAL: u64 = 30;

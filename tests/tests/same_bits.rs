@@ -179,8 +179,8 @@ fn a_script_from_a_file_is_followed_and_lives_on_in_the_log() {
 const GOLDEN: [(&[&str], &str, &str); 3] = [
     (
         &["apartment", "--ticks", "300"],
-        "ad8ef3c6eafd5d4c4cd142d725087376",
-        "1faa60bcc326dbd39938913aa9350efa",
+        "b1ef022a0e085adea9bd29bbef169aaa",
+        "0064431f4210353ebf0678a60a8ba09a",
     ),
     (
         &["hallway", "--ticks", "200", "--set", "lidar.dropout=0.2"],

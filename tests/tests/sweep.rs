@@ -104,7 +104,7 @@ fn ticks_that_a_wall_held_are_counted_inside_and_by_the_scorer() {
     let place = folder();
     let [inside, clients] = ["a.csv", "b.csv"].map(|n| place.path().join(n));
     // An open loop with much slip: it runs into the corridor's walls.
-    let set = ["script.kind=patrol", "robot.slip_std=0.1", "scan_every=0"];
+    let set = ["script.leg_s=12.3", "robot.slip_std=0.1", "scan_every=0"];
     let set = set.map(|set| ["--set", set]).concat();
     let args = [&["apartment", "--seeds", "0..4", "--ticks", "900"], &set[..]].concat();
     sweep(&args, &inside, 0);

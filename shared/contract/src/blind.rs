@@ -16,9 +16,9 @@
 //! | `world`         | no walls, unless somebody who answers was given the map           |
 //!
 //! Name of the scenario, roster with its commands, time step and number of ticks
-//! stay. So do the commands as applied: they are in the frames. Where
-//! a script steered on the truth they tell something of it to whoever knows the
-//! script; and whoever knows scenario and seed can make the run again.
+//! stay. So do the commands as applied: they are in the frames. With a script that
+//! steers on the truth, who knows the script computes the truth from them; and who
+//! knows scenario and seed, or finds a small seed by trying, makes the run again.
 
 mod key;
 

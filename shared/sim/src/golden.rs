@@ -46,7 +46,7 @@ pub struct Golden {
 pub const GOLDENS: [Golden; 8] = [
     Golden {
         name: "apartment-steered",
-        pins: "the usual run: steering on the truth, slip, range noise, a scan in every fifth tick",
+        pins: "a patrol steered on the truth, slip, range noise, a scan in every fifth tick",
         expected: "b0e59c7c7c69f74de5dc1eaa6a9cc8c9",
         config: runs::apartment_steered,
     },

@@ -1,7 +1,9 @@
 //! Scripts: where the command of a tick comes from.
 //!
 //! A command is held for one tick. All scripts but one are open loop; the
-//! steered patrol looks at the true pose, see [`crate::steering`].
+//! truth-steered patrol looks at the true pose, see [`crate::steering`]. The
+//! encoders follow the commands to a count, so that a patrol steered by odometry
+//! would be the open-loop one.
 
 use rusty_contract::ScriptConfig;
 use rusty_geometry::{SE2, Twist};
@@ -18,7 +20,7 @@ pub struct Script {
 #[derive(Clone, Debug)]
 enum Kind {
     Patrol(Patrol),
-    SteeredPatrol(Steering),
+    TruthSteeredPatrol(Steering),
     FigureEight { left: Twist, half: u64 },
     Straight(Twist),
     Commands(Vec<Twist>),
@@ -33,8 +35,8 @@ impl Script {
     pub fn new(config: &ScriptConfig, dt_s: f64, start: SE2) -> Self {
         let kind = match config {
             ScriptConfig::Patrol(patrol) => Kind::Patrol(Patrol::new(patrol, dt_s)),
-            ScriptConfig::SteeredPatrol(patrol) => {
-                Kind::SteeredPatrol(Steering::new(Patrol::new(patrol, dt_s), dt_s, start))
+            ScriptConfig::TruthSteeredPatrol(patrol) => {
+                Kind::TruthSteeredPatrol(Steering::new(Patrol::new(patrol, dt_s), dt_s, start))
             }
             ScriptConfig::FigureEight { v_m_s, omega_rad_s, half_s } => Kind::FigureEight {
                 left: Twist { v_m_s: *v_m_s, omega_rad_s: *omega_rad_s },
@@ -58,7 +60,7 @@ impl Script {
     pub fn command(&mut self, tick: u64, truth: &SE2, driver: Option<Twist>) -> Twist {
         match &mut self.kind {
             Kind::Patrol(patrol) => patrol.command(tick),
-            Kind::SteeredPatrol(steering) => steering.command(tick, truth),
+            Kind::TruthSteeredPatrol(steering) => steering.command(tick, truth),
             Kind::FigureEight { left, half } => {
                 let turn_left = (tick / *half).is_multiple_of(2);
                 Twist {
@@ -124,7 +126,7 @@ mod tests {
         let patrol = PatrolConfig::default();
         let start = SE2::new(6.0, 4.5, 0.2);
         let mut plain = Script::new(&ScriptConfig::Patrol(patrol), 0.1, start);
-        let mut steered = Script::new(&ScriptConfig::SteeredPatrol(patrol), 0.1, start);
+        let mut steered = Script::new(&ScriptConfig::TruthSteeredPatrol(patrol), 0.1, start);
         let mut pose = start;
         for tick in 0..300 {
             let plan = plain.command(tick, &pose, None);
@@ -138,7 +140,7 @@ mod tests {
 
     #[test]
     fn steering_turns_back_to_the_plan() {
-        let config = ScriptConfig::SteeredPatrol(PatrolConfig::default());
+        let config = ScriptConfig::TruthSteeredPatrol(PatrolConfig::default());
         let mut steered = Script::new(&config, 0.1, SE2::identity());
         // In tick 10 the plan drives; the robot lags behind, left of it, turned left.
         let planned_m: f64 = (0..10)

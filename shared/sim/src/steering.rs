@@ -2,7 +2,8 @@
 //!
 //! Walls spoil an open-loop patrol: with slip, more than half of all runs touch
 //! one. So the server may steer on the truth, which it alone knows; the commands
-//! that come out are ordinary commands and stand in frame and log.
+//! that come out are ordinary commands in frame and log. With the gains below, a
+//! client computes the true pose from them: no built-in scenario is steered so.
 //!
 //! With the nominal pose p_n (the timetable integrated without noise from the
 //! start, as it is before the tick), the true pose (p, θ), e = R(−θ)(p_n − p) and

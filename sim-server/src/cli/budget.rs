@@ -16,7 +16,7 @@ reckoning is at the end. Quantization is in every row.
 A share is of mean squares, which add up where sources are independent and small.
 
 Scans are not made and clients do not take part. A scenario that a client drives
-stands still here; one that is steered on the truth is steered in every row.
+stands still here; one with a truth-steered patrol is steered in every row.
 
 Examples:
   sim-server budget patrol --set robot.radius_bias_right=0.01    the chapter's table

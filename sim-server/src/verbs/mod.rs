@@ -52,7 +52,7 @@ pub use worlds::worlds;
 use std::path::Path;
 
 use crate::output::{errln, outln};
-use rusty_contract::Exit;
+use rusty_contract::{Exit, LogHeader};
 
 use crate::error::VerbError;
 
@@ -74,5 +74,15 @@ fn print_json(value: &impl serde::Serialize) {
         Ok(text) => outln!("{text}"),
         // Every document here is made of numbers, text and lists.
         Err(e) => errln!("sim-server: the document cannot be written: {e}"),
+    }
+}
+
+/// Warns that `who` can find the run's seed by trying, and with it the truth.
+fn warn_of_guessable_seed(header: &LogHeader, who: &str) {
+    if let Some(seed) = header.guessable_seed() {
+        errln!(
+            "seed {seed} is below 2^40: {who} can find it by trying, and it gives the truth; \
+             make the run with --seed random"
+        );
     }
 }

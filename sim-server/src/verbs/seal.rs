@@ -3,7 +3,7 @@
 use rusty_contract::Exit;
 
 use super::launch::writer;
-use super::{Verbed, print_json};
+use super::{Verbed, print_json, warn_of_guessable_seed};
 use crate::cli::SealArgs;
 use crate::output::{errln, outln};
 
@@ -18,6 +18,7 @@ pub fn seal(args: &SealArgs) -> Verbed {
         let log = args.log.display();
         errln!("{log}: cut {cut}; its {ticks} complete ticks are sealed, without an end");
     }
+    warn_of_guessable_seed(&sealed.header, "a reader of the blind log");
     if args.json {
         print_json(&sealed);
     } else {

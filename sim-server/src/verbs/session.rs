@@ -8,7 +8,7 @@ use rusty_contract::score::seconds;
 use rusty_contract::{Credentials, FieldError, LogHeader, Phase, RunName, TruthKey};
 use rusty_link::{Domain, ServerLink};
 
-use super::{Verbed, print_json};
+use super::{Verbed, print_json, warn_of_guessable_seed};
 use crate::cli::RunArgs;
 use crate::confine::{self, Gate};
 use crate::error::VerbError;
@@ -115,6 +115,9 @@ impl RunSession<'_> {
         let (run_id, key) = RunSetup::draw().map_err(VerbError::Random)?;
         if self.announced {
             self.first_line(&header, &name, source.ticks());
+            if header.roster.iter().any(|p| !p.sandbox.is_none()) {
+                warn_of_guessable_seed(&header, "a confined participant");
+            }
         }
         leave_credentials(&domain, &header, self.starting, &key)?;
         // Before anybody is started: who is confined may use what is there.

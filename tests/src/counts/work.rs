@@ -97,7 +97,8 @@ pub fn run(name: &str) -> bool {
 }
 
 fn config(scan_every: u64) -> RunConfig {
-    let changes = [format!("scan_every={scan_every}")];
+    let script = ["script.kind=truth-steered-patrol", "script.leg_s=12.3"].map(str::to_owned);
+    let changes = [&script[..], &[format!("scan_every={scan_every}")]].concat();
     scenario_file::load("apartment", &changes).unwrap().config().unwrap()
 }
 

@@ -11,7 +11,7 @@ import sys
 import tempfile
 import threading
 from pathlib import Path
-from typing import IO, Any, Iterator, Mapping, Sequence
+from typing import IO, Any, Iterator, Literal, Mapping, Sequence
 
 from ._log import RunLog, read_log
 from ._rusty import RustyError, toml_document, toml_value
@@ -131,7 +131,7 @@ class Run:
 def launch(
     scenario: str | os.PathLike[str] | Mapping[str, Any] = "apartment",
     *,
-    seed: int | None = None,
+    seed: int | Literal["random"] | None = None,
     ticks: int | None = None,
     set: Mapping[str, Any] | None = None,
     add: Mapping[str, str | Sequence[str | os.PathLike[str]] | None] | None = None,
@@ -153,7 +153,7 @@ def launch(
         scenario: name of a built-in scenario, a scenario file, or a scenario as a
             dictionary (keys as in the file; its paths are relative to the current
             folder).
-        seed: seed of all noise. Default: the scenario's.
+        seed: seed of all noise; "random" draws one of 64 bits. Default: the scenario's.
         ticks: number of ticks. Default: the scenario's.
         set: fields to change, ``{"robot.slip_std": 0.05, "lidar": {"beams": 360}}``.
         add: estimators to add by name: the command that starts each, as text or as

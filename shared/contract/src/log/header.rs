@@ -90,6 +90,17 @@ impl LogHeader {
         }
     }
 
+    /// The smallest seed of the run, if it is small enough to be found by trying:
+    /// noise is a function of seed and place, so one scan tests a seed.
+    #[must_use]
+    pub fn guessable_seed(&self) -> Option<u64> {
+        let before = match &self.source {
+            Source::Forked { before, .. } => Some(before.seed),
+            _ => None,
+        };
+        self.seed().into_iter().chain(before).min().filter(|seed| *seed < 1 << 40)
+    }
+
     /// What participants are told of before the first tick: where the world
     /// changes in the middle of the run, as it was at the start.
     #[must_use]

@@ -233,3 +233,23 @@ fn a_log_whose_last_ticks_were_taken_out_is_not_complete() {
     let (_, ending) = read(&forged(&header(), &[record(0)], 2)).unwrap();
     assert!(matches!(&ending, Ending::Cut { ticks: 1, .. }), "{ending:?}");
 }
+
+#[test]
+fn a_seed_below_two_to_the_forty_is_guessable_where_there_is_one() {
+    let of = |seed: u64, source: Source| {
+        let config = RunConfig { seed, ..header().config };
+        LogHeader { source, config, ..header() }.guessable_seed()
+    };
+    let forked = |before: u64| {
+        let before = Box::new(RunConfig { seed: before, ..header().config });
+        Source::Forked { at_tick: 3, before }
+    };
+    let recorded = Source::Recorded { format: "a".into(), file: "b".into(), remarks: Vec::new() };
+    assert_eq!(of(42, Source::Simulated), Some(42));
+    assert_eq!(of((1 << 40) - 1, Source::Simulated), Some((1 << 40) - 1));
+    assert_eq!(of(1 << 40, Source::Simulated), None);
+    assert_eq!(of(u64::MAX, forked(7)), Some(7));
+    assert_eq!(of(9, forked(u64::MAX)), Some(9));
+    assert_eq!(of(u64::MAX, forked(1 << 40)), None);
+    assert_eq!(of(42, recorded), None);
+}

@@ -57,7 +57,7 @@ fn patrol() -> PatrolConfig {
 }
 
 pub(super) fn apartment_steered() -> RunConfig {
-    let script = ScriptConfig::SteeredPatrol(patrol());
+    let script = ScriptConfig::TruthSteeredPatrol(patrol());
     let start = SE2::new(6.0, 4.5, 0.0);
     RunConfig { ticks: 400, ..rusty("apartment-steered", &apartment(), start, script) }
 }

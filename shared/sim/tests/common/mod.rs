@@ -35,7 +35,7 @@ pub fn patrol() -> ScriptConfig {
 
 /// Script G, steered on the truth.
 pub fn steered() -> ScriptConfig {
-    ScriptConfig::SteeredPatrol(PatrolConfig::default())
+    ScriptConfig::TruthSteeredPatrol(PatrolConfig::default())
 }
 
 /// A finished run.

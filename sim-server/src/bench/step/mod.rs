@@ -68,9 +68,11 @@ pub fn run(time: Duration) -> Result<StepResults, VerbError> {
     Ok(StepResults { rounds, parts: parts.collect(), world_digest: world_digest()? })
 }
 
-/// The Apartment's run.
+/// The Apartment's run, steered so that no wall stops the robot.
 fn config(scan_every: u64, beams: u32) -> Result<RunConfig, VerbError> {
+    let script = ["script.kind=truth-steered-patrol", "script.leg_s=12.3"].map(str::to_owned);
     let changes = [format!("scan_every={scan_every}"), format!("lidar.beams={beams}")];
+    let changes = [script, changes].concat();
     Ok(scenario_file::load("apartment", &changes)?.config()?)
 }
 
