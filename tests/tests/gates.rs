@@ -93,7 +93,7 @@ fn nothing_secret_lies_in_the_memory_of_a_run() {
     let (live, _place) = serve("memory", "", &["--pace", "1", "--ticks", "100000"]);
     let clients = ALL.map(|name| live.join(name, &[]));
     let mut snapshots = Vec::new();
-    let key = Domain::base().join(live.run.as_str()).join("key");
+    let key = Domain::credentials_file(&live.run, "score");
     let mut seen = 0;
     until("the log has grown several times", || {
         let length = fs::metadata(live.log()).map_or(0, |m| m.len());
@@ -103,7 +103,8 @@ fn nothing_secret_lies_in_the_memory_of_a_run() {
         }
         snapshots.len() == 5
     });
-    let key = fs::read_to_string(key).unwrap().trim().to_owned();
+    let told = Credentials::from_text(&fs::read_to_string(key).unwrap()).unwrap();
+    let key = told.truth.expect("a scorer has the key").to_hex();
     live.server.signal(Signal::INT);
     assert!(clients.map(|c| c.wait().code) == [Some(0); 3]);
     let (records, complete) = live.ends_with(3).records();

@@ -105,9 +105,9 @@ fn with_a_folder_in_place_of(file: &str, more: &[&str], code: i32) -> (Value, te
     let report = launch_to("taken", out.path(), &args, code);
     assert!(out.path().join(file).is_dir(), "what is not the scorer's stays");
     is_lost(&report, who);
-    let remarks = report["remarks"].to_string();
+    let said = format!("{}{}", report["losses"], report["remarks"]);
     let words = format!("{}: Is a directory", out.path().join(file).display());
-    assert!(remarks.contains(&words), "{words:?} is not in {remarks}");
+    assert!(said.contains(&words), "{words:?} is not in {said}");
     (report, out)
 }
 

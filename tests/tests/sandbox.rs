@@ -86,7 +86,7 @@ struct Bait {
 impl Bait {
     fn lay() -> Self {
         let other = Live::start("serve", "other", &[&LONG]);
-        let key = Domain::base().join(other.run.as_str()).join("key");
+        let key = Domain::credentials_file(&other.run, "score");
         until("the other run has a key", || fs::read(&key).is_ok_and(|k| k.len() > 60));
         let home = folder();
         let hidden = format!("{}-hidden", fresh_run("abstract"));

@@ -180,4 +180,7 @@ pub struct BenchPeerArgs {
     /// Process of the server that started it
     #[arg(long, value_name = "PID")]
     pub launcher: u32,
+    /// Taken as by every participant; there is no protocol to sign for
+    #[arg(long)]
+    pub key_stdin: bool,
 }

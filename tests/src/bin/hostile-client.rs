@@ -138,11 +138,12 @@ fn try_files(cli: &Cli) {
     report("chmod-scenario", chmod.map(|()| String::new()));
     report("read-log", read(&cli.out.join("run.log")));
     report("list-output", list(&cli.out));
-    report("read-other-key", read(&other.join("key")));
+    report("read-other-key", read(&other.join("keys/score")));
     report("list-other-run", list(&other));
     report("list-runs", list(&Domain::base()));
     report("list-own-folder", list(&own));
-    report("read-own-key", read(&own.join("key")));
+    report("read-own-key", read(&own.join("keys").join(&cli.name)));
+    report("read-control-key", read(&own.join("control-key")));
     report("write-tmp", write(&std::env::temp_dir().join(format!("hostile-{}", cli.name))));
     report("write-home", write(&cli.home.join("planted")));
     report("list-memory", list(Path::new("/dev/shm")));

@@ -221,10 +221,10 @@ impl Plan {
         let mut args = launch.to_vec();
         let run = format!("{}-calls", stage.run);
         args.extend(["--run", &run, "--wait", &self.wait.to_string()].map(str::to_owned));
-        args.extend(["--quiet", "--out"].map(str::to_owned));
+        args.extend(["--quiet", "--force", "--out"].map(str::to_owned));
         args.push(folder.display().to_string());
         let lengths = [stage.warm_up, stage.warm_up + stage.rounds];
-        Ok(calls::count(&args, lengths, &folder, stage.stop))
+        Ok(calls::count(&args, lengths, domain.folder(), stage.stop))
     }
 
     /// All combinations; without scans the number of beams does not matter.

@@ -76,7 +76,8 @@ fn launch(run: &RunName, folder: &Path) -> Result<Value, VerbError> {
     let program = std::env::current_exe().map_err(VerbError::io("/proc/self/exe".as_ref()))?;
     let run = format!("{run}-start");
     let output = Command::new(&program)
-        .args(["launch", "apartment", "--ticks", "2", "--json", "--quiet", "--run", &run, "--out"])
+        .args(["launch", "apartment", "--ticks", "2", "--json", "--quiet"])
+        .args(["--force", "--run", &run, "--out"])
         .arg(folder)
         .stdin(Stdio::null())
         .output()
