@@ -1,17 +1,22 @@
 //! An estimator that tries every way to what it must not know, says on stdout
 //! how each went (a JSON line each), and then takes part like any other.
 
+#[path = "hostile-client/calls.rs"]
+mod calls;
+
 use std::fs;
 use std::io;
-use std::os::fd::BorrowedFd;
+use std::os::fd::{AsRawFd as _, BorrowedFd};
 use std::os::linux::net::SocketAddrExt as _;
 use std::os::unix::net::{SocketAddr, UnixDatagram, UnixStream};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use calls::try_calls;
 use clap::Parser;
+use rustix::fs::MemfdFlags;
 use rustix::process::{Pid, Signal};
 use rusty_clients::dead_reckoning::DeadReckoning;
 use rusty_contract::answer::Message;
@@ -100,10 +105,19 @@ fn take_part(
             try_files(cli);
             try_processes(cli, start.server_pid);
             try_sockets(cli);
-            try_itself(cli, inherited);
+            try_itself(inherited);
+            try_programs(cli);
+            try_calls(start.server_pid);
         }
         let reply = Reply::from(odometry.advance(frame.ticks()));
         link.answer(&frame, &Message::Reply(reply))?;
+    }
+}
+
+fn exited(status: ExitStatus) -> io::Result<String> {
+    match status.success() {
+        true => Ok(String::new()),
+        false => Err(io::Error::other(status.to_string())),
     }
 }
 
@@ -167,6 +181,7 @@ fn try_processes(cli: &Cli, server: u32) {
     let program = fs::read_link(of(server, "exe"));
     report("link-server-exe", program.map(|path| path.display().to_string()));
     report("list-processes", list(Path::new("/proc")));
+    report("list-system", list(Path::new("/sys")));
     report("read-own-maps", read(Path::new("/proc/self/maps")));
     let scorer = find_scorer(cli);
     let memory =
@@ -248,17 +263,36 @@ fn try_sockets(cli: &Cli) {
     report("send-datagram", send(&|socket| socket.connect(cli.home.join("datagram"))));
 }
 
-fn try_itself(cli: &Cli, inherited: &[i32]) {
-    let exited = |status: std::process::ExitStatus| match status.success() {
-        true => Ok(String::new()),
-        false => Err(io::Error::other(status.to_string())),
+fn try_programs(cli: &Cli) {
+    let run = |command: &mut Command| {
+        command.stdout(Stdio::null()).stderr(Stdio::null()).status().and_then(exited)
     };
-    let shell = Command::new("/bin/sh").args(["-c", "exit 0"]).status();
-    report("run-shell", shell.and_then(exited));
+    let loader = ["/lib64/ld-linux-x86-64.so.2", "/lib/ld-linux-aarch64.so.1"];
+    let loader = loader.into_iter().find(|path| fs::metadata(path).is_ok()).unwrap_or_default();
+    report("run-shell", run(Command::new("/bin/sh").args(["-c", "exit 0"])));
+    report("load-shell", run(Command::new(loader).args(["/bin/sh", "-c", "exit 0"])));
+    // Known to be open; see the documentation of `sim_server::confine`.
+    let me = std::env::current_exe();
+    let list = |me: PathBuf| run(Command::new(loader).arg("--list").arg(me));
+    report("load-itself", std::env::current_exe().and_then(list));
     // Once more, in the hope that the rules are forgotten.
-    let again = std::env::current_exe()
-        .and_then(|me| Command::new(me).arg("--peek").arg(&cli.scenario).status());
-    report("run-itself-again", again.and_then(exited));
+    let again = |program: &Path, file: &Path| run(Command::new(program).arg("--peek").arg(file));
+    report("run-itself-again", me.and_then(|me| again(&me, &cli.scenario)));
+    let memory = rustix::fs::memfd_create("program", MemfdFlags::empty()).map_err(io::Error::from);
+    let from_memory = memory.and_then(|memory| {
+        let mut file = fs::File::from(memory);
+        io::copy(&mut fs::File::open(std::env::current_exe()?)?, &mut file)?;
+        // Open for writing, it cannot be run.
+        let path = format!("/proc/self/fd/{}", file.as_raw_fd());
+        let readable = fs::File::open(&path)?;
+        drop(file);
+        let path = format!("/proc/self/fd/{}", readable.as_raw_fd());
+        again(Path::new(&path), Path::new("/dev/null"))
+    });
+    report("run-from-memory", from_memory);
+}
+
+fn try_itself(inherited: &[i32]) {
     let secret = std::env::var("RUSTY_TESTS_SECRET").map_err(io::Error::other);
     report("read-environment", secret);
     let found = if inherited.is_empty() { Err(io::Error::other("none")) } else { Ok(()) };
