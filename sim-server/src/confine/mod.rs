@@ -63,6 +63,10 @@
 //!   later kernel adds (`call-statmount`, `call-quotactl`, `call-landlock`,
 //!   `call-clone3`; all numbers: `calls::tests`).
 //!
+//! Its child processes end with it (`leave-process`): it cannot leave its process
+//! group (`leave-group`), and the server kills the group once the participant
+//! has ended, and waits until the group is empty.
+//!
 //! It is handed no environment but a short list ([`ENVIRONMENT`]) and no
 //! descriptors but the standard three (`read-environment`,
 //! `inherit-descriptors`).
@@ -89,8 +93,15 @@
 //!   mode of; and it can remove the files of its run's folder. A hostile
 //!   participant can spoil its own run, fill memory, take processor time: this
 //!   is a defence against looking, not against waste.
-//! * It cannot remove its own segments. The server does, and if that is killed
-//!   too, a scorer, a logger, the next start or `clean`.
+//! * It cannot remove its own segments. The server does (`leave-own-memory`),
+//!   and if that is killed too, a scorer, a logger, the next start or `clean`.
+//!   Files that it makes in `/dev/shm` under other names stay
+//!   (`leave-other-memory`; Python's `multiprocessing` makes such files): neither
+//!   their owner nor their time tells them from files of other programs, so the
+//!   server names them on stderr and removes none. Names that begin as those of
+//!   a run are removed by `clean`.
+//! * If the server is killed by SIGKILL, it kills nobody: a hostile participant
+//!   can then go on, within its rules.
 //! * It can ask for the seat of another participant of its run. For the seats
 //!   of scorers and loggers it lacks the key; a map that another estimator is
 //!   given it could read.

@@ -7,6 +7,7 @@ pub mod arguments;
 mod children;
 mod clock;
 mod comeback;
+mod group;
 mod history;
 mod listen;
 mod pace;
@@ -17,7 +18,8 @@ mod wishes;
 
 pub(crate) use arguments::with_folder;
 pub use children::{Children, ChildrenError, Leaving, Spawn};
-pub(crate) use children::{find_program, invite, kill_group, open_talk, spawn_with_key};
+pub(crate) use children::{find_program, invite, open_talk, spawn_with_key};
+pub(crate) use group::{has_exited, kill_group};
 pub use pace::Pace;
 pub use progress::Progress;
 pub use start::RunSetup;

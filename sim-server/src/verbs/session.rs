@@ -97,6 +97,7 @@ impl RunSession<'_> {
         }
         // Before anybody is started: who is confined may use what is there.
         let link = ServerLink::create(&domain, args.wait)?;
+        let memory = gates.iter().any(Gate::confines).then(Domain::other_memory);
         let mut children = match self.starting {
             Starting::Launch => {
                 let (run, wait, out_dir) = (&name, args.wait, &*out_dir);
@@ -134,6 +135,9 @@ impl RunSession<'_> {
             }
         });
         drop(domain);
+        if let Some(before) = memory {
+            name_new_memory(&before);
+        }
         Ok(Made { header, name, out_dir, outcome, ended_badly, gates })
     }
 
@@ -195,6 +199,15 @@ fn close_gates(header: &LogHeader, starting: Starting) -> Result<Vec<Gate>, Verb
         }
     }
     Ok(gates)
+}
+
+/// Names the files in shared memory that a confined participant may have left.
+/// They are not removed: another program of this user may have made them.
+fn name_new_memory(before: &[PathBuf]) {
+    for file in Domain::other_memory().iter().filter(|file| !before.contains(file)) {
+        let file = file.display();
+        errln!("{file} is new since the start of the run; unless it is in use, remove it");
+    }
 }
 
 fn is_same_file(a: &Path, b: &Path) -> bool {

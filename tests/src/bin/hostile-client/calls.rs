@@ -14,7 +14,7 @@ const BAD: c_long = -1;
 /// its arguments.
 #[rustfmt::skip]
 pub(super) fn try_calls(server: u32) {
-    let server = c_long::from(server);
+    let (server, me) = (c_long::from(server), c_long::from(std::process::id()));
     let (unix, local) = (c_long::from(c::AF_UNIX), c_long::from(c::AF_NETLINK));
     let new_user = c_long::from(c::CLONE_NEWUSER | c::CLONE_FS);
     let sibling = c_long::from(c::CLONE_PARENT | c::CLONE_THREAD);
@@ -43,7 +43,7 @@ pub(super) fn try_calls(server: u32) {
         // Programs without a path.
         ("execveat", c::SYS_execveat, &[]), ("memfd_create", c::SYS_memfd_create, &[BAD, 0]),
         // Other processes.
-        ("kcmp", c::SYS_kcmp, &[server, server, 99]),
+        ("kcmp", c::SYS_kcmp, &[me, me, 99]),
         ("pidfd_getfd", c::SYS_pidfd_getfd, &[]), ("move_pages", c::SYS_move_pages, &[]),
         ("process_madvise", c::SYS_process_madvise, &[]),
         ("limits-of-server", c::SYS_prlimit64, &[server, c::RLIMIT_NOFILE as c_long, 0, 0]),
