@@ -240,14 +240,12 @@ impl Running {
     }
 
     fn has_not_ended(&mut self) -> bool {
-        if self.status.is_none() && self.confined && has_exited(&self.child) {
-            kill_group(self.child.id());
-        }
-        if self.status.is_none() {
-            self.status = self.child.try_wait().ok().flatten();
-            if self.status.is_some() {
-                self.wait_for_group();
+        if self.status.is_none() && has_exited(&self.child) {
+            if self.confined {
+                kill_group(self.child.id());
             }
+            self.status = self.child.wait().ok();
+            self.wait_for_group();
         }
         self.status.is_none()
     }
