@@ -84,7 +84,7 @@ fn kernel_can() -> bool {
         None
     });
     if let Some(why) = why_not {
-        rusty_tests::skipped(why.trim());
+        skipped(why.trim());
     }
     why_not.is_none()
 }

@@ -133,14 +133,14 @@ const OF_OTHERS: &[c_long] = &[
 /// The only requests to open files (`ioctl`, argument 1): what standard input
 /// and output are, and how files are read and closed. Others change attributes
 /// of files, or list the networks of the machine.
-const IOCTL: &[u64] = &[
-    libc::TCGETS as u64,
-    0x802C_542A, // TCGETS2
-    libc::TIOCGWINSZ as u64,
-    libc::FIONREAD as u64,
-    libc::FIONBIO as u64,
-    libc::FIOCLEX as u64,
-    libc::FIONCLEX as u64,
+const IOCTL: &[libc::Ioctl] = &[
+    libc::TCGETS,
+    0x802C_542A_u32 as libc::Ioctl, // TCGETS2
+    libc::TIOCGWINSZ,
+    libc::FIONREAD,
+    libc::FIONBIO,
+    libc::FIOCLEX,
+    libc::FIONCLEX,
 ];
 
 /// The only settings of a process (`prctl`, argument 0). Others give other
@@ -214,7 +214,8 @@ fn refused() -> Result<BpfProgram, seccompiler::Error> {
     // Children are the participant's own, not siblings of it.
     let flag = |flag| when(0, SeccompCmpOp::MaskedEq(flag as u64), flag as u64);
     rules.insert(libc::SYS_clone, vec![flag(libc::CLONE_NEWUSER)?, flag(libc::CLONE_PARENT)?]);
-    rules.insert(libc::SYS_ioctl, vec![unless(1, IOCTL.iter().copied())?]);
+    let requests = IOCTL.iter().map(|&request| u64::from(request as u32));
+    rules.insert(libc::SYS_ioctl, vec![unless(1, requests)?]);
     rules.insert(libc::SYS_prctl, vec![unless(0, PRCTL.iter().map(|&option| option as u64))?]);
     // Watching a folder, and a lease that delays who opens a file to write.
     let command = |command| when(1, SeccompCmpOp::Eq, command as u64);

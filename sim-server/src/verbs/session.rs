@@ -135,9 +135,7 @@ impl RunSession<'_> {
             }
         });
         drop(domain);
-        if let Some(before) = memory {
-            name_new_memory(&before);
-        }
+        name_new_memory(memory.as_deref());
         Ok(Made { header, name, out_dir, outcome, ended_badly, gates })
     }
 
@@ -201,9 +199,11 @@ fn close_gates(header: &LogHeader, starting: Starting) -> Result<Vec<Gate>, Verb
     Ok(gates)
 }
 
-/// Names the files in shared memory that a confined participant may have left.
+/// Names the files in shared memory that a confined participant may have left;
+/// `before`: the files at the start of the run, if anybody was confined.
 /// They are not removed: another program of this user may have made them.
-fn name_new_memory(before: &[PathBuf]) {
+fn name_new_memory(before: Option<&[PathBuf]>) {
+    let Some(before) = before else { return };
     for file in Domain::other_memory().iter().filter(|file| !before.contains(file)) {
         let file = file.display();
         errln!("{file} is new since the start of the run; unless it is in use, remove it");
