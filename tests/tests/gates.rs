@@ -13,7 +13,7 @@ use std::time::Duration;
 use common::*;
 use rustix::process::Signal;
 use rusty_contract::answer::Message;
-use rusty_contract::{Answer, JoinRequest, Phase, Start, TruthKey};
+use rusty_contract::{Answer, Credentials, JoinRequest, Phase, Start, TruthKey};
 use rusty_link::{ClientLink, Domain, Incoming, WaitPolicy};
 use rusty_tests::*;
 use serde_json::Value;

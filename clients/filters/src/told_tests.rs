@@ -28,6 +28,7 @@ pub(crate) fn told(name: &str) -> Start {
         map: None,
         initial_pose: None,
         server_awake_ns: 0,
+        check_frames: false,
         sealed_brief: None,
     }
 }

@@ -26,7 +26,9 @@ use crate::lock::{
     SWEEP_TIME, check_own_folder, ensure_own_folder, is_current, prefix_of, read_lock, read_pid,
     take_lock,
 };
-use crate::sweep::{memory_files, memory_without_run, remove_memory, sweep_folder, sweep_memory};
+use crate::sweep::{
+    memory_files, memory_of_runs, memory_without_run, remove_memory, sweep_folder, sweep_memory,
+};
 
 /// One run's place on this machine.
 #[derive(Debug)]
@@ -280,6 +282,12 @@ impl Domain {
         let mut traces: Vec<PathBuf> = folder.exists().then_some(folder).into_iter().collect();
         traces.extend(memory_files(&prefix_of(run)));
         traces
+    }
+
+    /// Files of this user in shared memory that no run of ours has made, by name.
+    #[must_use]
+    pub fn other_memory() -> Vec<PathBuf> {
+        memory_of_runs(false)
     }
 
     /// Removes all that a run has on this machine, whoever uses it: for a

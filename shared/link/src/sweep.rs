@@ -21,17 +21,26 @@ pub(crate) fn memory_files(prefix: &str) -> Vec<PathBuf> {
         .collect()
 }
 
+/// Files of shared memory of this user: those whose names begin as runs' do, or
+/// the others.
+pub(crate) fn memory_of_runs(of_runs: bool) -> Vec<PathBuf> {
+    let me = rustix::process::getuid().as_raw();
+    let mut files = memory_files("");
+    files.retain(|path| {
+        let name = path.file_name().unwrap_or_default().as_encoded_bytes();
+        let is_of_run = name.len() > PREFIX_LENGTH
+            && name.starts_with(MEMORY.as_bytes())
+            && name[MEMORY.len()..PREFIX_LENGTH].iter().all(u8::is_ascii_hexdigit);
+        is_of_run == of_runs
+            && fs::symlink_metadata(path).is_ok_and(|m| m.is_file() && m.uid() == me)
+    });
+    files
+}
+
 /// Memory of this user's runs that belongs to none of `runs`: names that begin
 /// as ours do, but not with one of these prefixes.
 pub(crate) fn memory_without_run(runs: impl FnOnce() -> Vec<String>) -> Vec<PathBuf> {
-    let me = rustix::process::getuid().as_raw();
-    let mut files = memory_files(MEMORY);
-    files.retain(|path| {
-        let name = path.file_name().unwrap_or_default().as_encoded_bytes();
-        let is_ours = name.len() > PREFIX_LENGTH
-            && name[MEMORY.len()..PREFIX_LENGTH].iter().all(u8::is_ascii_hexdigit);
-        is_ours && fs::symlink_metadata(path).is_ok_and(|m| m.is_file() && m.uid() == me)
-    });
+    let mut files = memory_of_runs(true);
     // Asked for after the files: a run that starts meanwhile has its folder
     // before its memory.
     let runs = runs();

@@ -22,21 +22,54 @@
 //!   sockets and remove files, because the transport removes its socket;
 //! * in `/dev/shm`: open and make segments whose names it knows; neither list
 //!   nor remove them;
-//! * make Unix datagram sockets, threads, processes of its own; compute.
+//! * make Unix datagram sockets, pairs of connected sockets, threads and child
+//!   processes; compute: the system calls of `confine/allowed.rs`.
 //!
 //! # What it may not
 //!
+//! `tests/src/bin/hostile-client` tries each of these; the names of the attempts
+//! are in parentheses. `tests/tests/sandbox.rs` requires that each fails confined
+//! and, where the machine's settings allow it, succeeds otherwise.
+//!
 //! * open any other file or folder: scenario, log, output folder, key files,
-//!   home, `/tmp`, other runs, all of `/proc` and `/sys`; start any other
-//!   program; change modes, owners or times of files by name;
-//! * make network sockets of any kind, Unix stream sockets, abstract sockets
-//!   to others; System V or POSIX queues and memory;
-//! * signal, trace or read other processes, or take their descriptors;
-//! * use capabilities, name spaces, mounts, `bpf`, `io_uring`, `perf`, keyrings
-//!   and the rest of `confine/calls.rs`.
+//!   home, `/tmp`, other runs, all of `/proc` and `/sys` (`read-*`, `write-*`,
+//!   `list-*`); list or remove shared memory (`list-memory`, `remove-memory`);
+//!   watch folders, delay others by leases (`watch-files`, `call-dnotify`,
+//!   `call-lease`);
+//! * start any other program by its path (`run-shell`, `load-shell`), or any
+//!   program without one (`run-from-memory`, `call-execveat`,
+//!   `call-memfd_create`);
+//! * change modes, owners or times of files by name (`chmod-scenario`,
+//!   `call-fchownat`, `call-utimensat`); read attributes by name, change
+//!   attributes (`call-*xattr*`, `call-file_*`, `call-ioctl-setflags`);
+//! * make network sockets of any kind, or Unix sockets other than datagram
+//!   sockets (`connect-*`, `listen-tcp`, `make-udp`, `call-netlink`,
+//!   `call-seqpacket`); list networks (`call-interfaces`); send to abstract
+//!   sockets of others (`send-abstract`);
+//! * use System V or POSIX queues, semaphores and memory without files
+//!   (`call-shm*`, `call-msg*`, `call-sem*`, `call-mq_*`);
+//! * signal, trace or read other processes, or take their descriptors
+//!   (`signal-*`, `trace-server`, `peek-server`, `open-*-mem`, `call-kcmp`,
+//!   `call-pidfd_getfd`, `call-move_pages`, `call-process_madvise`); change their
+//!   limits or priorities (`call-limits-of-server`, `call-scheduler-of-server`,
+//!   `call-setpriority`); leave its process group, start siblings, or let others
+//!   trace it (`call-setpgid`, `call-clone-sibling`, `call-allow-tracer`);
+//! * use capabilities (`keep-capabilities`), name spaces (`call-unshare`,
+//!   `call-setns`, `call-clone-new-user`), mounts and file handles (`call-mount`,
+//!   `call-open_tree*`, `call-name_to_handle_at`, `call-chroot`), `bpf`,
+//!   `io_uring`, `perf`, keyrings (`call-bpf`, `call-io_*`,
+//!   `call-perf_event_open`, `call-keyctl`, `call-userfaultfd`);
+//! * make any system call that is not in `confine/allowed.rs`, also one that a
+//!   later kernel adds (`call-statmount`, `call-quotactl`, `call-landlock`,
+//!   `call-clone3`; all numbers: `calls::tests`).
+//!
+//! Its child processes end with it (`leave-process`): it cannot leave its process
+//! group (`leave-group`), and the server kills the group once the participant
+//! has ended, and waits until the group is empty.
 //!
 //! It is handed no environment but a short list ([`ENVIRONMENT`]) and no
-//! descriptors but the standard three.
+//! descriptors but the standard three (`read-environment`,
+//! `inherit-descriptors`).
 //!
 //! # What remains open
 //!
@@ -45,8 +78,12 @@
 //!   read (a changed frame fails its digest), and segments of other runs and
 //!   programs. Names of other runs have a random part and cannot be listed;
 //!   they hold no truth in plaintext either way.
+//! * It can load and run, as its own code, any file that it can read: libraries,
+//!   and programs in the folders of libraries or in `files`. The dynamic loader
+//!   does that for it (`load-itself`), and so does mapping the file. The same
+//!   rules hold for that code.
 //! * Landlock does not rule over names alone: whether any path exists, its
-//!   size and times can be asked for (`stat`), and so the length of the log.
+//!   size and times can be asked for (`stat-log`), and so the length of the log.
 //! * A datagram socket that another process of this user has bound to a path
 //!   can be sent to: up to Landlock ABI 8 no rule says otherwise. An
 //!   accomplice outside can so be talked to.
@@ -54,11 +91,20 @@
 //!   mode of; and it can remove the files of its run's folder. A hostile
 //!   participant can spoil its own run, fill memory, take processor time: this
 //!   is a defence against looking, not against waste.
-//! * It cannot remove its own segments. The server does, and if that is killed
-//!   too, a scorer, a logger, the next start or `clean`.
+//! * It cannot remove its own segments. The server does (`leave-own-memory`),
+//!   and if that is killed too, a scorer, a logger, the next start or `clean`.
+//!   Files that it makes in `/dev/shm` under other names stay
+//!   (`leave-other-memory`; Python's `multiprocessing` makes such files): neither
+//!   their owner nor their time tells them from files of other programs, so the
+//!   server names them on stderr and removes none. Names that begin as those of
+//!   a run are removed by `clean`.
+//! * If the server is killed by SIGKILL, it kills nobody: a hostile participant
+//!   can then go on, within its rules.
 //! * It can ask for the seat of another participant of its run. For the seats
 //!   of scorers and loggers it lacks the key; a map that another estimator is
 //!   given it could read.
+//! * It can learn whether a process exists, and when it ends (`pidfd_open`): so
+//!   participants notice that the server has ended.
 //! * Timing: how long others take is visible to all.
 //!
 //! The server, scorers and loggers are not dumpable ([`close_memory`]): their
@@ -69,6 +115,7 @@
 //! Sources: Linux `Documentation/userspace-api/landlock.rst`,
 //! `seccomp_filter.rst`, `no_new_privs.rst`; ptrace(2), capabilities(7).
 
+mod allowed;
 mod apply;
 mod calls;
 mod plan;

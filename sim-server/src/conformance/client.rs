@@ -6,13 +6,14 @@ use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
 
-use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, getpgid, kill_process, waitid};
+use rustix::process::{Pid, Signal, getpgid, kill_process};
 use rusty_contract::{Credentials, RunName, TruthKey};
 
 use super::Kit;
 use super::setting::CLIENT_SEAT;
 use crate::run::{
-    ChildrenError, find_program, invite, kill_group, open_talk, spawn_with_credentials, with_folder,
+    ChildrenError, find_program, has_exited, invite, kill_group, open_talk, spawn_with_credentials,
+    with_folder,
 };
 
 /// The most of its words that are kept, bytes.
@@ -73,11 +74,7 @@ impl Client {
         let Some(child) = self.child.as_mut().filter(|_| self.status.is_none()) else {
             return self.status.is_some();
         };
-        // Until it is waited for, its number and that of its group belong to it.
-        let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
-        let pid = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
-        let has_ended = pid.and_then(|pid| waitid(WaitId::Pid(pid), options).ok().flatten());
-        if has_ended.is_some() {
+        if has_exited(child) {
             kill_group(child.id());
             self.status = child.wait().ok();
         }

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process_group};
 use rusty_contract::{Credentials, Exit, Participant, RunName, TruthKey};
 use rusty_link::WaitPolicy;
 use thiserror::Error;
 
+use super::group::{adopt_orphans, has_exited, kill_group, wait_for_group};
 use super::program::find_program;
 use super::{arguments, printed};
 use crate::confine::{self, Gate};
@@ -91,6 +91,8 @@ struct Running {
     program: PathBuf,
     /// What it reads from its standard input.
     credentials: Credentials,
+    /// Whether the kernel keeps it and its children in its process group.
+    confined: bool,
 }
 
 /// How a participant left the run, for how long its process is waited for.
@@ -160,6 +162,9 @@ impl Children {
     /// ended.
     pub fn start(roster: &[Participant], spawn: &Spawn<'_>) -> Result<Self, ChildrenError> {
         let mut children = Self::default();
+        if spawn.gates.iter().any(Gate::confines) {
+            adopt_orphans();
+        }
         for (seat, participant) in roster.iter().enumerate() {
             if !participant.command.is_empty() {
                 children.0.push(start_one(seat, participant, spawn)?);
@@ -267,20 +272,25 @@ impl Running {
         kill_group(self.child.id());
         let _ = self.child.kill();
         let _ = self.child.wait();
+        self.wait_for_group();
     }
 
     fn has_not_ended(&mut self) -> bool {
-        if self.status.is_none() {
-            self.status = self.child.try_wait().ok().flatten();
+        if self.status.is_none() && has_exited(&self.child) {
+            if self.confined {
+                kill_group(self.child.id());
+            }
+            self.status = self.child.wait().ok();
+            self.wait_for_group();
         }
         self.status.is_none()
     }
-}
 
-/// Kills a process and all that it started in its group.
-pub(crate) fn kill_group(leader: u32) {
-    if let Some(pid) = i32::try_from(leader).ok().and_then(Pid::from_raw) {
-        let _ = kill_process_group(pid, Signal::KILL);
+    /// The group has been killed, and a confined process cannot leave it.
+    fn wait_for_group(&self) {
+        if self.confined {
+            wait_for_group(self.child.id());
+        }
     }
 }
 
@@ -325,7 +335,17 @@ fn start_one(
     let credentials = Credentials::new(spawn.key, seat, participant.role.holds_key());
     let child = spawn_with_credentials(&mut command, &credentials).map_err(error)?;
     let name = name.clone();
-    Ok(Running { seat, child, status: None, talk, again: command, name, program, credentials })
+    Ok(Running {
+        seat,
+        child,
+        status: None,
+        talk,
+        again: command,
+        name,
+        program,
+        credentials,
+        confined,
+    })
 }
 
 /// Adds what every launched participant is told on its command line, and where

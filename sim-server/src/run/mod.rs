@@ -7,6 +7,7 @@ pub mod arguments;
 mod children;
 mod clock;
 mod comeback;
+mod group;
 mod history;
 mod listen;
 mod pace;
@@ -19,7 +20,8 @@ mod wishes;
 
 pub(crate) use arguments::with_folder;
 pub use children::{Children, ChildrenError, Leaving, Spawn};
-pub(crate) use children::{invite, kill_group, open_talk, spawn_with_credentials};
+pub(crate) use children::{invite, open_talk, spawn_with_credentials};
+pub(crate) use group::{has_exited, kill_group};
 pub use pace::Pace;
 pub(crate) use printed::has_content;
 pub(crate) use program::find_program;

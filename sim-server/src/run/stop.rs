@@ -8,7 +8,8 @@ use rusty_link::Domain;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
-use super::children::{Children, kill_group};
+use super::children::Children;
+use super::group::kill_group;
 
 /// The wish to stop.
 #[derive(Clone)]

@@ -1,17 +1,22 @@
 //! An estimator that tries every way to what it must not know, says on stdout
 //! how each went (a JSON line each), and then takes part like any other.
 
+#[path = "hostile-client/calls.rs"]
+mod calls;
+
 use std::fs;
 use std::io;
-use std::os::fd::BorrowedFd;
+use std::os::fd::{AsRawFd as _, BorrowedFd};
 use std::os::linux::net::SocketAddrExt as _;
 use std::os::unix::net::{SocketAddr, UnixDatagram, UnixStream};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use calls::try_calls;
 use clap::Parser;
+use rustix::fs::MemfdFlags;
 use rustix::process::{Pid, Signal};
 use rusty_clients::dead_reckoning::DeadReckoning;
 use rusty_contract::answer::Message;
@@ -23,7 +28,13 @@ struct Cli {
     /// Only try to open this file; exit code 0 says that it could
     #[arg(long)]
     peek: Option<PathBuf>,
-    #[arg(long, required_unless_present = "peek")]
+    /// Only leave this run's process group and outlive the run
+    #[arg(long, value_name = "RUN")]
+    stay: Option<RunName>,
+    /// With --stay: do not start another process first
+    #[arg(long)]
+    orphan: bool,
+    #[arg(long, required_unless_present_any = ["peek", "stay"])]
     run: Option<RunName>,
     #[arg(long, default_value = "hostile")]
     name: String,
@@ -66,6 +77,9 @@ fn main() -> Exit {
     if let Some(path) = &cli.peek {
         return if fs::File::open(path).is_ok() { Exit::Done } else { Exit::Failed };
     }
+    if let Some(run) = &cli.stay {
+        return stay(run, cli.orphan).map_or(Exit::Failed, |()| Exit::Done);
+    }
     let Some(run) = &cli.run else { return Exit::Usage };
     let stop = AtomicBool::new(false);
     let request = JoinRequest::new(&cli.name, std::process::id(), cli.wait.awake_ns(), "hostile");
@@ -103,10 +117,20 @@ fn take_part(
             try_files(cli);
             try_processes(cli, start.server_pid);
             try_sockets(cli);
-            try_itself(cli, inherited);
+            try_itself(inherited);
+            try_programs(cli);
+            try_calls(start.server_pid);
+            try_to_stay(cli);
         }
         let reply = Reply::from(odometry.advance(frame.ticks()));
         link.answer(&frame, &Message::Reply(reply))?;
+    }
+}
+
+fn exited(status: ExitStatus) -> io::Result<String> {
+    match status.success() {
+        true => Ok(String::new()),
+        false => Err(io::Error::other(status.to_string())),
     }
 }
 
@@ -155,10 +179,14 @@ fn try_files(cli: &Cli) {
     report("stat-log", fs::metadata(cli.out.join("run.log")).map(|m| m.len().to_string()));
 }
 
+fn write_to(path: &Path) -> io::Result<String> {
+    fs::write(path, "x").map(|()| path.display().to_string())
+}
+
 fn write(path: &Path) -> io::Result<String> {
-    fs::write(path, "x")?;
+    let written = write_to(path)?;
     fs::remove_file(path)?;
-    Ok(path.display().to_string())
+    Ok(written)
 }
 
 fn try_processes(cli: &Cli, server: u32) {
@@ -171,6 +199,7 @@ fn try_processes(cli: &Cli, server: u32) {
     let program = fs::read_link(of(server, "exe"));
     report("link-server-exe", program.map(|path| path.display().to_string()));
     report("list-processes", list(Path::new("/proc")));
+    report("list-system", list(Path::new("/sys")));
     report("read-own-maps", read(Path::new("/proc/self/maps")));
     let scorer = find_scorer(cli);
     let memory =
@@ -252,17 +281,61 @@ fn try_sockets(cli: &Cli) {
     report("send-datagram", send(&|socket| socket.connect(cli.home.join("datagram"))));
 }
 
-fn try_itself(cli: &Cli, inherited: &[i32]) {
-    let exited = |status: std::process::ExitStatus| match status.success() {
-        true => Ok(String::new()),
-        false => Err(io::Error::other(status.to_string())),
+fn try_programs(cli: &Cli) {
+    let run = |command: &mut Command| {
+        command.stdout(Stdio::null()).stderr(Stdio::null()).status().and_then(exited)
     };
-    let shell = Command::new("/bin/sh").args(["-c", "exit 0"]).status();
-    report("run-shell", shell.and_then(exited));
+    let loader = ["/lib64/ld-linux-x86-64.so.2", "/lib/ld-linux-aarch64.so.1"];
+    let loader = loader.into_iter().find(|path| fs::metadata(path).is_ok()).unwrap_or_default();
+    report("run-shell", run(Command::new("/bin/sh").args(["-c", "exit 0"])));
+    report("load-shell", run(Command::new(loader).args(["/bin/sh", "-c", "exit 0"])));
+    // Known to be open; see the documentation of `sim_server::confine`.
+    let me = || std::env::current_exe();
+    report("load-itself", me().and_then(|me| run(Command::new(loader).arg("--list").arg(me))));
     // Once more, in the hope that the rules are forgotten.
-    let again = std::env::current_exe()
-        .and_then(|me| Command::new(me).arg("--peek").arg(&cli.scenario).status());
-    report("run-itself-again", again.and_then(exited));
+    let again = |program: &Path, file: &Path| run(Command::new(program).arg("--peek").arg(file));
+    report("run-itself-again", me().and_then(|me| again(&me, &cli.scenario)));
+    let memory = rustix::fs::memfd_create("program", MemfdFlags::empty()).map_err(io::Error::from);
+    let from_memory = memory.and_then(|memory| {
+        let mut file = fs::File::from(memory);
+        io::copy(&mut fs::File::open(me()?)?, &mut file)?;
+        // Open for writing, it cannot be run.
+        let path = format!("/proc/self/fd/{}", file.as_raw_fd());
+        let readable = fs::File::open(&path)?;
+        drop(file);
+        let path = format!("/proc/self/fd/{}", readable.as_raw_fd());
+        again(Path::new(&path), Path::new("/dev/null"))
+    });
+    report("run-from-memory", from_memory);
+}
+
+/// Leaves a process and files. All are known to be possible; the server removes
+/// or names them.
+fn try_to_stay(cli: &Cli) {
+    let Some(run) = &cli.run else { return };
+    let leave = |name: String| write_to(&Path::new("/dev/shm").join(name));
+    let own = Domain::find(run).map(|domain| format!("{}left", domain.memory_prefix()));
+    report("leave-own-memory", own.map_err(io::Error::other).and_then(leave));
+    report("leave-other-memory", leave(format!("{run}-left")));
+    report("leave-process", stay_as(run, &[]).and_then(|mut child| exited(child.wait()?)));
+}
+
+fn stay_as(run: &RunName, more: &[&str]) -> io::Result<Child> {
+    let me = std::env::current_exe()?;
+    Command::new(me).args(["--stay", run.as_str()]).args(more).stdin(Stdio::null()).spawn()
+}
+
+/// Leaves the group, starts an orphan that stays, and ends.
+fn stay(run: &RunName, orphan: bool) -> io::Result<()> {
+    if orphan {
+        std::thread::sleep(Duration::from_secs(300));
+        return Ok(());
+    }
+    report("leave-group", rustix::process::setsid().map(|_| String::new()).map_err(Into::into));
+    stay_as(run, &["--orphan"]).map(drop)
+}
+
+fn try_itself(inherited: &[i32]) {
     let secret = std::env::var("RUSTY_TESTS_SECRET").map_err(io::Error::other);
     report("read-environment", secret);
     let found = if inherited.is_empty() { Err(io::Error::other("none")) } else { Ok(()) };

@@ -244,7 +244,12 @@ fn a_seed_below_two_to_the_forty_is_guessable_where_there_is_one() {
         let before = Box::new(RunConfig { seed: before, ..header().config });
         Source::Forked { at_tick: 3, before }
     };
-    let recorded = Source::Recorded { format: "a".into(), file: "b".into(), remarks: Vec::new() };
+    let recorded = Source::Recorded {
+        format: "a".into(),
+        file: "b".into(),
+        remarks: Vec::new(),
+        findings: Vec::new(),
+    };
     assert_eq!(of(42, Source::Simulated), Some(42));
     assert_eq!(of((1 << 40) - 1, Source::Simulated), Some((1 << 40) - 1));
     assert_eq!(of(1 << 40, Source::Simulated), None);
