@@ -32,7 +32,7 @@ use clap::{Args, Parser, Subcommand};
 use rusty_contract::{Exit, RunName, Sandbox};
 use rusty_link::WaitPolicy;
 
-use crate::output::errln;
+use crate::output::{errln, finish};
 use crate::run::Pace;
 use crate::verbs;
 
@@ -396,10 +396,10 @@ pub fn main() -> Exit {
         Verb::BenchPeer(args) => verbs::bench_peer(&args),
         Verb::Confined(args) => verbs::confined(&args),
     };
-    done.unwrap_or_else(|e| {
+    finish(done.unwrap_or_else(|e| {
         errln!("sim-server: {e}");
         e.exit()
-    })
+    }))
 }
 
 #[cfg(test)]

@@ -120,7 +120,7 @@ impl WorldSpec {
     /// [`Gap`]. Meaningful for finite walls.
     #[must_use]
     pub fn gaps(&self) -> Vec<Gap> {
-        find_gaps(&self.to_walls())
+        find_gaps(&self.to_walls()).collect()
     }
 
     /// Whether this is a world one can run in: a short name, ordered bounds,
@@ -133,9 +133,9 @@ impl WorldSpec {
         for (index, wall) in self.walls.iter().enumerate() {
             self.check_wall(index, wall)?;
         }
-        match self.gaps().first() {
+        match find_gaps(&self.to_walls()).next() {
             None => Ok(()),
-            Some(gap) => Err(WorldError::Gap { name: self.name.clone(), gap: *gap }),
+            Some(gap) => Err(WorldError::Gap { name: self.name.clone(), gap }),
         }
     }
 

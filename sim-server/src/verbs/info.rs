@@ -206,9 +206,10 @@ fn print_header(header: &LogHeader) {
     }
 }
 
-/// How a replay would start a participant.
+/// How a replay would start a participant, on one line.
 fn command(words: &[String]) -> String {
-    if words.is_empty() { String::new() } else { format!(", started as {}", words.join(" ")) }
+    let line = words.join(" ").replace('\n', "\\n");
+    if words.is_empty() { line } else { format!(", started as {line}") }
 }
 
 fn one_tick(args: &InfoArgs, wanted: u64) -> Verbed {

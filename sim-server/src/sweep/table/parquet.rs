@@ -1,8 +1,10 @@
 //! The table as Parquet, with its settings in the file's metadata.
 
+use std::cell::Cell;
 use std::fs::File;
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Once};
 
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
@@ -21,6 +23,9 @@ use crate::sweep::settings::Settings;
 
 /// What the names of our metadata begin with.
 const PREFIX: &str = "rusty.";
+
+/// The problem of a file on which the library panics.
+const DAMAGED: &str = "its data is damaged";
 
 /// The file's bytes: one row group, Snappy, every column as wide as it needs.
 ///
@@ -100,11 +105,36 @@ fn put<T: DataType>(
     column.close()
 }
 
+/// Calls the library's reader. It panics on some damaged files: that becomes an
+/// error, and the panic's message is not printed.
+fn guarded<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    thread_local! {
+        static QUIET: Cell<bool> = const { Cell::new(false) };
+    }
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let print = take_hook();
+        set_hook(Box::new(move |panic| {
+            if !QUIET.get() {
+                print(panic);
+            }
+        }));
+    });
+    QUIET.set(true);
+    let read = catch_unwind(AssertUnwindSafe(read));
+    QUIET.set(false);
+    read.unwrap_or_else(|_| Err(DAMAGED.to_owned()))
+}
+
 /// The settings in the metadata of a file.
 ///
 /// # Errors
 /// The library's words, or that there are none.
 pub(super) fn settings(path: &Path) -> Result<Settings, String> {
+    guarded(|| read_settings(path))
+}
+
+fn read_settings(path: &Path) -> Result<Settings, String> {
     let file = File::open(path).map_err(|e| e.to_string())?;
     let reader = SerializedFileReader::new(file).map_err(|e| e.to_string())?;
     let metadata = reader.metadata().file_metadata().key_value_metadata();
@@ -121,6 +151,18 @@ pub(super) fn settings(path: &Path) -> Result<Settings, String> {
 /// # Errors
 /// The library's words.
 pub(super) fn rows(path: &Path) -> Result<(Vec<String>, Texts), String> {
+    let (names, mut rows) = guarded(|| read_rows(path))?;
+    let mut is_damaged = false;
+    let rows = std::iter::from_fn(move || {
+        // After a panic the reader is not asked again.
+        let row = guarded(|| if is_damaged { Ok(None) } else { rows.next().transpose() });
+        is_damaged |= row.is_err();
+        row.transpose()
+    });
+    Ok((names, Box::new(rows)))
+}
+
+fn read_rows(path: &Path) -> Result<(Vec<String>, Texts), String> {
     let words = |e: ParquetError| e.to_string();
     let file = File::open(path).map_err(|e| e.to_string())?;
     let reader = SerializedFileReader::new(file).map_err(words)?;
@@ -146,6 +188,35 @@ fn text(field: &Field) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_changed_byte_anywhere_gives_an_error_or_other_values() {
+        let column = |name: &str, values| Column { name: name.to_owned(), values };
+        let columns = [
+            column("seed", Values::Whole((0..40).collect())),
+            column("error_m", Values::Number((0..40).map(f64::from).collect())),
+            column("flag", Values::Flag((0..40).map(|i| i % 3 == 0).collect())),
+            column("blocked_ticks", Values::Known((0..40).map(|i| (i > 7).then_some(i)).collect())),
+            column("estimator", Values::Text((0..40).map(|i| format!("name-{}", i % 2)).collect())),
+        ];
+        let settings = Settings::read(br#"{"seeds":"0..40"}"#).unwrap();
+        let file = bytes(&columns, &settings).unwrap();
+        let read = |path: &Path| -> Result<usize, String> {
+            super::settings(path)?;
+            rows(path)?.1.try_fold(0, |count, row| row.map(|_| count + 1))
+        };
+        let path = tempfile::NamedTempFile::new().unwrap();
+        let mut panics = 0;
+        for at in (0..file.len()).step_by(3) {
+            for mask in [0x01, 0x80, 0xff] {
+                let mut changed = file.clone();
+                changed[at] ^= mask;
+                std::fs::write(path.path(), &changed).unwrap();
+                panics += usize::from(read(path.path()).is_err_and(|e| e == DAMAGED));
+            }
+        }
+        assert!(panics > 0, "no byte makes the library panic: the guard is not needed");
+    }
 
     #[test]
     fn what_is_written_reads_back_and_is_the_same_twice() {

@@ -1,0 +1,97 @@
+//! Files that are damaged, too large, or not files.
+
+use std::fs;
+use std::process::{Command, Stdio};
+
+use rusty_tests::*;
+
+#[test]
+fn a_damaged_table_is_refused_without_a_panic() {
+    let place = folder();
+    let path = place.path().join("t.parquet");
+    let table = path.to_str().unwrap();
+    let sweep = ["sweep", "patrol", "--ticks", "20", "--seeds", "0..3", "--quiet", "--out", table];
+    sim_server(&sweep).expect(0);
+    let file = fs::read(&path).unwrap();
+    let end = file.len() - 8;
+    let footer = end - u32::from_le_bytes(file[end..end + 4].try_into().unwrap()) as usize;
+    let mut refused = 0;
+    // Here the footer describes the columns' places.
+    for at in (footer + 400..footer + 520).step_by(2) {
+        for mask in [0x01, 0x80] {
+            let mut changed = file.clone();
+            changed[at] ^= mask;
+            fs::write(&path, changed).unwrap();
+            let compared = sim_server(&["compare", table]);
+            assert!(!compared.stderr.contains("panicked"), "byte {at}, {mask:#x}: {compared:#?}");
+            assert!(matches!(compared.code, Some(1 | 2)), "byte {at}, {mask:#x}: {compared:#?}");
+            assert!(compared.stderr.contains(table), "byte {at}, {mask:#x}: {compared:#?}");
+            refused += usize::from(compared.stderr.contains("damaged"));
+        }
+    }
+    assert!(refused > 0, "no change made the reader panic: the test changes other bytes");
+}
+
+/// Runs `sim-server` with this stdout: exit code and stderr.
+fn sim_server_to(stdout: impl Into<Stdio>, args: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new(binary("sim-server"));
+    let ended = command.args(args).stdin(Stdio::null()).stdout(stdout).output().unwrap();
+    (ended.status.code(), String::from_utf8_lossy(&ended.stderr).into_owned())
+}
+
+#[test]
+fn results_that_cannot_be_written_are_an_error() {
+    let place = folder();
+    let log = place.path().join("run.log");
+    launch("written", place.path(), &["patrol", "--ticks", "20"]);
+    let log = log.to_str().unwrap();
+    let verbs: [&[&str]; 6] = [
+        &["info", "--json", log],
+        &["info", log],
+        &["verify", "--json", log],
+        &["diff", "--json", log, log],
+        &["worlds", "--json"],
+        &["runs", "--json"],
+    ];
+    for verb in verbs {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let (code, stderr) = sim_server_to(full, verb);
+        assert_eq!(code, Some(1), "{verb:?}: {stderr}");
+        assert!(stderr.contains("stdout"), "{verb:?}: {stderr}");
+    }
+    // A reader that has gone is no failure.
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    assert_eq!(sim_server_to(writer, &["info", "--json", log]), (Some(0), String::new()));
+}
+
+#[test]
+fn control_characters_of_a_log_do_not_reach_the_terminal() {
+    let place = folder();
+    let scenario = place.path().join("s.toml");
+    let launched = |then: &str, code| {
+        let program = binary("dead-reckoning");
+        let text = format!(
+            "ticks = 5\nworld = \"open\"\nscript = {{ kind = \"figure-eight\" }}\n\
+             [[participant]]\nname = \"loud\"\ncommand = [\"/bin/sh\", \"-c\", \
+             \"printf '\\\\033[31mred\\\\n' >&2; {then} # \\u001b[2K\\r\\u202e\\nroster\", \
+             {program:?}]\n\
+             [[participant]]\nname = \"logger\"\nrole = \"logger\"\ncommand = [\"logger\"]\n"
+        );
+        fs::write(&scenario, text).unwrap();
+        let (run, out) = (fresh_run("loud"), place.path().join(then.split_at(4).0));
+        let args = ["launch", scenario.to_str().unwrap(), "--run", run.as_str(), "--out"];
+        let ended = sim_server(&[&args[..], &[out.to_str().unwrap()]].concat()).expect(code);
+        (ended, out.join("run.log"))
+    };
+    let (failed, _) = launched("exit 1", 1);
+    let (done, log) = launched("exec \\\"$0\\\" \\\"$@\\\"", 0);
+    let info = sim_server(&["info", log.to_str().unwrap()]).expect(0);
+    for shown in [&failed, &done, &info].map(|e| format!("{}{}", e.stdout, e.stderr)) {
+        let hidden = |c: char| c != '\n' && (c.is_control() || c == '\u{202e}');
+        assert!(!shown.contains(hidden), "{shown:?}");
+    }
+    assert!(failed.stderr.contains("\\u001b[31mred"), "{failed:#?}");
+    assert!(info.stdout.contains("\\u001b[2K\\u000d\\u202e\\nroster"), "{info:#?}");
+    assert_eq!(info.stdout.matches("\nroster").count(), 2, "{info:#?}");
+}
