@@ -1,6 +1,5 @@
 //! `Session`: one participant's part in a run, live or on a log.
 
-use std::fs;
 use std::io::Read as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -346,7 +345,8 @@ fn read_key(args: &ClientArgs, name: &str) -> Result<TruthKey, ClientError> {
             (None, Some(run)) => Domain::base().join(run.as_str()).join("key"),
             (None, None) => return Err(ClientError::NoKey(name.to_owned())),
         };
-        let read = fs::File::open(&file).and_then(|f| f.take(4096).read_to_string(&mut text));
+        let read =
+            rusty_contract::input::open(&file).and_then(|f| f.take(4096).read_to_string(&mut text));
         match read {
             Ok(_) => {}
             Err(_) if args.key_file.is_none() => return Err(ClientError::NoKey(name.to_owned())),
