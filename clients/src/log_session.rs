@@ -81,7 +81,7 @@ impl LogSession {
             return Err(ClientError::Unusable(text));
         }
         let path = file.display().to_string();
-        let bytes = std::fs::read(file).map_err(ClientError::io(file))?;
+        let bytes = rusty_contract::input::read(file).map_err(ClientError::io(file))?;
         let error = |error| ClientError::BlindKey { path: path.clone(), error };
         let key = BlindKey::from_bytes(&bytes).map_err(error)?;
         let ticks = self.check_frames(&key).map_err(|e| match e {

@@ -1,6 +1,5 @@
 //! `Session`: one participant's part in a run, live or on a log.
 
-use std::fs;
 use std::io::Read as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -345,8 +344,13 @@ fn credentials(args: &ClientArgs) -> Result<Option<Credentials>, ClientError> {
     if args.key_stdin {
         let path = std::path::Path::new("standard input");
         std::io::stdin().take(most).read_to_string(&mut text).map_err(ClientError::io(path))?;
+        if text.is_empty() {
+            // The launcher died first; joining finds that out.
+            return Ok(Some(Credentials::none()));
+        }
     } else if let Some(file) = &args.key_file {
-        let read = fs::File::open(file).and_then(|f| f.take(most).read_to_string(&mut text));
+        let read =
+            rusty_contract::input::open(file).and_then(|f| f.take(most).read_to_string(&mut text));
         read.map_err(ClientError::io(file))?;
     } else {
         return Ok(None);

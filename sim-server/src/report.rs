@@ -1,9 +1,9 @@
 //! What a run came to: the document behind `--json`, and the text for people.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use rusty_contract::input;
 use rusty_contract::log::Finding;
 use rusty_contract::score::{Score, ScoreTable};
 use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, Timing};
@@ -125,7 +125,7 @@ impl RunReport {
         let digest = outcome.digest.run_hex();
         let scored = scores_file
             .as_ref()
-            .and_then(|path| fs::read(path).ok())
+            .and_then(|path| input::read(Path::new(path)).ok())
             .and_then(|json| serde_json::from_slice::<ScoreReport>(&json).ok())
             // A file that is not of this run is no result of it.
             .filter(|scored| scored.digest == digest);

@@ -4,10 +4,10 @@ mod changes;
 
 pub use changes::change_config;
 
-use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use rusty_contract::input;
 use rusty_contract::scenario::ScenarioError;
 use rusty_contract::suggest::{did_you_mean, for_message};
 use rusty_contract::{FieldError, Participant, Role, RunConfig, Scenario, ScriptConfig};
@@ -156,7 +156,7 @@ fn beside_the_scenario(folder: &Path, place: usize, word: &str) -> Option<String
 /// The text of a file, if it is no longer than any that can be meant.
 fn read_text(path: &Path) -> std::io::Result<String> {
     let mut text = String::new();
-    fs::File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_string(&mut text)?;
+    input::open(path)?.take(MAX_FILE_BYTES + 1).read_to_string(&mut text)?;
     if text.len() as u64 > MAX_FILE_BYTES {
         let problem = format!("longer than {MAX_FILE_BYTES} bytes; is this the right file?");
         return Err(std::io::Error::other(problem));
@@ -251,6 +251,8 @@ impl Loaded {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

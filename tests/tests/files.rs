@@ -1,6 +1,7 @@
 //! Files that are damaged, too large, or not files.
 
 use std::fs;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use rusty_tests::*;
@@ -94,4 +95,65 @@ fn control_characters_of_a_log_do_not_reach_the_terminal() {
     assert!(failed.stderr.contains("\\u001b[31mred"), "{failed:#?}");
     assert!(info.stdout.contains("\\u001b[2K\\u000d\\u202e\\nroster"), "{info:#?}");
     assert_eq!(info.stdout.matches("\nroster").count(), 2, "{info:#?}");
+}
+
+/// Makes a named pipe.
+fn pipe_at(path: &Path) {
+    let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
+    rustix::fs::mkfifoat(rustix::fs::CWD, path, mode).unwrap();
+}
+
+#[test]
+fn pipes_and_devices_are_refused_as_input() {
+    let place = folder();
+    launch("input", place.path(), &["patrol", "--ticks", "5"]);
+    let log = place.path().join("run.log");
+    let [blind, key] = ["blind.log", "key"].map(|n| place.path().join(n));
+    let [log, blind, key] = [&log, &blind, &key].map(|p| p.to_str().unwrap());
+    sim_server(&["seal", log, "--output", blind, "--key-file", key]).expect(0);
+    let pipes = ["p.toml", "p.csv", "p.parquet"].map(|name| {
+        let path = place.path().join(name);
+        pipe_at(&path);
+        path.to_str().unwrap().to_owned()
+    });
+    let [pipe, csv, parquet] = pipes.each_ref().map(String::as_str);
+    let world = format!("world_file={pipe}");
+    let unmade = place.path().join("unmade.log").to_str().unwrap().to_owned();
+    let cases: [(&str, &[&str], &str); 11] = [
+        ("sim-server", &["info", pipe], pipe),
+        ("sim-server", &["verify", pipe], pipe),
+        ("sim-server", &["diff", log, pipe], pipe),
+        ("sim-server", &["replay", pipe], pipe),
+        ("sim-server", &["launch", pipe], pipe),
+        ("sim-server", &["launch", "--set", &world], pipe),
+        ("sim-server", &["worlds", pipe], pipe),
+        ("sim-server", &["import", "carmen", pipe, "--output", &unmade], pipe),
+        ("sim-server", &["compare", csv], csv),
+        ("sim-server", &["compare", parquet], parquet),
+        ("score", &["--log", blind, "--key-file", "/dev/zero"], "/dev/zero"),
+    ];
+    for (program, args, named) in cases {
+        let ended = Process::start(program, args).wait();
+        assert!(matches!(ended.code, Some(1 | 2)), "{args:?}: {ended:#?}");
+        assert!(ended.stderr.contains(named), "{args:?}: {ended:#?}");
+    }
+}
+
+#[test]
+fn a_pipe_in_the_place_of_the_scores_does_not_hold_the_server() {
+    let place = folder();
+    let [scenario, out] = ["s.toml", "out"].map(|name| place.path().join(name));
+    let (score, scores) = (binary("score"), out.join("score.json"));
+    let text = format!(
+        "ticks = 5\nworld = \"open\"\nscript = {{ kind = \"figure-eight\" }}\n\
+         [[participant]]\nname = \"score\"\nrole = \"scorer\"\ncommand = [\"/bin/sh\", \"-c\", \
+         '\"$0\" \"$@\"; rm {scores:?}; mkfifo {scores:?}', {score:?}]\n\
+         [[participant]]\nname = \"wheels\"\ncommand = [\"dead-reckoning\"]\n"
+    );
+    fs::write(&scenario, text).unwrap();
+    let (run, out) = (fresh_run("pipe"), out.to_str().unwrap());
+    let args = ["launch", scenario.to_str().unwrap(), "--json", "--run", run.as_str()];
+    let ended = sim_server(&[&args[..], &["--out", out]].concat());
+    assert!(fs::metadata(&scores).is_ok_and(|m| !m.is_file()), "{ended:#?}");
+    assert_eq!(ended.json()["scores_file"], serde_json::Value::Null, "{ended:#?}");
 }

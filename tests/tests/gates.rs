@@ -50,7 +50,7 @@ fn snapshot(live: &Live) -> Vec<u8> {
     while let Some(path) = files.pop() {
         if path.is_dir() {
             files.extend(fs::read_dir(path).unwrap().flatten().map(|e| e.path()));
-        } else if path.file_name().is_some_and(|n| n != "key") {
+        } else if !path.iter().any(|part| part == "keys" || part == "control-key") {
             // A socket cannot be read, and holds nothing. Of the zeros that
             // most of the memory is, a few will do.
             for page in fs::read(&path).unwrap_or_default().chunks(4096) {

@@ -58,7 +58,7 @@ fn check_flat(input: &Path, expected: &[&str]) {
     let (log, out) = (place.path().join("a.runlog"), place.path().join("run"));
     let said = lines(&import(input, &log, &[]).expect(0).stdout);
     assert_eq!(said.len(), expected.len(), "{said:?}");
-    let report = import(input, &log, &["--json"]).expect(0).json();
+    let report = import(input, &log, &["--json", "--force"]).expect(0).json();
     assert_eq!(kinds(&report), expected);
     let path = log.to_str().unwrap();
     let info = sim_server(&["info", path, "--json"]).expect(0).json();
@@ -132,11 +132,11 @@ fn a_strict_import_refuses_what_has_findings_and_writes_nothing() {
     }
     let sound = sources.path().join("sound.log");
     fs::write(&sound, recording(|line| 100.0 + line as f64)).unwrap();
-    let report = import(&sound, &output, &["--strict", "--json"]).expect(0).json();
+    let report = import(&sound, &output, &["--strict", "--json", "--force"]).expect(0).json();
     assert_eq!(kinds(&report), Vec::<&str>::new());
     for file in ["intel-corrected.log.gz", "freiburg-101-corrected.log.gz"] {
         let Some(input) = real_data(file) else { continue };
-        import(&input, &output, &["--strict"]).expect(0);
+        import(&input, &output, &["--strict", "--force"]).expect(0);
     }
 }
 
@@ -163,7 +163,7 @@ fn trajectories_whose_stamps_do_not_increase_say_so_and_name_no_command() {
     let last = 4 * SCANS - 4;
     fs::write(&input, recording(|line| 1.0 + (if line < last { line } else { last - 1 }) as f64))
         .unwrap();
-    import(&input, &log, &["--strict"]).expect(0);
+    import(&input, &log, &["--strict", "--force"]).expect(0);
     let run = fresh_run("recordings");
     let paths = [&log, &out, &tum].map(|path| path.to_str().unwrap());
     let replay = ["replay", paths[0], "--json", "--run", run.as_str(), "--out", paths[1]];

@@ -177,7 +177,7 @@ fn a_client_that_does_not_fit_is_told_why() {
     assert!(strange.stderr.contains(words), "{}", strange.stderr);
     for (mode, words) in [
         ("wrong-layout", "the client was built for layout "),
-        ("wrong-protocol", "the client speaks protocol 4, the server 3; build both"),
+        ("wrong-protocol", "the client speaks protocol 5, the server 4; build both"),
     ] {
         let args = ["--name", "dead-reckoning", "--mode", mode];
         let client = live.join("probe-client", &args).wait().expect(1);
@@ -210,7 +210,7 @@ fn the_second_of_a_name_is_refused_and_the_first_stays() {
 
 #[test]
 fn a_required_participant_that_is_refused_ends_the_run_in_its_words() {
-    for (mode, words) in [("wrong-layout", "built for layout"), ("wrong-protocol", "protocol 4")] {
+    for (mode, words) in [("wrong-layout", "built for layout"), ("wrong-protocol", "protocol 5")] {
         let after = with_probe("launch", "refused", mode, &[&["--ticks", "50"]]).ends_with(1);
         after.lost("dead-reckoning", "dead", "exited with code 1; it printed:\n    probe: refused");
         let detail = text(&after.report["losses"][0], "detail");

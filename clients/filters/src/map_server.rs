@@ -20,7 +20,7 @@
 
 pub mod pgm;
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
@@ -189,7 +189,7 @@ impl Page {
 /// A whole file, if it is not longer than `most` bytes.
 fn read_file(path: &Path, most: u64) -> Result<Vec<u8>, MapFileError> {
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(io(path))?;
+    let file = rusty_contract::input::open(path).map_err(io(path))?;
     file.take(most + 1).read_to_end(&mut bytes).map_err(io(path))?;
     if bytes.len() as u64 > most {
         let length = format!("more than {most} bytes");

@@ -228,7 +228,7 @@ fn refused(error: rusty_geometry::WorldError) -> PyErr {
 fn read_text(path: &std::path::Path) -> PyResult<String> {
     use std::io::Read as _;
     let mut text = String::new();
-    let read = std::fs::File::open(path)
+    let read = rusty_contract::input::open(path)
         .and_then(|file| file.take(MAX_FILE_BYTES + 1).read_to_string(&mut text));
     let named =
         |e: std::io::Error| std::io::Error::new(e.kind(), format!("{}: {e}", path.display()));

@@ -2,13 +2,12 @@
 //! the report on that log.
 
 use std::collections::VecDeque;
-use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::belief::{BeliefReader, Found};
 use rusty_contract::digest::observable_of;
-use rusty_contract::{Frame, LogHeader};
+use rusty_contract::{Frame, LogHeader, input};
 
 use crate::ClientError;
 use crate::scoring::{BeliefKeeper, BeliefMoment};
@@ -38,7 +37,7 @@ impl Shown {
         scenario: &str,
         keeper: &mut BeliefKeeper,
     ) -> Result<Self, ClientError> {
-        let file = File::open(path).map_err(ClientError::io(path))?;
+        let file = input::open(path).map_err(ClientError::io(path))?;
         let mut reader = BeliefReader::new(BufReader::new(file)).map_err(failure(path))?;
         let name = reader.header().name.clone();
         let of = &reader.header().scenario;

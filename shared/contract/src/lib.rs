@@ -92,6 +92,7 @@ pub mod control;
 pub mod digest;
 pub mod exit;
 pub mod frame;
+pub mod input;
 pub mod join;
 pub mod layout;
 pub mod log;

@@ -80,7 +80,7 @@ impl Marker {
     /// its log says. `None`: it is not the folder of a run.
     #[must_use]
     pub fn of(folder: &Path) -> Option<Self> {
-        let json = fs::read(folder.join(MARKER)).ok();
+        let json = rusty_contract::input::read(&folder.join(MARKER)).ok();
         if let Some(marker) = json.and_then(|json| serde_json::from_slice(&json).ok()) {
             return Some(marker);
         }

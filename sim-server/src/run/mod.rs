@@ -276,7 +276,7 @@ impl<'a> Run<'a> {
         frame.seal(&self.key, truth);
         self.digest.absorb_frame(&frame, truth);
         let digest = frame.digest();
-        let now = self.link.publish(frame, present(&self.lockstep))?;
+        let now = self.link.publish(frame, joined(&self.lockstep))?;
         self.clock_ns = now;
         self.first_frame_ns.get_or_insert(now);
         self.lockstep.published(digest, now);
@@ -340,7 +340,7 @@ impl<'a> Run<'a> {
         frame.run_id = self.setup.run_id;
         frame.set_lost(self.lockstep.lost());
         let digest = frame.digest();
-        let now = self.link.publish(frame, present(&self.lockstep))?;
+        let now = self.link.publish(frame, joined(&self.lockstep))?;
         self.lockstep.published(digest, now);
         self.link.wake_all();
         self.ended = true;
@@ -366,9 +366,10 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The slots of the participants that have joined.
-fn present(lockstep: &Lockstep) -> impl Iterator<Item = usize> {
-    lockstep.seats().iter().enumerate().filter(|(_, s)| s.is_present()).map(|(slot, _)| slot)
+/// The slots of the participants that have joined, the lost included: each of
+/// them believes only a frame that is signed for it.
+fn joined(lockstep: &Lockstep) -> impl Iterator<Item = usize> {
+    lockstep.seats().iter().enumerate().filter(|(_, s)| s.pid != 0).map(|(slot, _)| slot)
 }
 
 /// What the kernel says of a participant, as the end of a sentence.

@@ -1,6 +1,5 @@
 //! Excerpts of a participant's output, for messages about its end.
 
-use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
@@ -17,7 +16,7 @@ const ERROR_MARKS: [&str; 5] =
 /// Returns the first line that reports an error and the last three lines, each
 /// indented on a line; `None` if nothing was printed.
 pub(super) fn excerpt(path: &Path) -> Option<String> {
-    let mut file = File::open(path).ok()?;
+    let mut file = rusty_contract::input::open(path).ok()?;
     let length = file.metadata().ok()?.len();
     file.seek(SeekFrom::Start(length.saturating_sub(SEARCHED))).ok()?;
     let mut text = Vec::new();

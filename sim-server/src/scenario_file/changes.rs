@@ -47,6 +47,10 @@ fn insert(table: &mut toml::Table, change: &str) -> Result<(), FieldError> {
     let mut parts = key.trim().split('.').peekable();
     while let Some(part) = parts.next() {
         if parts.peek().is_none() {
+            if part == "kind" && place.get(part).is_some_and(|kind| *kind != value) {
+                // The other fields are parameters of the kind that was there.
+                place.clear();
+            }
             place.insert(part.to_owned(), value);
             break;
         }
@@ -170,6 +174,8 @@ mod tests {
         }
         assert!(error(&["lidar.beems=181"]).contains("did you mean \"beams\"?"));
         assert!(error(&["script.kind=patroll"]).contains("did you mean \"patrol\"?"));
+        let other = load("apartment", &["script.kind=figure-eight".to_owned()]).unwrap();
+        assert!(matches!(other.scenario.script, ScriptConfig::FigureEight { .. }));
         let straight = ["script={kind=\"straight\"}", "script.v_m_s=0.25"].map(str::to_owned);
         let script = load("apartment", &straight).unwrap().scenario.script;
         assert_eq!(script, ScriptConfig::Straight { v_m_s: 0.25 });

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use rusty_contract::input;
 use rusty_contract::log::LogReader;
 use rusty_contract::score::Score;
 use rusty_contract::{FieldError, LogHeader, Role, RunConfig, Scenario, ScoreReport, ScriptConfig};
@@ -99,7 +100,7 @@ fn score(log: &Path, name: &str, command: &[String]) -> Result<Vec<Score>, Strin
         .arg(folder.path());
     let quiet = process.stdin(Stdio::null()).stdout(Stdio::null());
     let ended = quiet.output().map_err(|e| text(&e))?;
-    let json = std::fs::read(folder.path().join("score.json")).map_err(|_| {
+    let json = input::read(&folder.path().join("score.json")).map_err(|_| {
         let said = String::from_utf8_lossy(&ended.stderr);
         said.lines().last().unwrap_or("the scorer wrote nothing").to_owned()
     })?;

@@ -63,7 +63,8 @@ impl LogReader {
     /// [`LogError`] names file, place and remedy.
     pub fn open(path: &Path) -> Result<Self, LogError> {
         let name = path.display().to_string();
-        let file = File::open(path).map_err(|error| LogError::Io { path: name.clone(), error })?;
+        let file =
+            crate::input::open(path).map_err(|error| LogError::Io { path: name.clone(), error })?;
         Self::new(BufReader::with_capacity(1 << 16, file), &name)
     }
 }

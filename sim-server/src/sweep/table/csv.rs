@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use rusty_contract::input;
+
 use super::columns::{Column, Values};
 use super::read::Texts;
 
@@ -28,7 +30,7 @@ pub(super) fn bytes(columns: &[Column]) -> Result<Vec<u8>, String> {
 /// The library's words.
 pub(super) fn rows(path: &Path) -> Result<(Vec<String>, Texts), String> {
     let texts = |record: csv::StringRecord| record.iter().map(str::to_owned).collect();
-    let mut reader = csv::Reader::from_path(path).map_err(|e| e.to_string())?;
+    let mut reader = csv::Reader::from_reader(input::open(path).map_err(|e| e.to_string())?);
     let names = texts(reader.headers().map_err(|e| e.to_string())?.clone());
     let rows = reader.into_records().map(move |row| row.map(texts).map_err(|e| e.to_string()));
     Ok((names, Box::new(rows)))

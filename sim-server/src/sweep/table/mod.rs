@@ -7,11 +7,10 @@ mod read;
 
 pub use read::Rows;
 
-use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use rusty_contract::FieldError;
+use rusty_contract::{FieldError, input};
 
 use super::cell::Swept;
 use super::error::SweepError;
@@ -112,7 +111,7 @@ impl Table {
         }
         let found = match self.kind {
             Kind::Csv => {
-                let beside = fs::read(self.beside(".json")).map_err(|e| e.to_string());
+                let beside = input::read(&self.beside(".json")).map_err(|e| e.to_string());
                 beside.and_then(|text| Settings::read(&text))
             }
             Kind::Parquet => parquet::settings(&self.path),

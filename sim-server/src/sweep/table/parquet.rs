@@ -1,7 +1,6 @@
 //! The table as Parquet, with its settings in the file's metadata.
 
 use std::cell::Cell;
-use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::path::Path;
 use std::sync::{Arc, Once};
@@ -16,6 +15,7 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::record::Field;
 use parquet::record::reader::RowIter;
 use parquet::schema::types::Type;
+use rusty_contract::input;
 
 use super::columns::{Column, Values};
 use super::read::Texts;
@@ -135,7 +135,7 @@ pub(super) fn settings(path: &Path) -> Result<Settings, String> {
 }
 
 fn read_settings(path: &Path) -> Result<Settings, String> {
-    let file = File::open(path).map_err(|e| e.to_string())?;
+    let file = input::open(path).map_err(|e| e.to_string())?;
     let reader = SerializedFileReader::new(file).map_err(|e| e.to_string())?;
     let metadata = reader.metadata().file_metadata().key_value_metadata();
     let parts = metadata.into_iter().flatten().filter_map(|pair| {
@@ -164,7 +164,7 @@ pub(super) fn rows(path: &Path) -> Result<(Vec<String>, Texts), String> {
 
 fn read_rows(path: &Path) -> Result<(Vec<String>, Texts), String> {
     let words = |e: ParquetError| e.to_string();
-    let file = File::open(path).map_err(|e| e.to_string())?;
+    let file = input::open(path).map_err(|e| e.to_string())?;
     let reader = SerializedFileReader::new(file).map_err(words)?;
     let schema = reader.metadata().file_metadata().schema_descr();
     let names = schema.columns().iter().map(|c| c.name().to_owned()).collect();
@@ -187,6 +187,8 @@ fn text(field: &Field) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs::File;
+
     use super::*;
 
     #[test]

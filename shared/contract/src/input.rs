@@ -1,0 +1,68 @@
+//! Opening input files: regular files only.
+//!
+//! A named pipe makes its reader wait for a writer, for ever if none comes, and a
+//! device such as `/dev/zero` has no end.
+
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::path::Path;
+
+/// Opens a regular file for reading; does not wait for a pipe's writer.
+///
+/// # Errors
+/// What the operating system reports, or that this is a pipe or a device.
+pub fn open(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.read(true);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::OpenOptionsExt as _;
+        // A named pipe is opened at once, to be refused below. Regular files are
+        // read as without the flag.
+        options.custom_flags(rustix::fs::OFlags::NONBLOCK.bits().cast_signed());
+    }
+    let file = options.open(path)?;
+    let kind = file.metadata()?.file_type();
+    // Reading a folder is an error of the operating system, which names it.
+    if !kind.is_file() && !kind.is_dir() {
+        let problem = "expected a regular file, got a pipe or a device; save its contents in a \
+                       file and give that";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+    }
+    Ok(file)
+}
+
+/// Reads a whole regular file.
+///
+/// # Errors
+/// Those of [`open`], and of reading.
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    io::Read::read_to_end(&mut open(path)?, &mut bytes)?;
+    Ok(bytes)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_regular_files_are_read_and_a_pipe_does_not_wait() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("file"), "text").unwrap();
+        std::os::unix::fs::symlink(at("file"), at("link")).unwrap();
+        assert_eq!(read(&at("file")).unwrap(), b"text");
+        assert_eq!(read(&at("link")).unwrap(), b"text");
+
+        let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
+        rustix::fs::mkfifoat(rustix::fs::CWD, at("pipe"), mode).unwrap();
+        std::os::unix::fs::symlink(at("pipe"), at("to-pipe")).unwrap();
+        for refused in [at("pipe"), at("to-pipe"), "/dev/zero".into()] {
+            let kind = open(&refused).unwrap_err().kind();
+            assert_eq!(kind, io::ErrorKind::InvalidInput, "{}", refused.display());
+        }
+        assert_eq!(read(folder.path()).unwrap_err().kind(), io::ErrorKind::IsADirectory);
+        assert_eq!(open(&at("absent")).unwrap_err().kind(), io::ErrorKind::NotFound);
+    }
+}
