@@ -289,7 +289,12 @@ mod tests {
     #[test]
     fn a_file_without_end_is_refused() {
         let error = load("/dev/zero", &[]).unwrap_err().to_string();
-        assert!(error.contains("/dev/zero: longer than"), "{error}");
+        assert!(error.contains("/dev/zero: expected a regular file"), "{error}");
+        let long = tempfile::NamedTempFile::new().unwrap();
+        long.as_file().set_len(MAX_FILE_BYTES + 1).unwrap();
+        let path = long.path().to_str().unwrap();
+        let error = load(path, &[]).unwrap_err().to_string();
+        assert!(error.contains(&format!("{path}: longer than")), "{error}");
     }
 
     #[test]

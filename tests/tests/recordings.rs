@@ -70,7 +70,7 @@ fn check_flat(input: &Path, expected: &[&str]) {
     let run = fresh_run("recordings");
     let args = ["replay", path, "--run", run.as_str(), "--out", out.to_str().unwrap()];
     assert_eq!(lines(&sim_server(&args).expect(0).stdout), said);
-    let replayed = sim_server(&[&args[..], &["--json"]].concat()).expect(0).json();
+    let replayed = sim_server(&[&args[..], &["--json", "--force"]].concat()).expect(0).json();
     nothing_left(&run);
     assert_eq!(replayed["findings"], report["findings"]);
     let page = fs::read_to_string(text(&replayed, "report")).unwrap();
