@@ -302,7 +302,7 @@ impl ServerLink {
         let _ = self.wake_clients.notify();
     }
 
-    /// Takes the answers that are there, and returns how many. Anything may be in them; each is copied
+    /// Takes the answers that are there, and returns how many. Each is copied
     /// out of shared memory once, before anybody looks at it.
     ///
     /// Whoever sends without end is heard a few times in each turn, and nobody

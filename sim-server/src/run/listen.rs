@@ -48,22 +48,22 @@ impl Run<'_> {
     }
 
     fn take_answers(&mut self) -> Result<usize, LinkError> {
-        let (lockstep, mut forged, mut unsigned) = (&mut self.lockstep, None, 0);
+        let (lockstep, mut forged) = (&mut self.lockstep, None);
         let taken = self.link.take_answers(|ReceivedAnswer { answer, pid, is_signed }| {
             if is_signed {
                 lockstep.answer(&answer, monotonic_ns());
             } else {
                 forged = Some((answer.participant, pid));
-                unsigned += 1;
             }
         })?;
-        if let Some((slot, pid)) = forged.filter(|_| self.unsigned == 0) {
+        if let Some((slot, pid)) = forged
+            && !std::mem::replace(&mut self.forged, true)
+        {
             self.progress.say(&format!(
                 "process {pid} (as it says) answers for slot {slot} of the roster without that \
                  participant's key; such answers are dropped"
             ));
         }
-        self.unsigned += unsigned;
         Ok(taken)
     }
 

@@ -120,8 +120,8 @@ pub struct Run<'a> {
     turns: u32,
     /// This process has slept since.
     slept: bool,
-    /// Answers without the signature of the participant that they name.
-    unsigned: u64,
+    /// A forged answer was reported.
+    forged: bool,
     /// Numbers of the control requests so far: each is carried out once.
     control_numbers: BTreeSet<u64>,
     refused: u32,
@@ -178,7 +178,7 @@ impl<'a> Run<'a> {
             clock_ns: 0,
             turns: 0,
             slept: true,
-            unsigned: 0,
+            forged: false,
             control_numbers: BTreeSet::new(),
             refused: 0,
         }
