@@ -89,38 +89,6 @@ impl WallTree {
             .map_or(f64::INFINITY, |(_, distance_squared)| distance_squared)
     }
 
-    /// The wall other than `index` that is nearest to `point`, if any is within
-    /// about `reach_m`: its distance in metres and its index, at equal distance
-    /// the lowest. A wall closer than `touch_m` ends the search. Finite walls and
-    /// points within [`FAR_M`] only.
-    pub(crate) fn nearest_other(
-        &self,
-        walls: &[Wall],
-        index: usize,
-        point: &Point2<f64>,
-        touch_m: f64,
-        reach_m: f64,
-    ) -> Option<(f64, usize)> {
-        let nearest: Cell<Option<(f64, usize)>> = Cell::new(None);
-        let offer = |other: usize| {
-            let distance_m = (other != index).then(|| walls[other].distance(point))?;
-            if nearest.get().is_none_or(|best| (distance_m, other) < best) {
-                nearest.set(Some((distance_m, other)));
-            }
-            // No cost is below zero: the search ends.
-            Some(if distance_m < touch_m { 0.0 } else { distance_m * distance_m })
-        };
-        // Boxes are larger than their walls by a margin: walls at the same distance
-        // are all offered.
-        let reach_m = reach_m + MARGIN_M;
-        let _ = self.bvh.find_best(
-            reach_m * reach_m,
-            |node, _| box_distance_squared(node, point),
-            |leaf, _| offer(leaf as usize),
-        );
-        nearest.get()
-    }
-
     /// Whether `test` holds for a wall whose box comes within `reach_m` of
     /// `point` along both axes; calls it for every such wall until it does.
     pub(crate) fn any_near(

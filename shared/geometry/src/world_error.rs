@@ -123,4 +123,18 @@ pub enum WorldError {
         /// The first gap, in order of walls and ends.
         gap: Gap,
     },
+    /// The search for gaps takes too long.
+    #[error(
+        "world {name:?}: looking for gaps between its {count} walls takes more than {limit} \
+         comparisons; join walls that continue each other, leave out walls that run close along \
+         each other, or split the plan"
+    )]
+    GapsNotChecked {
+        /// The world's name.
+        name: String,
+        /// How many walls there are.
+        count: usize,
+        /// How many comparisons are made at most.
+        limit: u64,
+    },
 }

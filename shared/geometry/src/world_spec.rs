@@ -18,7 +18,7 @@
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
-use crate::gap::{Gap, find_gaps};
+use crate::gap::{Gap, MAX_STEPS, find_gaps};
 use crate::material::Material;
 use crate::wall::Wall;
 use crate::world_error::WorldError;
@@ -118,9 +118,11 @@ impl WorldSpec {
 
     /// Wall ends that touch no other wall but stop within 5 cm of one; see
     /// [`Gap`]. Meaningful for finite walls.
-    #[must_use]
-    pub fn gaps(&self) -> Vec<Gap> {
-        find_gaps(&self.to_walls()).collect()
+    ///
+    /// # Errors
+    /// [`WorldError::GapsNotChecked`] where the search takes too long.
+    pub fn gaps(&self) -> Result<Vec<Gap>, WorldError> {
+        Ok(self.find_gaps(&self.to_walls())?.collect())
     }
 
     /// Whether this is a world one can run in: a short name, ordered bounds,
@@ -133,10 +135,21 @@ impl WorldSpec {
         for (index, wall) in self.walls.iter().enumerate() {
             self.check_wall(index, wall)?;
         }
-        match find_gaps(&self.to_walls()).next() {
+        match self.find_gaps(&self.to_walls())?.next() {
             None => Ok(()),
             Some(gap) => Err(WorldError::Gap { name: self.name.clone(), gap }),
         }
+    }
+
+    fn find_gaps<'w>(
+        &self,
+        walls: &'w [Wall],
+    ) -> Result<impl Iterator<Item = Gap> + use<'w>, WorldError> {
+        find_gaps(walls, MAX_STEPS).ok_or_else(|| WorldError::GapsNotChecked {
+            name: self.name.clone(),
+            count: self.walls.len(),
+            limit: MAX_STEPS,
+        })
     }
 
     /// The name, the bounds and the number of walls.

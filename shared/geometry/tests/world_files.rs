@@ -102,7 +102,7 @@ fn a_slip_of_the_pen_is_a_gap() {
     let remedy = "snap it onto that wall, or move it farther than 0.05 m";
     for y in [4.97, 4.999_999, 4.999_999_99, 5.02] {
         let plan = stops_short(y);
-        let gaps = plan.gaps();
+        let gaps = plan.gaps().unwrap();
         assert_eq!(gaps.len(), 1, "{y}");
         assert_eq!((gaps[0].wall, gaps[0].end, gaps[0].other), (1, 'b', 0));
         assert!((gaps[0].distance_m - (5.0 - y).abs()).abs() < 1e-12);
@@ -110,7 +110,7 @@ fn a_slip_of_the_pen_is_a_gap() {
         assert!(matches!(error, WorldError::Gap { .. }));
     }
     for y in [5.0, 5.0 - 1e-10, 4.94, 5.06, 3.0] {
-        assert!(stops_short(y).gaps().is_empty(), "{y}");
+        assert!(stops_short(y).gaps().unwrap().is_empty(), "{y}");
         assert!(World::new(stops_short(y)).is_ok(), "{y}");
     }
 }
@@ -118,14 +118,14 @@ fn a_slip_of_the_pen_is_a_gap() {
 #[test]
 fn a_corner_that_almost_closes_is_two_gaps() {
     let corner = spec(&[([1.0, 1.0], [4.0, 1.0]), ([4.01, 1.01], [4.0, 4.0])]);
-    let ends: Vec<_> = corner.gaps().iter().map(|gap| (gap.wall, gap.end)).collect();
+    let ends: Vec<_> = corner.gaps().unwrap().iter().map(|gap| (gap.wall, gap.end)).collect();
     assert_eq!(ends, [(0, 'b'), (1, 'a')]);
 }
 
 #[test]
 fn the_places_have_no_gaps() {
     for world in [open(), hallway(), apartment()] {
-        assert_eq!(world.spec().gaps(), []);
+        assert_eq!(world.spec().gaps().unwrap(), []);
         assert_eq!(world.spec().check(), Ok(()));
     }
 }
