@@ -1,6 +1,7 @@
 //! What can go wrong for a participant.
 
 use rusty_contract::belief::BeliefFileError;
+use rusty_contract::output::visible;
 use rusty_contract::{
     AnswerError, BlindKeyError, CredentialsError, Exit, FieldError, KeyError, log::LogError,
 };
@@ -53,6 +54,12 @@ pub enum ClientError {
         /// What it said.
         error: std::io::Error,
     },
+    /// The answers on a log, which go to stdout, cannot be written.
+    #[error(
+        "writing the answers to stdout failed: {0}; give a file with --out, or a stdout that can \
+         be written"
+    )]
+    Stdout(std::io::Error),
     /// A file is there already.
     #[error("{path} is there already; give another path, or replace it with --force")]
     InTheWay {
@@ -101,7 +108,7 @@ pub enum ClientError {
 
 impl std::fmt::Debug for ClientError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self}")
+        f.write_str(&visible(&self.to_string()))
     }
 }
 
@@ -121,11 +128,4 @@ impl ClientError {
             _ => Exit::Failed,
         }
     }
-}
-
-/// Says something on stderr. One that cannot be written (its file is on a full
-/// disk) is no reason to panic.
-pub(crate) fn say(text: std::fmt::Arguments<'_>) {
-    use std::io::Write as _;
-    let _ = writeln!(std::io::stderr(), "{text}");
 }

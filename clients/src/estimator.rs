@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use rusty_contract::{BeliefKind, Exit, Reply, Start, WeightedPose};
+use rusty_contract::{BeliefKind, Exit, Reply, Start, WeightedPose, errln, output};
 
 use crate::showing::Showing;
 use crate::{ClientArgs, ClientError, Session, Tick};
@@ -115,13 +115,18 @@ pub fn run_from<F: Filter>(
     args: &ClientArgs,
     begin: impl FnOnce(&Start) -> Result<F, ClientError>,
 ) -> Exit {
-    match drive(args, begin) {
-        Ok(exit) => exit,
-        Err(e) => {
-            crate::error::say(format_args!("{}: {e}", args.name()));
-            e.exit()
-        }
-    }
+    conclude(args, drive(args, begin))
+}
+
+/// Prints why a participant failed, and returns its exit code: that of a failure
+/// also where its results could not be written.
+pub(crate) fn conclude(args: &ClientArgs, done: Result<Exit, ClientError>) -> Exit {
+    let name = args.name();
+    let exit = done.unwrap_or_else(|e| {
+        errln!("{name}: {e}");
+        e.exit()
+    });
+    output::finish(&name, exit)
 }
 
 fn drive<F: Filter>(

@@ -11,6 +11,7 @@ use rusty_contract::digest::ObservableDigest;
 use rusty_contract::log::{Ending, LogError, LogReader, Read};
 use rusty_contract::{
     BlindKey, BlindKeyError, Brief, Frame, LogHeader, Participant, Reply, Role, Start, TruthKey,
+    errln,
 };
 
 use crate::ClientError;
@@ -40,9 +41,53 @@ enum Unfit {
 }
 
 /// Where an estimator's answers go.
-enum Answers {
-    NotYet(Option<PathBuf>),
-    Csv(Box<dyn Write>),
+struct Answers {
+    /// The file; `None` for stdout.
+    path: Option<PathBuf>,
+    /// Opened with the first answer.
+    out: Option<Box<dyn Write>>,
+}
+
+impl Answers {
+    /// Writes one line, after the header if it is the first.
+    fn line(&mut self, line: &str) -> Result<(), ClientError> {
+        if self.out.is_none() {
+            let mut out = self.open()?;
+            let written = writeln!(out, "tick,time_s,x_m,y_m,theta_rad,v_m_s,omega_rad_s");
+            self.out = Some(out);
+            self.check(written)?;
+        }
+        let written = self.out.as_mut().map_or(Ok(()), |out| writeln!(out, "{line}"));
+        self.check(written)
+    }
+
+    fn flush(&mut self) -> Result<(), ClientError> {
+        let written = self.out.as_mut().map_or(Ok(()), |out| out.flush());
+        self.check(written)
+    }
+
+    fn open(&self) -> Result<Box<dyn Write>, ClientError> {
+        Ok(match &self.path {
+            Some(path) => {
+                let file = std::fs::File::create(path).map_err(ClientError::io(path))?;
+                Box::new(BufWriter::new(file))
+            }
+            None => Box::new(BufWriter::new(std::io::stdout())),
+        })
+    }
+
+    fn check(&mut self, written: std::io::Result<()>) -> Result<(), ClientError> {
+        let Err(error) = written else { return Ok(()) };
+        // A reader that has seen enough (`… | head`) is no failure.
+        if error.kind() == std::io::ErrorKind::BrokenPipe {
+            self.out = Some(Box::new(std::io::sink()));
+            return Ok(());
+        }
+        Err(match &self.path {
+            Some(path) => ClientError::io(path)(error),
+            None => ClientError::Stdout(error),
+        })
+    }
 }
 
 impl LogSession {
@@ -62,7 +107,7 @@ impl LogSession {
             frame: Rc::from(Frame::boxed()),
             replies: Vec::new(),
             place,
-            answers: Answers::NotYet(out.map(Path::to_owned)),
+            answers: Answers { path: out.map(Path::to_owned), out: None },
             equal: 0,
             compared: 0,
             cut: None,
@@ -91,7 +136,7 @@ impl LogSession {
         let all = key.ticks.len() as u64;
         if ticks < all {
             let text = format!("the log has {ticks} of the {all} ticks of its key");
-            crate::error::say(format_args!("{text}"));
+            errln!("{text}");
             self.cut = Some(text);
         }
         let (roster, on_loss) = (header.roster.clone(), header.on_loss);
@@ -140,9 +185,7 @@ impl LogSession {
             Read::Tick(entry) => {
                 if !entry.intact {
                     let tick = entry.record.tick;
-                    crate::error::say(format_args!(
-                        "tick {tick}: the record's checksum fails; its values are suspect"
-                    ));
+                    errln!("tick {tick}: the record's checksum fails; its values are suspect");
                 }
                 // A frame that somebody still holds is left to them.
                 if Rc::get_mut(&mut self.frame).is_none() {
@@ -165,7 +208,7 @@ impl LogSession {
             Read::End(Ending::Complete(_)) => self.end(),
             Read::End(Ending::Cut { ticks, at_byte, problem }) => {
                 let text = format!("the log ends after {ticks} ticks (byte {at_byte}): {problem}");
-                crate::error::say(format_args!("{text}"));
+                errln!("{text}");
                 self.cut = Some(text);
                 self.end()
             }
@@ -173,14 +216,10 @@ impl LogSession {
     }
 
     fn end(&mut self) -> Result<Option<Rc<Frame>>, ClientError> {
-        if let Answers::Csv(out) = &mut self.answers {
-            out.flush().map_err(ClientError::io(Path::new("answers")))?;
-        }
+        self.answers.flush()?;
         if self.compared > 0 {
             let (equal, compared) = (self.equal, self.compared);
-            crate::error::say(format_args!(
-                "{equal} of {compared} answers equal the recorded ones, bit for bit"
-            ));
+            errln!("{equal} of {compared} answers equal the recorded ones, bit for bit");
         }
         Ok(None)
     }
@@ -192,18 +231,6 @@ impl LogSession {
         }
         if reply == Reply::Taken {
             return Ok(());
-        }
-        let io = |error| ClientError::Io { path: "answers".to_owned(), error };
-        if let Answers::NotYet(path) = &self.answers {
-            let mut out: Box<dyn Write> = match path {
-                Some(path) => {
-                    let file = std::fs::File::create(path).map_err(ClientError::io(path))?;
-                    Box::new(BufWriter::new(file))
-                }
-                None => Box::new(BufWriter::new(std::io::stdout())),
-            };
-            writeln!(out, "tick,time_s,x_m,y_m,theta_rad,v_m_s,omega_rad_s").map_err(io)?;
-            self.answers = Answers::Csv(out);
         }
         let pose = reply.estimate().map(|e| e.pose_in_world);
         let command = reply.command();
@@ -218,15 +245,7 @@ impl LogSession {
             number(command.map(|c| c.v_m_s)),
             number(command.map(|c| c.omega_rad_s)),
         );
-        let Answers::Csv(out) = &mut self.answers else { return Ok(()) };
-        match writeln!(out, "{line}") {
-            // A reader that has seen enough (`… | head`) is no failure.
-            Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {
-                self.answers = Answers::Csv(Box::new(std::io::sink()));
-                Ok(())
-            }
-            other => other.map_err(io),
-        }
+        self.answers.line(&line)
     }
 }
 

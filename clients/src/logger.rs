@@ -15,11 +15,9 @@ pub mod measure;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use rusty_contract::log::{LogError, LogHeader, LogWriter, TickRef, Trailer};
-use rusty_contract::{Brief, Exit, Phase, RunDigest, Start};
-use signal_hook::consts::SIGXFSZ;
+use rusty_contract::{Brief, Exit, Phase, RunDigest, Start, errln, output};
 
 use crate::witness::{Ending, Step, Witness};
 use crate::write_behind::WriteBehind;
@@ -39,10 +37,13 @@ pub struct Logger {
 
 /// Creates a log.
 fn create(path: &Path, header: &LogHeader) -> Result<LogWriter<WriteBehind>, ClientError> {
-    File::create(path).map_err(ClientError::io(path))?;
+    output::create(path).map_err(ClientError::io(path))?;
     // Always at its end: if somebody cuts it, what follows makes no hole.
     let file = File::options().append(true).open(path).map_err(ClientError::io(path))?;
-    behind(file, path, header)
+    let mut writer = behind(file, path, header)?;
+    // A logger that is killed now leaves a log that reads: one without ticks.
+    writer.flush().map_err(|e| failure(path, 0, e))?;
+    Ok(writer)
 }
 
 /// A log that is written behind.
@@ -87,9 +88,6 @@ impl Witness for Logger {
         }
         let again = start.catch_up.as_ref().map(|c| (path.with_extension("log.again"), c.ticks));
         let file = again.as_ref().map_or(&path, |(file, _)| file);
-        // A file that may grow no further (`ulimit -f`) is an error like others,
-        // and no end without a word.
-        let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
         let writer = create(file, &brief.header)?;
         let (dt_s, digest) = (brief.header.config.dt_s, RunDigest::default());
         Ok(Self { path, again, writer, dt_s, ticks: 0, digest })
@@ -113,14 +111,14 @@ impl Witness for Logger {
             if let Some((file, of)) = &self.again {
                 let _ = fs::remove_file(file);
                 let (path, ticks) = (self.path.display(), self.ticks);
-                crate::error::say(format_args!(
+                errln!(
                     "the run ended after {ticks} of {of} ticks had been given again; {path} is as \
                      the logger before left it"
-                ));
+                );
                 return Ok(Exit::Lost);
             }
             let (path, ticks) = (self.path.display(), self.ticks);
-            crate::error::say(format_args!("{path} holds {ticks} complete ticks and no trailer"));
+            errln!("{path} holds {ticks} complete ticks and no trailer");
             return Ok(Exit::Lost);
         }
         self.check_length()?;
@@ -174,5 +172,21 @@ pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     match (fs::canonicalize(a), fs::canonicalize(b)) {
         (Ok(a), Ok(b)) => a == b,
         _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rusty_contract::log::{Ending as LogEnding, LogReader, Read};
+
+    #[test]
+    fn a_log_can_be_read_as_soon_as_it_was_created() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.log");
+        let writer = create(&path, &measure::header(10)).unwrap();
+        let read = LogReader::open(&path).unwrap().read().unwrap();
+        assert!(matches!(read, Read::End(LogEnding::Cut { ticks: 0, .. })), "{read:?}");
+        drop(writer);
     }
 }

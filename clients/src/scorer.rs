@@ -7,16 +7,16 @@
 
 mod shown;
 
-use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::belief::tidy;
 use rusty_contract::digest::observable_of;
 use rusty_contract::log::{LogHeader, Source};
 use rusty_contract::score::ScoreTable;
-use rusty_contract::{BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport};
-use rusty_contract::{Start, WeightedPose};
+use rusty_contract::{
+    BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport, errln, outln,
+};
+use rusty_contract::{Start, WeightedPose, output};
 use rusty_plot::{PlotError, png};
 
 use crate::logger::output_folder;
@@ -140,12 +140,12 @@ impl Witness for Scorer {
             let path = folder.join("score.json");
             let json = serde_json::to_vec_pretty(&report)
                 .map_err(|e| ClientError::Unusable(format!("the scores cannot be written: {e}")))?;
-            fs::write(&path, json).map_err(ClientError::io(&path))?;
+            output::write(&path, &json).map_err(ClientError::io(&path))?;
         }
-        let _ = match &report.unscored {
-            Some(why) => writeln!(std::io::stdout(), "unscored: {why}"),
-            None => writeln!(std::io::stdout(), "{}", ScoreTable(&report.scores)),
-        };
+        match &report.unscored {
+            Some(why) => outln!("unscored: {why}"),
+            None => outln!("{}", ScoreTable(&report.scores)),
+        }
         drawn?;
         Ok(match ending {
             Ending::Broken | Ending::LogCut => Exit::Lost,
@@ -220,7 +220,7 @@ impl Scorer {
         self.shown.retain_mut(|shown| match fits(shown) {
             Err(e) if shown.is_found => {
                 beliefs.forget(&shown.name);
-                crate::error::say(format_args!("{e}; it is left out"));
+                errln!("{e}; it is left out");
                 false
             }
             Err(e) => {
@@ -267,7 +267,7 @@ fn draw(
 ) -> Result<(), ClientError> {
     let write = |file: &str, bytes: &[u8]| {
         let path = folder.join(file);
-        fs::write(&path, bytes).map_err(ClientError::io(&path))?;
+        output::write(&path, bytes).map_err(ClientError::io(&path))?;
         Ok(path.display().to_string())
     };
     let page = html(header, trace, report).map_err(not_drawn);

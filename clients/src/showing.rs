@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use rusty_contract::belief::{BeliefFileError, BeliefFileHeader, BeliefWriter, tidy};
 use rusty_contract::digest::observable_of;
-use rusty_contract::{BeliefHeader, Start, WeightedPose};
+use rusty_contract::{BeliefHeader, Start, WeightedPose, errln, output};
 
 use crate::logger::same_file;
 use crate::scoring::beliefs::MOST_MOMENTS;
@@ -111,9 +111,9 @@ impl Showing {
                 return Err(ClientError::Panicked { tick });
             }
             // The run does not depend on it: it goes on, unseen.
-            crate::error::say(format_args!(
+            errln!(
                 "tick {tick}: the filter panicked while it showed its belief; it is not asked again"
-            ));
+            );
             self.to = To::Nobody;
             return Ok(());
         };
@@ -182,7 +182,7 @@ pub(crate) fn belief_file(
         name: name.to_owned(),
         scenario: scenario.to_owned(),
     };
-    let out = BufWriter::new(File::create(path).map_err(ClientError::io(path))?);
+    let out = BufWriter::new(output::create(path).map_err(ClientError::io(path))?);
     BeliefWriter::new(out, &header).map_err(failure(path))
 }
 

@@ -6,11 +6,12 @@
 
 use rustix::process::{DumpableBehavior, set_dumpable_behavior};
 use rusty_contract::tally::TallyEntry;
-use rusty_contract::{BeliefHeader, Brief, Exit, Frame, Phase, Reply, RunDigest, Start};
+use rusty_contract::{BeliefHeader, Brief, Exit, Frame, Phase, Reply, RunDigest, Start, errln};
 use rusty_contract::{Tally, TruthKey, WeightedPose};
 use rusty_geometry::SE2;
 use rusty_link::{BorrowedTally, LinkError};
 
+use crate::estimator::conclude;
 use crate::held_frame::FrameHandle;
 use crate::{ClientArgs, ClientError, Session};
 
@@ -93,13 +94,7 @@ pub fn run_witness_from<W: Witness>(
     // It will hold the key and the truth: no core dumps, and no other process
     // of this user reads its memory. Where that cannot be had, it goes on.
     let _ = set_dumpable_behavior(DumpableBehavior::NotDumpable);
-    match drive(args, begin) {
-        Ok(exit) => exit,
-        Err(e) => {
-            crate::error::say(format_args!("{}: {e}", args.name()));
-            e.exit()
-        }
-    }
+    conclude(args, drive(args, begin))
 }
 
 fn drive<W: Witness>(
@@ -155,7 +150,7 @@ fn watch<W: Witness>(
         }
     };
     if let Some(e) = &broken {
-        crate::error::say(format_args!("{}: {e}", args.name()));
+        errln!("{}: {e}", args.name());
         // The last tick counts if it was completed before the end.
         let _ = waiting.map(|frame| complete(session, &mut witness, &mut state, &frame));
     }

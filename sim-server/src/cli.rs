@@ -29,10 +29,9 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use rusty_contract::{Exit, RunName, Sandbox};
+use rusty_contract::{Exit, RunName, Sandbox, errln, output};
 use rusty_link::WaitPolicy;
 
-use crate::output::{errln, finish};
 use crate::run::Pace;
 use crate::verbs;
 
@@ -396,10 +395,13 @@ pub fn main() -> Exit {
         Verb::BenchPeer(args) => verbs::bench_peer(&args),
         Verb::Confined(args) => verbs::confined(&args),
     };
-    finish(done.unwrap_or_else(|e| {
-        errln!("sim-server: {e}");
-        e.exit()
-    }))
+    output::finish(
+        "sim-server",
+        done.unwrap_or_else(|e| {
+            errln!("sim-server: {e}");
+            e.exit()
+        }),
+    )
 }
 
 #[cfg(test)]

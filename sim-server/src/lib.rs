@@ -36,7 +36,6 @@ pub mod export;
 pub mod folder;
 pub mod import;
 pub mod lockstep;
-mod output;
 pub mod report;
 pub mod run;
 pub mod scenario_file;

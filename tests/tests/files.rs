@@ -33,9 +33,9 @@ fn a_damaged_table_is_refused_without_a_panic() {
     assert!(refused > 0, "no change made the reader panic: the test changes other bytes");
 }
 
-/// Runs `sim-server` with this stdout: exit code and stderr.
-fn sim_server_to(stdout: impl Into<Stdio>, args: &[&str]) -> (Option<i32>, String) {
-    let mut command = Command::new(binary("sim-server"));
+/// Runs a program with this stdout: exit code and stderr.
+fn run_to(stdout: impl Into<Stdio>, program: &str, args: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new(binary(program));
     let ended = command.args(args).stdin(Stdio::null()).stdout(stdout).output().unwrap();
     (ended.status.code(), String::from_utf8_lossy(&ended.stderr).into_owned())
 }
@@ -44,26 +44,34 @@ fn sim_server_to(stdout: impl Into<Stdio>, args: &[&str]) -> (Option<i32>, Strin
 fn results_that_cannot_be_written_are_an_error() {
     let place = folder();
     let log = place.path().join("run.log");
-    launch("written", place.path(), &["patrol", "--ticks", "20"]);
+    launch("written", place.path(), &["--ticks", "20"]);
     let log = log.to_str().unwrap();
-    let verbs: [&[&str]; 6] = [
-        &["info", "--json", log],
-        &["info", log],
-        &["verify", "--json", log],
-        &["diff", "--json", log, log],
-        &["worlds", "--json"],
-        &["runs", "--json"],
+    let empty = place.path().to_str().unwrap();
+    let commands: [(&str, &[&str]); 12] = [
+        ("sim-server", &["info", "--json", log]),
+        ("sim-server", &["info", log]),
+        ("sim-server", &["verify", "--json", log]),
+        ("sim-server", &["diff", "--json", log, log]),
+        ("sim-server", &["worlds", "--json"]),
+        ("sim-server", &["runs", "--json"]),
+        ("score", &["--log", log]),
+        ("logger", &["measure", "--json", "--ticks", "10", "--rounds", "1", empty]),
+        ("fit-motion", &["--json", "--log", log]),
+        ("fit-beam", &["--json", "--log", log]),
+        ("dead-reckoning", &["--log", log]),
+        ("ekf", &["--log", log]),
     ];
-    for verb in verbs {
+    for (program, args) in commands {
         let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-        let (code, stderr) = sim_server_to(full, verb);
-        assert_eq!(code, Some(1), "{verb:?}: {stderr}");
-        assert!(stderr.contains("stdout"), "{verb:?}: {stderr}");
+        let (code, stderr) = run_to(full, program, args);
+        assert_eq!(code, Some(1), "{program} {args:?}: {stderr}");
+        assert!(stderr.contains("stdout"), "{program} {args:?}: {stderr}");
+        // A reader that has gone is no failure.
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let (code, stderr) = run_to(writer, program, args);
+        assert_eq!(code, Some(0), "{program} {args:?}: {stderr}");
     }
-    // A reader that has gone is no failure.
-    let (reader, writer) = std::io::pipe().unwrap();
-    drop(reader);
-    assert_eq!(sim_server_to(writer, &["info", "--json", log]), (Some(0), String::new()));
 }
 
 #[test]
@@ -88,7 +96,10 @@ fn control_characters_of_a_log_do_not_reach_the_terminal() {
     let (failed, _) = launched("exit 1", 1);
     let (done, log) = launched("exec \\\"$0\\\" \\\"$@\\\"", 0);
     let info = sim_server(&["info", log.to_str().unwrap()]).expect(0);
-    for shown in [&failed, &done, &info].map(|e| format!("{}{}", e.stdout, e.stderr)) {
+    let damaged = place.path().join("\u{1b}[2J.log");
+    fs::write(&damaged, "no log").unwrap();
+    let client = Process::start("score", &["--log", damaged.to_str().unwrap()]).wait().expect(1);
+    for shown in [&failed, &done, &info, &client].map(|e| format!("{}{}", e.stdout, e.stderr)) {
         let hidden = |c: char| c != '\n' && (c.is_control() || c == '\u{202e}');
         assert!(!shown.contains(hidden), "{shown:?}");
     }
@@ -156,4 +167,25 @@ fn a_pipe_in_the_place_of_the_scores_does_not_hold_the_server() {
     let ended = sim_server(&[&args[..], &["--out", out]].concat());
     assert!(fs::metadata(&scores).is_ok_and(|m| !m.is_file()), "{ended:#?}");
     assert_eq!(ended.json()["scores_file"], serde_json::Value::Null, "{ended:#?}");
+}
+
+#[test]
+fn pipes_in_the_place_of_outputs_are_refused() {
+    let place = folder();
+    launch("outputs", place.path(), &["--ticks", "20"]);
+    let log = place.path().join("run.log");
+    let names = ["score.json", "report.html", "report.svg", "report.png"];
+    let cases = names.map(|name| ("score", name)).into_iter().chain([("logger", "run.log")]);
+    for (program, name) in cases {
+        let out = folder();
+        pipe_at(&out.path().join(name));
+        let args = ["--log", log.to_str().unwrap(), "--out", out.path().to_str().unwrap()];
+        let ended = Process::start(program, &args).wait().expect(1);
+        assert!(ended.stderr.contains(name), "{program}: {ended:#?}");
+        // The other files are written all the same.
+        let others = names.iter().filter(|other| **other != name && program == "score");
+        let written =
+            |other: &&str| fs::metadata(out.path().join(other)).is_ok_and(|m| m.len() > 0);
+        assert!(others.into_iter().all(written), "{program}, {name}: {ended:#?}");
+    }
 }

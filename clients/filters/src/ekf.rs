@@ -28,12 +28,10 @@
 //! * Matches are found before the first update, updates are one after the other,
 //!   each linearised where the last one led.
 
-use std::io::Write as _;
-
 use clap::Args;
 use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Innovation, Reply, Start};
+use rusty_contract::{Innovation, Reply, Start, errln};
 use rusty_geometry::{EncoderTicks, SE2};
 
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
@@ -141,9 +139,7 @@ impl Ekf {
         let map = start.map.as_ref().map(LineMap::new).unwrap_or_default();
         if map.lines.is_empty() {
             let name = &start.name;
-            // Nothing depends on whether anybody reads it.
-            let _ = writeln!(
-                std::io::stderr(),
+            errln!(
                 "{name}: there is no map with walls, so this is odometry with a growing covariance"
             );
         }

@@ -20,13 +20,12 @@
 //!   as it can get, or that it could not get to, is left out from then on, as Yamauchi
 //!   leaves out what was not reached. Where none is left, the map is done.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 use nalgebra::Point2;
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Reply, Start};
+use rusty_contract::{Reply, Start, errln};
 use rusty_geometry::{EncoderTicks, SE2, Twist};
 
 use crate::frontiers::{Frontier, frontiers};
@@ -332,9 +331,7 @@ impl<L: Localiser> Filter for Explore<L> {
         };
         let time_s = ticks as f64 * self.dt_s;
         let left = self.left;
-        // Nothing depends on whether anybody reads it.
-        let _ = writeln!(
-            std::io::stderr(),
+        errln!(
             "{name}: {when} {ticks} ticks ({time_s:.1} s), {area_m2:.1} m² free, {left} edges that \
              cannot be reached{}",
             self.pilot.remark()

@@ -6,13 +6,12 @@
 //! says: [`Localiser`]. It never sees the truth, and answers each tick with its
 //! estimate and the command for the next.
 
-use std::io::Write as _;
 use std::str::FromStr;
 
 use clap::Args;
 use nalgebra::Point2;
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Reply, Start};
+use rusty_contract::{Reply, Start, errln};
 use rusty_geometry::{EncoderTicks, SE2, Twist, World};
 use thiserror::Error;
 
@@ -338,9 +337,7 @@ impl<L: Localiser> Filter for Goto<L> {
             None => ("not done in", self.ticks),
         };
         let time_s = ticks as f64 * self.dt_s;
-        // Nothing depends on whether anybody reads it.
-        let _ = writeln!(
-            std::io::stderr(),
+        errln!(
             "{name}: {reached} of {all} waypoints, {when} {ticks} ticks ({time_s:.1} s){}",
             self.pilot.remark()
         );

@@ -8,13 +8,12 @@
 //! log the truth is a corrected trajectory, and its map is what others localise
 //! in.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rusty_clients::witness::{Ending, Step};
 use rusty_clients::{ClientArgs, ClientError, Filter, Tick, Witness};
-use rusty_contract::{Brief, Exit, Reply, Start};
+use rusty_contract::{Brief, Exit, Reply, Start, errln, output};
 use rusty_geometry::SE2;
 
 use crate::map_picture::picture;
@@ -173,7 +172,7 @@ impl Mapper {
         let png = picture(&self.grid, &title, &self.path)
             .map_err(|e| ClientError::Picture(e.to_string()))?;
         let file = beside(stem, ".png");
-        std::fs::write(&file, png).map_err(ClientError::io(&file))?;
+        output::write(&file, &png).map_err(ClientError::io(&file))?;
         let frame = map.frame;
         let metres = |cells: usize| cells as f64 * frame.cell_m;
         let share = |wanted| {
@@ -193,11 +192,6 @@ impl Mapper {
             stem = stem.display(),
         )))
     }
-}
-
-/// Says what became of it, beside answers that may go to stdout.
-fn say(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// Maps with the poses of its own wheels, and answers them.
@@ -244,7 +238,7 @@ impl Filter for GridMap {
         if let Some(problem) = self.problem {
             return Err(problem);
         }
-        say(&written?);
+        errln!("{}", written?);
         Ok(())
     }
 }
@@ -304,7 +298,7 @@ impl Witness for GridMapOf {
     }
 
     fn finish(self, ending: Ending) -> Result<Exit, ClientError> {
-        say(&self.mapper.finish()?);
+        errln!("{}", self.mapper.finish()?);
         Ok(match ending {
             Ending::Broken | Ending::LogCut => Exit::Lost,
             Ending::Told(_) | Ending::LogEnd => Exit::Done,

@@ -26,8 +26,8 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Point2;
 use rusty_clients::ClientError;
-use rusty_contract::FieldError;
 use rusty_contract::config::check_within;
+use rusty_contract::{FieldError, output};
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
@@ -255,7 +255,7 @@ impl OccupancyMap {
         let rows = self.cells.chunks_exact(width).rev();
         let grey: Vec<u8> = rows.flatten().map(|cell| GREY[*cell as usize]).collect();
         let comment = format!("{cell_m} m a pixel");
-        fs::write(&image, pgm::write(width, height, &comment, &grey)).map_err(io(&image))?;
+        output::write(&image, &pgm::write(width, height, &comment, &grey)).map_err(io(&image))?;
         // A string of JSON is one of YAML.
         let name = serde_json::Value::from(name);
         let (x, y, cell) = (decimal(origin_m.x), decimal(origin_m.y), decimal(cell_m));
@@ -263,7 +263,7 @@ impl OccupancyMap {
             "image: {name}\nresolution: {cell}\norigin: [{x}, {y}, 0.0]\nnegate: 0\n\
              occupied_thresh: {OCCUPIED_ABOVE}\nfree_thresh: {FREE_BELOW}\nmode: trinary\n"
         );
-        fs::write(&yaml, page).map_err(io(&yaml))
+        output::write(&yaml, page.as_bytes()).map_err(io(&yaml))
     }
 }
 

@@ -29,13 +29,12 @@
 //! ends 1.5 m and 0.48 rad from where the graph has it ([`match_widely`]): a robot
 //! farther off than that closes no loop there.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use nalgebra::{Matrix3, Point2, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Estimate, Reply, Start};
+use rusty_contract::{Estimate, Reply, Start, errln};
 use rusty_geometry::{EncoderTicks, SE2, trig};
 
 use crate::Motion;
@@ -346,7 +345,7 @@ impl Filter for Slam {
         let stem = self.options.save_map.as_ref().filter(|_| self.began_s.is_some());
         let Some(stem) = stem else { return Ok(()) };
         let said = self.write_map(stem)?;
-        let _ = writeln!(std::io::stderr(), "{} loops; {said}", self.loops());
+        errln!("{} loops; {said}", self.loops());
         Ok(())
     }
 }

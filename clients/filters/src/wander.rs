@@ -8,11 +8,9 @@
 //! with a chance in proportion to the square of how far it is free, so that a
 //! door is found from the middle of a room.
 
-use std::io::Write as _;
-
 use clap::Args;
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Reply, Start};
+use rusty_contract::{Reply, Start, errln};
 use rusty_geometry::{EncoderTicks, Twist, wrap_angle};
 
 use crate::localiser::{Localiser, Reckoning};
@@ -131,8 +129,7 @@ impl Filter for Wander {
     /// Says why, if it stood all the time.
     fn finish(self) -> Result<(), ClientError> {
         if !self.around.remark().is_empty() {
-            // Nothing depends on whether anybody reads it.
-            let _ = writeln!(std::io::stderr(), "{}: stood{}", self.name, self.around.remark());
+            errln!("{}: stood{}", self.name, self.around.remark());
         }
         Ok(())
     }

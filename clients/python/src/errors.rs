@@ -4,6 +4,7 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rusty_clients::ClientError;
+use rusty_contract::output::visible;
 use rusty_link::LinkError;
 
 create_exception!(rusty, RustyError, PyException, "What can go wrong with a run or a log.");
@@ -19,7 +20,8 @@ create_exception!(
 /// The exception for an error of the SDK. `OSError` and `ValueError` are
 /// Python's own.
 pub fn exception(error: ClientError) -> PyErr {
-    let text = error.to_string();
+    // An interpreter prints it as it is.
+    let text = visible(&error.to_string()).into_owned();
     match error {
         ClientError::Link(LinkError::Refused(_)) => Refused::new_err(text),
         ClientError::Link(LinkError::ServerGone { .. }) => ServerGone::new_err(text),

@@ -1,14 +1,12 @@
 //! `belief`: looks on while filters think.
 
-use std::io::{self, Write};
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Parser;
 use rusty_contract::belief::{Summary, tidy};
-use rusty_contract::{BeliefHeader, BeliefKind, Exit, RunName};
+use rusty_contract::{BeliefHeader, BeliefKind, Exit, RunName, errln, outln, output};
 use rusty_link::Onlooker;
 use serde::Serialize;
 
@@ -57,16 +55,16 @@ struct Line<'a> {
     heading_agreement: f64,
 }
 
-fn main() -> ExitCode {
+fn main() -> Exit {
     let cli = Cli::parse();
     let exit = match look_on(&cli) {
         Ok(()) => Exit::Done,
         Err(e) => {
-            let _ = writeln!(io::stderr(), "belief: {e}");
+            errln!("belief: {e}");
             Exit::Failed
         }
     };
-    ExitCode::from(exit as u8)
+    output::finish("belief", exit)
 }
 
 fn look_on(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
@@ -75,14 +73,14 @@ fn look_on(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
     let onlooker = Onlooker::open(&cli.run)?;
-    let mut out = io::stdout();
     if !cli.json {
         let columns = "    tick    time s  name                      kind         poses  effective  \
                        mean x m  mean y m   mean °  spread m";
-        told(writeln!(out, "{columns}"))?;
+        outln!("{columns}");
     }
     let (mut poses, mut lines) = (Vec::new(), 0);
-    while !stop.load(Ordering::Relaxed) && cli.lines.is_none_or(|most| lines < most) {
+    let is_wanted = |lines| output::is_open() && cli.lines.is_none_or(|most| lines < most);
+    while !stop.load(Ordering::Relaxed) && is_wanted(lines) {
         // Asked before the look, so that the last words of a run are seen.
         let over = onlooker.is_over();
         let Some(header) = onlooker.wait(Duration::from_millis(50), &mut poses) else {
@@ -96,31 +94,28 @@ fn look_on(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
         if cli.name.as_deref().is_some_and(|wanted| wanted != name) {
             continue;
         }
-        if !told(print(&mut out, &header, name, &summary, cli.json))? {
-            break;
-        }
+        print(&header, name, &summary, cli.json)?;
         lines += 1;
     }
     Ok(())
 }
 
 fn print(
-    out: &mut impl Write,
     header: &BeliefHeader,
     name: &str,
     summary: &Summary,
     json: bool,
-) -> io::Result<()> {
+) -> serde_json::Result<()> {
     let kind = BeliefKind::of_number(header.kind).map_or("?".to_owned(), |kind| kind.to_string());
     let &BeliefHeader { tick, time_s, count, whole, .. } = header;
     let Summary { effective, mean_m: [x_m, y_m], mean_rad, spread_m, agreement } = *summary;
     if !json {
         let degrees = mean_rad.to_degrees();
-        return writeln!(
-            out,
+        outln!(
             "{tick:8}  {time_s:8.2}  {name:24}  {kind:10}  {whole:6}  {effective:9.1}  {x_m:8.3}  \
              {y_m:8.3}  {degrees:7.2}  {spread_m:8.3}"
         );
+        return Ok(());
     }
     let line = Line {
         tick,
@@ -136,14 +131,6 @@ fn print(
         spread_m,
         heading_agreement: agreement,
     };
-    writeln!(out, "{}", serde_json::to_string(&line).map_err(io::Error::from)?)
-}
-
-/// Whether somebody still reads: `belief … | head` is no failure.
-fn told(written: io::Result<()>) -> io::Result<bool> {
-    match written.and_then(|()| io::stdout().flush()) {
-        Ok(()) => Ok(true),
-        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(false),
-        Err(e) => Err(e),
-    }
+    outln!("{}", serde_json::to_string(&line)?);
+    Ok(())
 }

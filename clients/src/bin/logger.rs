@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use rusty_clients::logger::measure::Measure;
 use rusty_clients::{ClientArgs, logger::Logger, run_witness};
-use rusty_contract::Exit;
+use rusty_contract::{Exit, errln, outln, output};
 
 /// Writes the log of a run (run.log in the run's folder or in --out), or reads
 /// one log and writes it again
@@ -67,15 +67,16 @@ fn main() -> Exit {
 
 fn measure(args: MeasureArgs) -> Exit {
     let MeasureArgs { folder, ticks, beams, rounds, sync, json } = args;
-    match (Measure { folder, ticks, beams, rounds, sync }).run() {
+    let exit = match (Measure { folder, ticks, beams, rounds, sync }).run() {
         Ok(found) => {
             let text = serde_json::to_string_pretty(&found).unwrap_or_default();
-            println!("{}", if json { text } else { found.to_string() });
+            outln!("{}", if json { text } else { found.to_string() });
             Exit::Done
         }
         Err(e) => {
-            eprintln!("logger measure: {e}");
+            errln!("logger measure: {e}");
             e.exit()
         }
-    }
+    };
+    output::finish("logger measure", exit)
 }

@@ -217,7 +217,7 @@ impl Nameless {
     }
 }
 
-fn header(ticks: u64) -> LogHeader {
+pub(super) fn header(ticks: u64) -> LogHeader {
     let scenario = Scenario::default();
     LogHeader {
         writer: concat!("rusty-clients ", env!("CARGO_PKG_VERSION"), " measure").to_owned(),

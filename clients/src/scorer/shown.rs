@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use rusty_contract::belief::{BeliefReader, Found};
 use rusty_contract::digest::observable_of;
-use rusty_contract::{Frame, LogHeader, input};
+use rusty_contract::{Frame, LogHeader, errln, input};
 
 use crate::ClientError;
 use crate::scoring::{BeliefKeeper, BeliefMoment};
@@ -58,9 +58,7 @@ impl Shown {
                 Found::End => break,
                 Found::Cut => {
                     let (path, n) = (path.display(), frames.len());
-                    crate::error::say(format_args!(
-                        "{path} ends after {n} beliefs, without the end that a filter writes"
-                    ));
+                    errln!("{path} ends after {n} beliefs, without the end that a filter writes");
                     break;
                 }
             }
@@ -89,7 +87,7 @@ impl Shown {
                 Ok(shown) => keeper.forget(&shown.name),
                 Err(e) => {
                     keeper.forget(name);
-                    crate::error::say(format_args!("{e}; it is left out"));
+                    errln!("{e}; it is left out");
                 }
             }
         }

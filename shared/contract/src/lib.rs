@@ -18,6 +18,7 @@
 //! * [`blind`]: a log without its truth to hand out, and the key that stays at home;
 //! * [`score`]: what a scorer writes down;
 //! * [`suggest`]: suggestions for misspelled names, for error messages;
+//! * [`output`]: results to stdout, diagnostics to stderr, escape sequences made visible;
 //! * [`exit`]: the exit codes that every program here shares.
 //!
 //! # The protocol
@@ -97,6 +98,7 @@ pub mod join;
 pub mod layout;
 pub mod log;
 pub mod names;
+pub mod output;
 pub mod reply;
 pub mod sandbox;
 pub mod scenario;

@@ -1,4 +1,5 @@
-//! Writing results to stdout and diagnostics to stderr.
+//! Writing results to stdout and diagnostics to stderr: the same for the server
+//! and all clients.
 //!
 //! `println!` and `eprintln!` panic when the reader has gone (`sim-server info
 //! … | head`) or the disk is full. Neither is a reason to end a run. A result that
@@ -7,63 +8,109 @@
 //!
 //! Texts of logs and of participants' output may contain escape sequences, which
 //! a terminal obeys. Everything printed here has them made visible.
+//!
+//! [`create`] and [`write`] are for files whose names the program chooses: a named
+//! pipe that has such a name would make the program wait for a reader for ever.
 
 use std::borrow::Cow;
 use std::fmt;
+use std::fs::{File, OpenOptions};
 use std::io::{self, Write as _};
+use std::path::Path;
 use std::sync::OnceLock;
 
-use rusty_contract::Exit;
+use crate::Exit;
 
 /// Why the first write to stdout that failed did so.
-static FAILED: OnceLock<String> = OnceLock::new();
+static FAILED: OnceLock<io::Error> = OnceLock::new();
 
-/// Like `println!`, but a failed write is kept for [`finish`] and does not panic.
+/// Like `println!`, but a failed write is kept for [`finish`](crate::output::finish)
+/// and does not panic.
+#[macro_export]
 macro_rules! outln {
     () => { $crate::output::print(format_args!("")) };
     ($($arg:tt)*) => { $crate::output::print(format_args!($($arg)*)) };
 }
-pub(crate) use outln;
 
 /// Like `eprintln!`, but an stderr that cannot be written is no reason to panic.
+#[macro_export]
 macro_rules! errln {
     ($($arg:tt)*) => { $crate::output::report(format_args!($($arg)*)) };
 }
-pub(crate) use errln;
 
 /// Prints a line on stdout.
-pub(crate) fn print(text: fmt::Arguments<'_>) {
+pub fn print(text: fmt::Arguments<'_>) {
     keep(writeln!(io::stdout(), "{}", visible(&text.to_string())));
 }
 
 /// Prints a line on stderr.
-pub(crate) fn report(text: fmt::Arguments<'_>) {
+pub fn report(text: fmt::Arguments<'_>) {
     let _ = writeln!(io::stderr(), "{}", visible(&text.to_string()));
 }
 
 fn keep(written: io::Result<()>) {
-    if let Err(e) = written
-        && e.kind() != io::ErrorKind::BrokenPipe
-    {
-        FAILED.get_or_init(|| e.to_string());
+    if let Err(e) = written {
+        FAILED.get_or_init(|| e);
     }
 }
 
-/// Returns the exit code of the program: that of the verb, or of a failure where
-/// the verb succeeded and its results could not be written.
-pub(crate) fn finish(exit: Exit) -> Exit {
+/// Returns whether every line that was printed on stdout could be written. After
+/// that, more lines are of no use.
+#[must_use]
+pub fn is_open() -> bool {
+    FAILED.get().is_none()
+}
+
+/// Returns the exit code of `program`: the given one, or that of a failure where
+/// it is 0 and results could not be written.
+#[must_use]
+pub fn finish(program: &str, exit: Exit) -> Exit {
     keep(io::stdout().flush());
-    let Some(error) = FAILED.get() else { return exit };
+    let failed = FAILED.get().filter(|e| e.kind() != io::ErrorKind::BrokenPipe);
+    let Some(error) = failed else { return exit };
     errln!(
-        "sim-server: writing the results to stdout failed: {error}; repeat it with a stdout that \
+        "{program}: writing the results to stdout failed: {error}; repeat it with a stdout that \
          can be written"
     );
     if exit == Exit::Done { Exit::Failed } else { exit }
 }
 
+/// Creates a file, or empties it; does not wait for a pipe's reader. Devices are
+/// written to.
+///
+/// # Errors
+/// What the operating system reports, or that this is a pipe or a socket.
+pub fn create(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true).create(true).truncate(true);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{FileTypeExt as _, OpenOptionsExt as _};
+        if std::fs::metadata(path)
+            .is_ok_and(|m| m.file_type().is_fifo() || m.file_type().is_socket())
+        {
+            let problem = "expected a regular file, got a pipe or a socket; remove it, or choose \
+                           another folder";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+        }
+        // A pipe that comes between these two steps does not hold anybody, either.
+        options.custom_flags(rustix::fs::OFlags::NONBLOCK.bits().cast_signed());
+    }
+    options.open(path)
+}
+
+/// Writes a whole file.
+///
+/// # Errors
+/// Those of [`create`], and of writing.
+pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    create(path)?.write_all(bytes)
+}
+
 /// The text with its control characters and the invisible characters that change
 /// the order of a line written as `\u001b`, as in JSON; line breaks and tabs stay.
-pub(crate) fn visible(text: &str) -> Cow<'_, str> {
+#[must_use]
+pub fn visible(text: &str) -> Cow<'_, str> {
     let hidden = |c: char| match c {
         '\n' | '\t' => false,
         '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{2069}' => true,
@@ -97,5 +144,23 @@ mod tests {
         let json = serde_json::to_string_pretty(&[text]).unwrap();
         let read: Vec<String> = serde_json::from_str(&visible(&json)).unwrap();
         assert_eq!(read, [text]);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_pipe_in_the_place_of_a_file_is_refused_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
+        rustix::fs::mkfifoat(rustix::fs::CWD, at("pipe"), mode).unwrap();
+        std::os::unix::fs::symlink(at("pipe"), at("link")).unwrap();
+        for name in ["pipe", "link"] {
+            assert_eq!(write(&at(name), b"x").unwrap_err().kind(), io::ErrorKind::InvalidInput);
+        }
+        for text in ["longer", "text"] {
+            write(&at("file"), text.as_bytes()).unwrap();
+        }
+        assert_eq!(std::fs::read(at("file")).unwrap(), b"text");
+        write(Path::new("/dev/null"), b"x").unwrap();
     }
 }

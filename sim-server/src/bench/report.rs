@@ -1,13 +1,12 @@
 //! The document that every bench prints.
 
-use rusty_contract::Exit;
+use rusty_contract::{Exit, errln, outln};
 use serde::Serialize;
 use serde_json::Value;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::machine::Machine;
 use super::noise::{Noise, Verdict};
-use crate::output::{errln, outln};
 
 /// What a bench measured, on what, and whether it can be believed.
 #[derive(Clone, Debug, Serialize)]

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use rusty_contract::{RunName, TruthKey};
+use rusty_contract::{RunName, TruthKey, outln};
 use rusty_link::Domain;
 
 use super::Kit;
@@ -19,7 +19,6 @@ use super::fault::{Fault, Halt};
 use super::player::Player;
 use super::setting::Setting;
 use crate::error::VerbError;
-use crate::output::outln;
 
 /// Ticks before the death.
 const TICKS: u64 = 5;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::output::errln;
+use rusty_contract::errln;
 
 /// Ticks between two looks at the clock.
 const TICKS_BETWEEN_LOOKS: u64 = 64;

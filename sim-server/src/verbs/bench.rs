@@ -8,7 +8,7 @@ mod sweep;
 use std::time::{Duration, Instant};
 
 use rusty_contract::config::check_seconds;
-use rusty_contract::{Exit, FieldError, MAX_PARTICIPANTS, RunName};
+use rusty_contract::{Exit, FieldError, MAX_PARTICIPANTS, RunName, errln, outln};
 use rusty_link::{Domain, floor, raw};
 
 use super::Verbed;
@@ -22,7 +22,6 @@ use crate::cli::{
     StartArgs,
 };
 use crate::error::VerbError;
-use crate::output::{errln, outln};
 use crate::run::Stop;
 
 /// Runs one bench: exit 0 if its results can be believed, 1 if not.

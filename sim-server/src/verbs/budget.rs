@@ -5,14 +5,13 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rusty_contract::{Exit, FieldError, ScriptConfig};
+use rusty_contract::{Exit, FieldError, ScriptConfig, errln, outln};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::{Verbed, print_json};
 use crate::budget::budget as make;
 use crate::cli::BudgetArgs;
 use crate::error::VerbError;
-use crate::output::{errln, outln};
 use crate::scenario_file;
 
 /// The most seeds: their figures are in memory together.

@@ -1,7 +1,6 @@
 //! `clean`: remove what dead runs left; living ones stay.
 
-use crate::output::outln;
-use rusty_contract::Exit;
+use rusty_contract::{Exit, outln};
 use rusty_link::{Domain, RunState};
 use serde_json::json;
 

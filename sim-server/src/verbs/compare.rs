@@ -1,11 +1,10 @@
 //! `compare`: which of two estimators is better.
 
-use rusty_contract::{Exit, FieldError};
+use rusty_contract::{Exit, FieldError, outln};
 
 use super::{Verbed, print_json};
 use crate::cli::CompareArgs;
 use crate::error::VerbError;
-use crate::output::outln;
 use crate::versus::contest::versus;
 use crate::versus::{Contents, Metric, VersusError, sides};
 

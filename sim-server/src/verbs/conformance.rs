@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rusty_contract::names::check_participant_name;
-use rusty_contract::{Exit, FieldError, RunName};
+use rusty_contract::{Exit, FieldError, RunName, errln, outln};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::{Verbed, print_json};
@@ -15,7 +15,6 @@ use crate::conformance::fault::Halt;
 use crate::conformance::report::Report;
 use crate::conformance::{Kit, serve_until_killed};
 use crate::error::VerbError;
-use crate::output::{errln, outln};
 
 /// Tests a client and prints a line per check.
 ///

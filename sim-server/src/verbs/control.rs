@@ -2,13 +2,12 @@
 
 use std::time::Duration;
 
-use rusty_contract::Exit;
 use rusty_contract::config::check_seconds;
 use rusty_contract::control::{ControlReply, ControlRequest};
+use rusty_contract::{Exit, errln, outln};
 
 use super::{Verbed, print_json};
 use crate::cli::{ControlArgs, ControlVerb};
-use crate::output::{errln, outln};
 
 /// Says it to the run and prints where the run stands then.
 ///

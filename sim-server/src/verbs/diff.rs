@@ -1,10 +1,9 @@
 //! `diff`: first tick, field and bits in which two logs differ.
 
-use crate::output::outln;
 use std::path::Path;
 
-use rusty_contract::Exit;
 use rusty_contract::log::{Ending, LogReader, Read, ReadEntry};
+use rusty_contract::{Exit, outln};
 use serde::Serialize;
 
 use super::{Verbed, print_json};

@@ -1,7 +1,6 @@
 //! `doctor`: which promises hold on this machine, in this build.
 
-use crate::output::outln;
-use rusty_contract::Exit;
+use rusty_contract::{Exit, outln};
 use rusty_link::memory_state;
 use rusty_sim::{GOLDENS, Golden};
 use serde::Serialize;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use rusty_contract::Exit;
+use rusty_contract::{Exit, errln, outln};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::{Verbed, print_json};
@@ -12,7 +12,6 @@ use crate::cli::{ExportArgs, ExportVerb};
 use crate::error::VerbError;
 use crate::export::tum::Tum;
 use crate::export::{Exported, StampOrder, csv};
-use crate::output::{errln, outln};
 
 /// Exports a log: exit 0, or 3 if something of it is missing or suspect.
 ///

@@ -3,16 +3,15 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use rusty_contract::input;
 use rusty_contract::log::LogReader;
 use rusty_contract::score::Score;
 use rusty_contract::{FieldError, LogHeader, Role, RunConfig, Scenario, ScoreReport, ScriptConfig};
+use rusty_contract::{errln, input};
 
 use super::Verbed;
 use super::launch::change_roster;
 use super::session::{RunPlace, RunSession, Starting};
 use crate::cli::ForkArgs;
-use crate::output::errln;
 use crate::run::{find_program, with_folder};
 use crate::scenario_file;
 use crate::source::{Branch, FrameSource as _};

@@ -1,9 +1,8 @@
 //! `import`: recordings of real robots, as run logs.
 
-use crate::output::{errln, outln};
 use std::io::IsTerminal as _;
 
-use rusty_contract::Exit;
+use rusty_contract::{Exit, errln, outln};
 
 use super::launch::writer;
 use super::{Verbed, check_free, print_json};

@@ -1,10 +1,9 @@
 //! `info`: what is in a log, or in one tick of it.
 
-use crate::output::{errln, outln};
 use rusty_contract::digest::ObservableDigest;
 use rusty_contract::log::{Ending, LogReader, Read, Source, TickRecord};
 use rusty_contract::score::seconds;
-use rusty_contract::{Exit, LogHeader, Reply, RunDigest};
+use rusty_contract::{Exit, LogHeader, Reply, RunDigest, errln, outln};
 use rusty_contract::{Frame, TruthKey};
 use serde_json::{Value, json};
 

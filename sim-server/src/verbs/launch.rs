@@ -2,13 +2,12 @@
 
 use rusty_contract::log::Source;
 use rusty_contract::suggest::did_you_mean;
-use rusty_contract::{LogHeader, Scenario};
+use rusty_contract::{LogHeader, Scenario, errln};
 
 use super::Verbed;
 use super::session::{RunPlace, RunSession, Starting};
 use crate::cli::{LaunchArgs, RunArgs, ScenarioArgs};
 use crate::error::VerbError;
-use crate::output::errln;
 use crate::scenario_file;
 use crate::source::Simulated;
 

@@ -1,9 +1,8 @@
 //! `layout`: the structs in shared memory, byte by byte.
 
-use crate::output::outln;
 use rusty_contract::belief::{self as beliefs, belief_hash};
 use rusty_contract::layout::{layout_hash, tables};
-use rusty_contract::{Exit, PROTOCOL_VERSION};
+use rusty_contract::{Exit, PROTOCOL_VERSION, outln};
 use serde_json::json;
 
 use super::{Verbed, print_json};

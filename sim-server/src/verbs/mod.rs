@@ -51,8 +51,7 @@ pub use worlds::worlds;
 
 use std::path::Path;
 
-use crate::output::{errln, outln};
-use rusty_contract::{Exit, LogHeader};
+use rusty_contract::{Exit, LogHeader, errln, outln};
 
 use crate::error::VerbError;
 

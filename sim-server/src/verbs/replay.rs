@@ -1,13 +1,12 @@
 //! `replay`: a log's frames to the same participants again, in lockstep.
 
-use rusty_contract::Scenario;
 use rusty_contract::log::Ending;
+use rusty_contract::{Scenario, errln};
 
 use super::Verbed;
 use super::launch::change_roster;
 use super::session::{RunPlace, RunSession, Starting};
 use crate::cli::ReplayArgs;
-use crate::output::errln;
 use crate::source::{FrameSource as _, Recording};
 
 /// Plays a log.

@@ -2,14 +2,13 @@
 
 use std::path::{Component, Path};
 
-use rusty_contract::{Exit, FieldError};
+use rusty_contract::{Exit, FieldError, outln};
 use serde_json::json;
 
 use super::{Verbed, print_json};
 use crate::cli::{RemoveArgs, RunsArgs, RunsVerb};
 use crate::error::VerbError;
 use crate::folder::{FoundRun, OldRun, runs_in};
-use crate::output::outln;
 
 /// Lists runs, or removes some.
 ///

@@ -1,11 +1,10 @@
 //! `seal`: a log without its truth to hand out, and the key to keep.
 
-use rusty_contract::Exit;
+use rusty_contract::{Exit, errln, outln};
 
 use super::launch::writer;
 use super::{Verbed, print_json, warn_of_guessable_seed};
 use crate::cli::SealArgs;
-use crate::output::{errln, outln};
 
 /// Seals a log: exit 0, or 3 if the log has no end.
 ///

@@ -1,11 +1,10 @@
 //! One run as a person sees it: first line, progress, table, paths, exit code.
 
-use crate::output::{errln, outln};
 use std::path::{Path, PathBuf};
 
 use rusty_contract::config::check_seconds;
 use rusty_contract::score::seconds;
-use rusty_contract::{Credentials, FieldError, LogHeader, Phase, RunName, TruthKey};
+use rusty_contract::{Credentials, FieldError, LogHeader, Phase, RunName, TruthKey, errln, outln};
 use rusty_link::{Domain, ServerLink};
 
 use super::{Verbed, print_json, warn_of_guessable_seed};

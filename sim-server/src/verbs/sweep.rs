@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use rusty_contract::{Exit, FieldError};
+use rusty_contract::{Exit, FieldError, errln, outln};
 use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
@@ -13,7 +13,6 @@ use super::{Verbed, print_json};
 use crate::bench::machine::cores;
 use crate::cli::SweepArgs;
 use crate::error::VerbError;
-use crate::output::{errln, outln};
 use crate::run::Progress;
 use crate::sweep::report::{Report, draw};
 use crate::sweep::{Axis, Came, Plan, Request, Sweeping, Table};

@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use rusty_contract::Exit;
 use rusty_contract::config::check_within;
+use rusty_contract::{Exit, errln, outln};
 use rusty_plot::{PlotError, png};
 
 use super::{Verbed, check_free, print_json};
 use crate::cli::UmbmarkArgs;
 use crate::error::VerbError;
-use crate::output::{errln, outln};
 use crate::scenario_file;
 use crate::umbmark::drawing::drawing;
 use crate::umbmark::{Square, umbmark as drive};

@@ -2,10 +2,9 @@
 
 mod clients;
 
-use crate::output::{errln, outln};
 use rusty_contract::digest::{ObservableDigest, hex};
 use rusty_contract::log::{Ending, LogReader, Read, ReadEntry, Source, TickRecord, Trailer};
-use rusty_contract::{Effects, Exit, Frame, LogHeader, Reply, RunDigest, TruthKey};
+use rusty_contract::{Effects, Exit, Frame, LogHeader, Reply, RunDigest, TruthKey, errln, outln};
 use serde::Serialize;
 
 use self::clients::Clients;

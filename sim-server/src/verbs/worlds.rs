@@ -1,11 +1,10 @@
 //! `worlds`: what there is, a drawing of it, a scan of it without noise.
 
-use crate::output::{errln, outln};
 use std::path::Path;
 
 use plotters::prelude::*;
 use rusty_contract::config::LidarConfig;
-use rusty_contract::{Exit, FieldError};
+use rusty_contract::{Exit, FieldError, errln, outln};
 use rusty_geometry::places::PLACES;
 use rusty_geometry::{Hit, Material, SE2, World, WorldSpec};
 use rusty_sim::Lidar;

@@ -1,12 +1,11 @@
 //! Collects readings from a log, fits, and says what came of it.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 use rusty_clients::witness::{Ending, Step};
 use rusty_clients::{ClientArgs, ClientError, Witness};
-use rusty_contract::{Brief, Exit, LidarConfig, Start};
+use rusty_contract::{Brief, Exit, LidarConfig, Start, errln, outln};
 use rusty_geometry::{Scan, World};
 
 use super::{BeamFit, Criterion, Expected, Fitted, Readings, Round, fit};
@@ -136,7 +135,7 @@ impl Witness for FitBeam {
         self.read += 1;
         if self.ticks > LONG && self.read.is_multiple_of(self.ticks / 10) {
             let percent = self.read * 100 / self.ticks;
-            let _ = writeln!(std::io::stderr(), "{percent} % of {} ticks", self.ticks);
+            errln!("{percent} % of {} ticks", self.ticks);
         }
         let Some(ranges_m) = step.frame.ranges_m() else { return Ok(()) };
         match step.truth {
@@ -155,7 +154,7 @@ impl Witness for FitBeam {
             true => serde_json::to_string_pretty(&fit).unwrap_or_default(),
             false => page(&fit, &self.lidar, self.scans, self.options.verbose),
         };
-        let _ = writeln!(std::io::stdout(), "{text}");
+        outln!("{text}");
         Ok(match ending {
             Ending::Broken | Ending::LogCut => Exit::Lost,
             Ending::Told(_) | Ending::LogEnd => Exit::Done,

@@ -1,11 +1,9 @@
 //! Collects windows from a log, fits, and says what came of it.
 
-use std::io::Write as _;
-
 use clap::Args;
 use rusty_clients::witness::{Ending, Step};
 use rusty_clients::{ClientArgs, ClientError, Witness};
-use rusty_contract::{Brief, Exit, Start};
+use rusty_contract::{Brief, Exit, Start, errln, outln};
 
 use super::{Alpha, MotionFit, Systematic, Told, Windows, fit};
 
@@ -78,7 +76,7 @@ impl Witness for FitMotion {
         self.read += 1;
         if self.ticks > LONG && self.read.is_multiple_of(self.ticks / 10) {
             let percent = self.read * 100 / self.ticks;
-            let _ = writeln!(std::io::stderr(), "{percent} % of {} ticks", self.ticks);
+            errln!("{percent} % of {} ticks", self.ticks);
         }
         if self.kidnapped_at.contains(&step.frame.tick()) {
             self.windows.interrupt();
@@ -94,7 +92,7 @@ impl Witness for FitMotion {
             true => serde_json::to_string_pretty(&fit).unwrap_or_default(),
             false => page(&fit, self.options.verbose),
         };
-        let _ = writeln!(std::io::stdout(), "{text}");
+        outln!("{text}");
         Ok(match ending {
             Ending::Broken | Ending::LogCut => Exit::Lost,
             Ending::Told(_) | Ending::LogEnd => Exit::Done,

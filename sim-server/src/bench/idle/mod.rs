@@ -8,7 +8,7 @@ pub mod section;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use rusty_contract::RunName;
+use rusty_contract::{RunName, outln};
 use rusty_link::WaitPolicy;
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,6 @@ use super::stage::{Stage, mix};
 use super::stamps::Stamps;
 use super::usage::Usage;
 use crate::error::VerbError;
-use crate::output::outln;
 use crate::run::{Pace, Stop};
 use crate::scenario_file;
 

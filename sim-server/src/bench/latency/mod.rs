@@ -17,7 +17,7 @@ pub use beside::Beside;
 pub use calls::SystemCalls;
 pub use table::print;
 
-use rusty_contract::{Participant, Role, RunConfig, RunName};
+use rusty_contract::{Participant, Role, RunConfig, RunName, errln};
 use rusty_link::WaitPolicy;
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,6 @@ use super::quantiles::{Quantiles, Spread};
 use super::stage::{Bare, Stage, estimators, mix};
 use super::stamps::{Sample, UsePerRound, Used};
 use crate::error::VerbError;
-use crate::output::errln;
 use crate::run::Stop;
 use crate::scenario_file;
 

@@ -1,7 +1,8 @@
 //! The tables of `bench latency`, for a person.
 
+use rusty_contract::outln;
+
 use super::{Measured, Results, Row, scans};
-use crate::output::outln;
 
 /// Prints the results.
 pub fn print(results: &Results) {

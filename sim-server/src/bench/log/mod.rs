@@ -12,12 +12,12 @@ pub mod section;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use rusty_contract::{errln, outln};
 use serde::{Deserialize, Serialize};
 
 use super::noise::NoiseMeter;
 use super::quantiles::Spread;
 use crate::error::VerbError;
-use crate::output::{errln, outln};
 use crate::run::find_program;
 
 /// Numbers of beams that are measured if nobody asks for others; 0: no scan.

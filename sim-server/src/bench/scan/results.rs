@@ -1,10 +1,10 @@
 //! What `bench scan` comes to.
 
+use rusty_contract::outln;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::bench::quantiles::Spread;
-use crate::output::outln;
 
 /// One world, scanned with one number of beams.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -8,7 +8,7 @@ pub mod section;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use rusty_contract::RunName;
+use rusty_contract::{RunName, outln};
 use rusty_link::{Domain, monotonic_ns};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -16,7 +16,6 @@ use serde_json::Value;
 use super::noise::NoiseMeter;
 use super::quantiles::Quantiles;
 use crate::error::VerbError;
-use crate::output::outln;
 use crate::run::Stop;
 
 /// What came of it.

@@ -1,9 +1,9 @@
 //! What `bench step` comes to.
 
+use rusty_contract::outln;
 use serde::{Deserialize, Serialize};
 
 use crate::bench::quantiles::Spread;
-use crate::output::outln;
 
 /// One part of a tick.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -1,9 +1,9 @@
 //! What `bench sweep` comes to.
 
+use rusty_contract::outln;
 use serde::{Deserialize, Serialize};
 
 use crate::bench::quantiles::Spread;
-use crate::output::outln;
 
 /// One sweep.
 #[derive(Clone, Debug, Serialize, Deserialize)]

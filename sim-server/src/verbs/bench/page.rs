@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rusty_contract::Exit;
+use rusty_contract::{Exit, errln, outln};
 
 use super::super::Verbed;
 use crate::bench::page::benches::{self, BENCHES, Bench, Source, runnable};
@@ -11,7 +11,6 @@ use crate::bench::page::markdown::render;
 use crate::bench::page::{Documents, Notes, PageError};
 use crate::cli::BenchPageArgs;
 use crate::error::VerbError;
-use crate::output::{errln, outln};
 
 /// Measures what it is asked to, and prints or writes the page.
 ///

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use rusty_contract::Exit;
 use rusty_contract::config::check_seconds;
+use rusty_contract::{Exit, errln};
 use rusty_geometry::generated::{Density, Pattern};
 
 use super::super::Verbed;
@@ -11,7 +11,6 @@ use crate::bench::noise::NoiseMeter;
 use crate::bench::report::Report;
 use crate::bench::scan::{Plan, results::ScanResults, run};
 use crate::cli::{BenchScanArgs, DensityWord, PatternWord};
-use crate::output::errln;
 
 /// Measures a beam of a scan in several worlds; exit 4 if the kernel's bits are
 /// not the reference's.
