@@ -246,9 +246,9 @@ impl Stage<'_> {
         let gates = confine::gates(roster, false)?;
         let out_dir = domain.folder().join("out");
         let (run, wait) = (self.run, self.wait);
-        let spawn = Spawn { run, wait, key, out_dir: &out_dir, gates: &gates };
+        let (gates, groups) = (&*gates, self.stop.groups());
+        let spawn = Spawn { run, wait, key, out_dir: &out_dir, gates, groups };
         let children = Children::start(roster, &spawn)?;
-        self.stop.covers(&children);
         if let Some((own, others)) = self.pin.split_first() {
             pin(None, *own)?;
             // With one core given, all are on it.

@@ -12,8 +12,8 @@ use rusty_contract::{Credentials, RunName, TruthKey};
 use super::Kit;
 use super::setting::CLIENT_SEAT;
 use crate::run::{
-    ChildrenError, find_program, has_exited, invite, kill_group, open_talk, spawn_with_credentials,
-    with_folder,
+    ChildrenError, exit_status, find_program, invite, kill_group, open_talk,
+    spawn_with_credentials, with_folder,
 };
 
 /// The most of its words that are kept, bytes.
@@ -74,7 +74,7 @@ impl Client {
         let Some(child) = self.child.as_mut().filter(|_| self.status.is_none()) else {
             return self.status.is_some();
         };
-        if has_exited(child) {
+        if exit_status(child).is_some() {
             kill_group(child.id());
             self.status = child.wait().ok();
         }
@@ -129,6 +129,10 @@ impl Client {
 
     /// Sends a signal to the process that joined.
     pub(super) fn signal(&self, joined: u32, signal: Signal) {
+        // The number of a process that was waited for may be another's.
+        if self.status.is_some() {
+            return;
+        }
         let target = if self.is_of_group(joined) { joined } else { self.pid() };
         if let Some(pid) = i32::try_from(target).ok().and_then(Pid::from_raw) {
             // One that is gone shows by not answering.

@@ -11,7 +11,7 @@ use rusty_contract::{Credentials, Exit, Participant, RunName, TruthKey};
 use rusty_link::WaitPolicy;
 use thiserror::Error;
 
-use super::group::{adopt_orphans, has_exited, kill_group, wait_for_group};
+use super::group::{Groups, adopt_orphans, exit_status, wait_for_group};
 use super::program::find_program;
 use super::{arguments, printed};
 use crate::confine::{self, Gate};
@@ -93,6 +93,7 @@ struct Running {
     credentials: Credentials,
     /// Whether the kernel keeps it and its children in its process group.
     confined: bool,
+    groups: Groups,
 }
 
 /// How a participant left the run, for how long its process is waited for.
@@ -152,6 +153,8 @@ pub struct Spawn<'a> {
     pub out_dir: &'a Path,
     /// How each of them is confined, in roster order.
     pub gates: &'a [Gate],
+    /// Where their process groups are kept for signals.
+    pub groups: &'a Groups,
 }
 
 impl Children {
@@ -173,7 +176,7 @@ impl Children {
         Ok(children)
     }
 
-    /// The process groups, for whoever must end them all.
+    /// The process groups, by the processes that lead them.
     pub fn groups(&self) -> impl Iterator<Item = u32> {
         self.0.iter().map(|r| r.child.id())
     }
@@ -224,7 +227,8 @@ impl Children {
         running.end();
         between();
         running.status = None;
-        let child = spawn_with_credentials(&mut running.again, &running.credentials);
+        let Running { again, credentials, .. } = running;
+        let child = running.groups.start(|| spawn_with_credentials(again, credentials));
         running.child = child.map_err(|error| ChildrenError::Spawn {
             name: running.name.clone(),
             program: running.program.display().to_string(),
@@ -267,30 +271,25 @@ impl Children {
 }
 
 impl Running {
-    /// Kills it and its group. It may have left the group it was given.
+    /// Kills it and its group, unless it was waited for.
     fn end(&mut self) {
-        kill_group(self.child.id());
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-        self.wait_for_group();
-    }
-
-    fn has_not_ended(&mut self) -> bool {
-        if self.status.is_none() && has_exited(&self.child) {
-            if self.confined {
-                kill_group(self.child.id());
-            }
-            self.status = self.child.wait().ok();
-            self.wait_for_group();
-        }
-        self.status.is_none()
-    }
-
-    /// The group has been killed, and a confined process cannot leave it.
-    fn wait_for_group(&self) {
-        if self.confined {
+        self.groups.kill(&mut self.child);
+        // A confined process cannot leave its group, which has been killed.
+        if self.groups.wait(&mut self.child) && self.confined {
             wait_for_group(self.child.id());
         }
+    }
+
+    /// One that has ended is waited for when it is started again or dropped, so
+    /// that its group keeps its number. What a confined one started ends with it.
+    fn has_not_ended(&mut self) -> bool {
+        if self.status.is_none() {
+            self.status = exit_status(&self.child);
+            if self.status.is_some() && self.confined {
+                self.end();
+            }
+        }
+        self.status.is_none()
     }
 }
 
@@ -299,6 +298,8 @@ impl Drop for Children {
         for running in &mut self.0 {
             if running.status.is_none() {
                 running.end();
+            } else {
+                running.groups.wait(&mut running.child);
             }
         }
     }
@@ -333,7 +334,8 @@ fn start_one(
     command.args(arguments::with_folder(&participant.command[1..], folder));
     invite(&mut command, spawn.run, name, spawn.wait, outputs);
     let credentials = Credentials::new(spawn.key, seat, participant.role.holds_key());
-    let child = spawn_with_credentials(&mut command, &credentials).map_err(error)?;
+    let start = || spawn_with_credentials(&mut command, &credentials);
+    let child = spawn.groups.start(start).map_err(error)?;
     let name = name.clone();
     Ok(Running {
         seat,
@@ -345,6 +347,7 @@ fn start_one(
         program,
         credentials,
         confined,
+        groups: spawn.groups.clone(),
     })
 }
 

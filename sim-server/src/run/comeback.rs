@@ -31,7 +31,7 @@ impl Run<'_> {
         self.feedings[seat] = None;
         let link = &self.link;
         match self.children.restart(seat, || link.forget_the_dead()) {
-            Ok(true) => self.stop.covers(self.children),
+            Ok(true) => {}
             Ok(false) => {
                 self.link.forget_the_dead();
                 let seconds = self.setup.join_timeout_s;

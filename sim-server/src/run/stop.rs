@@ -1,21 +1,20 @@
 //! Ctrl-C and SIGTERM: once to end the run well, twice to end it now.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 
 use rusty_contract::{Exit, RunName};
 use rusty_link::Domain;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
-use super::children::Children;
-use super::group::kill_group;
+use super::group::Groups;
 
 /// The wish to stop.
 #[derive(Clone)]
 pub struct Stop {
     flag: Arc<AtomicBool>,
-    groups: Arc<Mutex<Vec<u32>>>,
+    groups: Groups,
 }
 
 impl Stop {
@@ -26,16 +25,16 @@ impl Stop {
     /// # Errors
     /// [`std::io::Error`] if signals cannot be listened for.
     pub fn listen(run: &RunName) -> std::io::Result<Self> {
-        let stop = Self { flag: Arc::default(), groups: Arc::default() };
+        let stop = Self { flag: Arc::default(), groups: Groups::default() };
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
         let (heard, run) = (stop.clone(), run.clone());
         std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
             for _ in signals.forever() {
                 if heard.flag.swap(true, Ordering::Relaxed) {
-                    let groups = heard.groups.lock().unwrap_or_else(PoisonError::into_inner);
-                    groups.iter().copied().for_each(kill_group);
-                    Domain::remove_traces(&run);
-                    std::process::exit(i32::from(Exit::Lost as u8));
+                    heard.groups.end_with_all(|| {
+                        Domain::remove_traces(&run);
+                        std::process::exit(i32::from(Exit::Lost as u8));
+                    });
                 }
             }
         })?;
@@ -48,9 +47,9 @@ impl Stop {
         &self.flag
     }
 
-    /// Whom the second signal ends.
-    pub fn covers(&self, children: &Children) {
-        let mut groups = self.groups.lock().unwrap_or_else(PoisonError::into_inner);
-        *groups = children.groups().collect();
+    /// The groups that the second signal ends.
+    #[must_use]
+    pub fn groups(&self) -> &Groups {
+        &self.groups
     }
 }

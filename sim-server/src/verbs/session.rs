@@ -125,12 +125,12 @@ impl RunSession<'_> {
         let mut children = match self.starting {
             Starting::Launch => {
                 let (run, wait, out_dir) = (&name, args.wait, &*out_dir);
-                let spawn = Spawn { run, wait, key: &key, out_dir, gates: &gates };
+                let (gates, groups) = (&*gates, stop.groups());
+                let spawn = Spawn { run, wait, key: &key, out_dir, gates, groups };
                 Children::start(&header.roster, &spawn)?
             }
             Starting::ByHand => Children::default(),
         };
-        stop.covers(&children);
         folder.begin();
         let setup = RunSetup {
             run: name.clone(),
