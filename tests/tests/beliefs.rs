@@ -5,7 +5,9 @@
 mod common;
 
 use std::fs;
+use std::io::{BufRead as _, BufReader};
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 use common::*;
 use rustix::process::Signal;
@@ -206,6 +208,25 @@ fn whoever_looks_on_changes_nothing_and_leaves_nothing() {
     killed.wait();
     assert_eq!(participants(&run), []);
     nothing_left(&run);
+}
+
+/// There is room for six who look on at a time, the scorer among them.
+#[test]
+fn onlookers_that_were_killed_leave_their_places_to_others() {
+    let live = Live::under_way("places", &[&CLOUD, &LONG]);
+    for signal in [Signal::KILL, Signal::HUP, Signal::KILL, Signal::HUP, Signal::KILL] {
+        let mut look = Command::new(binary("belief"));
+        look.args(["--run", live.run.as_str()]).stdout(Stdio::piped());
+        let mut looking = look.spawn().unwrap();
+        let mut line = String::new();
+        BufReader::new(looking.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        assert!(line.contains("tick"), "{line:?}");
+        send_signal(looking.id(), signal);
+        looking.wait().unwrap();
+    }
+    live.join("belief", &["--lines", "2"]).wait().expect(0);
+    live.server.signal(Signal::INT);
+    live.ends_with(3);
 }
 
 #[test]

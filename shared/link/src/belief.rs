@@ -138,7 +138,7 @@ impl Onlooker {
     fn enter(run: &RunName) -> Result<Self, LinkError> {
         let domain = Domain::find(run)?;
         let server = Peer::new(domain.server_pid());
-        let node = services::node(&domain)?;
+        let node = services::onlooker_node(&domain)?;
         let beliefs = Beliefs::to_see(&node);
         let onlooker = Self { beliefs, server, _node: node, domain };
         match onlooker.beliefs.is_looking() {

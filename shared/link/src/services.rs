@@ -2,15 +2,19 @@
 //!
 //! The server creates them all and so fixes their limits; clients only open.
 
+use iceoryx2::node::NodeView as _;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::{FileDescriptorBased as _, Node, NodeBuilder, ServiceName};
-use iceoryx2::prelude::{SignalHandlingMode, ZeroCopySend, ipc};
+use iceoryx2::prelude::{
+    CallbackProgression, FileDescriptorBased as _, Node, NodeBuilder, NodeName,
+};
+use iceoryx2::prelude::{NodeState, ServiceName, SignalHandlingMode, ZeroCopySend, ipc};
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
 use rusty_contract::belief::belief_hash;
 use rusty_contract::layout::layout_hash;
 use rusty_contract::{Answer, BeliefHeader, Frame, Tally, WeightedPose};
 use std::os::fd::BorrowedFd;
+use std::time::Duration;
 
 use crate::{Domain, LinkError};
 
@@ -29,8 +33,9 @@ pub(crate) const BUFFER: usize = 4;
 /// for included.
 pub const MAX_HELD_FRAMES: usize = BUFFER;
 
-/// Filters that show beliefs, and those who look on at a time. A port of a
-/// process that was killed keeps its place until the dead are forgotten.
+/// Filters that show beliefs, and those who look on at a time. The port of a filter
+/// that was killed keeps its place until the run is swept, that of an onlooker
+/// until the next onlooker comes.
 const MAX_SHOWING: usize = 16;
 const MAX_LOOKING: usize = 6;
 
@@ -94,9 +99,36 @@ pub(crate) fn wire_poses(poses: &[WeightedPose]) -> &[WirePose] {
     unsafe { std::slice::from_raw_parts(poses.as_ptr().cast(), poses.len()) }
 }
 
+/// The name of an onlooker's node.
+const ONLOOKER: &str = "onlooker";
+
 /// A node in the run's domain, with our own signal handling.
 pub(crate) fn node(domain: &Domain) -> Result<Node<Ipc>, LinkError> {
+    named_node(domain, "")
+}
+
+/// The node of an onlooker. Places of onlookers that were killed are freed first:
+/// their nodes have no part in the run, so their removal disturbs no participant.
+pub(crate) fn onlooker_node(domain: &Domain) -> Result<Node<Ipc>, LinkError> {
+    let config = domain.transport()?;
+    // A list that cannot be had frees no place, and the next one may.
+    let _ = Node::<Ipc>::list(&config, |state| {
+        if let NodeState::Dead(dead) = state
+            && dead.details().as_ref().is_some_and(|of| of.name().as_str() == ONLOOKER)
+        {
+            let _ = dead.blocking_remove_stale_resources(OTHERS_TIME);
+        }
+        CallbackProgression::Continue
+    });
+    named_node(domain, ONLOOKER)
+}
+
+/// How long another process may take to remove the same dead node.
+const OTHERS_TIME: Duration = Duration::from_secs(1);
+
+fn named_node(domain: &Domain, name: &str) -> Result<Node<Ipc>, LinkError> {
     NodeBuilder::new()
+        .name(&NodeName::new(name).map_err(LinkError::transport("name a node"))?)
         .config(&domain.transport()?)
         .signal_handling_mode(SignalHandlingMode::Disabled)
         .create::<Ipc>()
