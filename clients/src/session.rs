@@ -93,6 +93,9 @@ impl Session {
     }
 
     fn enter_until(args: &ClientArgs, stop: Arc<AtomicBool>) -> Result<Self, ClientError> {
+        // A file that may not grow (`ulimit -f`) is an error like others, and does
+        // not end the process.
+        let _ = register(signal_hook::consts::SIGXFSZ, Arc::default());
         let name = args.name();
         let (source, start) = match (&args.run, &args.log) {
             (Some(run), _) => {

@@ -69,7 +69,14 @@ impl WriteBehind {
         shared.lock().filling.reserve_exact(ROOM);
         let theirs = Arc::clone(&shared);
         let name = "write-behind".to_owned();
-        let thread = std::thread::Builder::new().name(name).spawn(move || theirs.write_to(out))?;
+        let thread = std::thread::Builder::new().name(name).spawn(move || theirs.write_to(out));
+        let thread = thread.map_err(|e| {
+            let remedy = "end other processes of this user, or raise `ulimit -u`";
+            io::Error::new(
+                e.kind(),
+                format!("starting the thread that writes failed: {e}; {remedy}"),
+            )
+        })?;
         Ok(Self { shared, thread: Some(thread), taken_bytes: 0 })
     }
 

@@ -369,6 +369,7 @@ pub struct CarmenArgs {
 /// Parses the command line and does what it says.
 #[must_use]
 pub fn main() -> Exit {
+    crate::run::prepare_process();
     let done = match Cli::parse().verb {
         Verb::Launch(args) => verbs::launch(&args),
         Verb::Serve(args) => verbs::serve(&args),

@@ -13,7 +13,7 @@ use crate::confine::ConfineError;
 use crate::export::ExportError;
 use crate::folder::FolderError;
 use crate::import::ImportError;
-use crate::run::ChildrenError;
+use crate::run::{ChildrenError, LimitError};
 use crate::scenario_file::SetupError;
 use crate::seal::SealError;
 use crate::source::ForkError;
@@ -69,6 +69,15 @@ pub enum VerbError {
     /// The folder of a run.
     #[error(transparent)]
     Folder(#[from] FolderError),
+    /// A limit of this process.
+    #[error(transparent)]
+    Limit(#[from] LimitError),
+    /// Signals cannot be listened for.
+    #[error(
+        "starting the thread that listens for signals failed: {0}; end other processes of this \
+         user, or raise `ulimit -u`"
+    )]
+    Signals(std::io::Error),
     /// A participant cannot be started.
     #[error(transparent)]
     Children(#[from] ChildrenError),

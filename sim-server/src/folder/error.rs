@@ -22,6 +22,12 @@ pub enum FolderError {
         /// The path.
         path: String,
     },
+    /// Its path cannot be written as text.
+    #[error("{path}: the path of a run's folder must be UTF-8; give another folder with --out")]
+    NotText {
+        /// The path, with marks for what is not text.
+        path: String,
+    },
     /// There is a run in it.
     #[error(
         "{path} holds the run {run:?}; give another --run or --out, or replace the whole folder \

@@ -95,6 +95,10 @@ impl FreeFolder {
     pub fn check(path: &Path, force: bool, played: Option<&Path>) -> Result<Self, FolderError> {
         let shown = || path.display().to_string();
         let free = |old| Ok(Self { path: path.to_owned(), old });
+        // Participants are told of it in JSON.
+        if std::path::absolute(path).is_ok_and(|whole| whole.to_str().is_none()) {
+            return Err(FolderError::NotText { path: shown() });
+        }
         match fs::metadata(path) {
             Err(e) if e.kind() == ErrorKind::NotFound => return free(None),
             Err(e) => return Err(FolderError::io(path)(e)),

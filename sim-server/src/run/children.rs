@@ -12,6 +12,7 @@ use rusty_link::WaitPolicy;
 use thiserror::Error;
 
 use super::group::{Groups, adopt_orphans, exit_status, wait_for_group};
+use super::limits::remedy;
 use super::program::find_program;
 use super::{arguments, printed};
 use crate::confine::{self, Gate};
@@ -43,7 +44,7 @@ pub enum ChildrenError {
         hint: String,
     },
     /// The operating system does not start it.
-    #[error("participant {name:?}: cannot start {program}: {error}")]
+    #[error("participant {name:?}: cannot start {program}: {error}{}", remedy(.error))]
     Spawn {
         /// Whose.
         name: String,

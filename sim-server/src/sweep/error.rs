@@ -26,6 +26,9 @@ pub enum SweepError {
         /// What it said.
         error: std::io::Error,
     },
+    /// There is no thread for a worker.
+    #[error("starting a worker failed: {0}; give fewer with --jobs, or raise `ulimit -u`")]
+    Thread(std::io::Error),
     /// There is something already.
     #[error("{path} {what}; {remedy}")]
     InTheWay {
@@ -99,6 +102,7 @@ impl SweepError {
             Self::Io { .. }
             | Self::Table { .. }
             | Self::Unreadable { .. }
+            | Self::Thread(_)
             | Self::Launch { .. } => Exit::Failed,
         }
     }

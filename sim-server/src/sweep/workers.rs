@@ -66,10 +66,12 @@ pub fn work<M: Maker>(
         let (sender, receiver) = mpsc::channel::<Batch>();
         for _ in 0..jobs.clamp(1, todo.len().max(1)) {
             let sender = sender.clone();
-            scope.spawn(|| {
-                let made = make_some(maker(), todo, &next, stop, sender);
-                made.unwrap_or_else(&fail);
-            });
+            let work = || make_some(maker(), todo, &next, stop, sender).unwrap_or_else(&fail);
+            let started = std::thread::Builder::new().spawn_scoped(scope, work);
+            if let Err(error) = started {
+                fail(SweepError::Thread(error));
+                break;
+            }
         }
         drop(sender);
         loop {

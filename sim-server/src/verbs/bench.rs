@@ -170,7 +170,7 @@ fn start(args: &StartArgs) -> Verbed {
 fn prepare() -> Result<(RunName, Stop), VerbError> {
     let random = getrandom::u32().map_err(VerbError::Random)?;
     let run = RunName::new(&format!("bench-{random:08x}"))?;
-    let stop = Stop::listen(&run).map_err(VerbError::io("signals".as_ref()))?;
+    let stop = Stop::listen(&run).map_err(VerbError::Signals)?;
     // What killed runs left goes first.
     let _ = Domain::sweep_dead();
     Ok((run, stop))

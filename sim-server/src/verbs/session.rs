@@ -14,7 +14,8 @@ use crate::error::VerbError;
 use crate::folder::{FreeFolder, Marker, RunEnd};
 use crate::lockstep::LossKind;
 use crate::report::{RunReport, how_ended};
-use crate::run::{Children, Leaving, Outcome, Progress, Run, RunSetup, Spawn, Stop, find_program};
+use crate::run::{Children, Leaving, Outcome, Progress, Run, RunSetup, Spawn, Stop};
+use crate::run::{check_limits, find_program};
 use crate::source::FrameSource;
 
 /// Who starts the participants.
@@ -104,7 +105,8 @@ impl RunSession<'_> {
         let header = source.header().clone();
         let gates = close_gates(&header, self.starting)?;
         let (answer_timeout_s, join_timeout_s) = self.timeouts_s()?;
-        let stop = Stop::listen(&name).map_err(VerbError::io(Path::new("signals")))?;
+        check_limits(header.roster.len())?;
+        let stop = Stop::listen(&name).map_err(VerbError::Signals)?;
         // What killed runs left behind goes first; what cannot go now hurts
         // nobody and is named by `clean`.
         let _ = Domain::sweep_dead();
