@@ -9,24 +9,23 @@ use std::fs::{self, File};
 use std::net::TcpListener;
 use std::os::linux::net::SocketAddrExt as _;
 use std::os::unix::net::{SocketAddr, UnixDatagram, UnixListener};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
 use common::*;
 use rustix::process::Signal;
+use rusty_contract::RunName;
 use rusty_link::Domain;
 use rusty_tests::*;
 use serde_json::Value;
 
 /// What a confined participant can still do; `sim_server::confine` says why.
-const KNOWN_TO_BE_OPEN: [&str; 7] = [
-    "open-memory-by-name",
+const KNOWN_TO_BE_OPEN: [&str; 5] = [
     "stat-log",
     "send-datagram",
     "load-itself",
     "leave-own-memory",
-    "leave-other-memory",
     "leave-process",
 ];
 
@@ -134,6 +133,7 @@ impl Bait {
             ("--out", path(&out)),
             ("--other-run", self.other.run.to_string()),
             ("--segment", path(self.segment.path())),
+            ("--other-memory", path(&segment_of(&self.other.run))),
             ("--removable", path(self.removable.path())),
             ("--home", path(self.home.path())),
             ("--port", self.port.local_addr().unwrap().port().to_string()),
@@ -159,9 +159,8 @@ impl Bait {
             send_signal(*pid, Signal::KILL);
         }
         let memory = Path::new("/dev/shm").join(format!("{run}-left"));
-        fs::remove_file(&memory).unwrap();
-        let is_named = ended.stderr.contains(&format!("{} is new", memory.display()));
-        Tried { report: ended.json(), attempts, left, is_named }
+        let has_left_memory = fs::remove_file(&memory).is_ok();
+        Tried { report: ended.json(), attempts, left, has_left_memory }
     }
 }
 
@@ -171,8 +170,14 @@ struct Tried {
     attempts: BTreeMap<String, (bool, String)>,
     /// Its processes that outlived the run.
     left: Vec<u32>,
-    /// Whether the server named the file that it left in shared memory.
-    is_named: bool,
+    /// Whether a file that it made in shared memory outlived the run.
+    has_left_memory: bool,
+}
+
+/// A file of shared memory of a run.
+fn segment_of(run: &RunName) -> PathBuf {
+    let mut files = Domain::traces(run).into_iter();
+    files.find(|path| path.extension() == Some("data".as_ref())).unwrap()
 }
 
 /// The processes whose command line contains `words`.
@@ -189,7 +194,7 @@ fn a_hostile_estimator_gets_nowhere_confined_and_everywhere_else_if_not() {
         return;
     }
     let bait = Bait::lay();
-    let Tried { report: confined, attempts, left, is_named } = bait.run("true");
+    let Tried { report: confined, attempts, left, has_left_memory } = bait.run("true");
     assert!(attempts.len() > 95, "{attempts:#?}");
     let is_open = |attempt: &String| KNOWN_TO_BE_OPEN.contains(&attempt.as_str());
     let otherwise: Vec<_> =
@@ -199,13 +204,13 @@ fn a_hostile_estimator_gets_nowhere_confined_and_everywhere_else_if_not() {
     let gate = text(&confined["gates"], "estimator");
     assert!(gate.starts_with("kernel: landlock abi") && gate.ends_with("+ seccomp"), "{gate}");
 
-    // Its processes end with it, and the server names what it does not remove.
+    // Its processes end with it, and so does its memory.
     assert!(left.is_empty(), "confined: {left:?} outlived the run");
-    assert!(is_named);
+    assert!(!has_left_memory);
 
     // The same attempts, so that the ones above could have succeeded.
-    let Tried { report: free, attempts, left, is_named } = bait.run("\"none\"");
-    assert_eq!((left.len(), is_named), (1, false));
+    let Tried { report: free, attempts, left, has_left_memory } = bait.run("\"none\"");
+    assert_eq!((left.len(), has_left_memory), (1, true));
     for (attempt, (ok, detail)) in &attempts {
         let root_only = FOR_ROOT.contains(&attempt.as_str());
         if attempt == "read-own-key" {

@@ -33,11 +33,11 @@
 //!    scorers and loggers also get `--key-stdin`, and the key, 64 hexadecimal
 //!    digits, as the first line of their standard input. Once that process is
 //!    gone there is nothing left to join.
-//! 2. **Find the run.** Its folder is `/tmp/rusty-<uid>/<run>`; the file `lock`
-//!    in it holds `<server pid> <nonce>` and is locked (`flock`) for as long as
-//!    the server lives. The transport is iceoryx2 with that folder as root path
-//!    and a prefix made of run, user and nonce (`rusty_link`, `Domain`). Its
-//!    services are `join` and `control` (request-response of bytes), `frames`,
+//! 2. **Find the run.** Its folder is `/dev/shm/rusty-<uid>/<run>`; the file
+//!    `lock` in it holds `<server pid> <nonce>` and is locked (`flock`) for as
+//!    long as the server lives. The transport is iceoryx2 in its file-based
+//!    variant (`rusty_link`, `wire`), with the folder named after the nonce (eight
+//!    hexadecimal digits) as root path and the prefix `r`. Its services are `join` and `control` (request-response of bytes), `frames`,
 //!    `tallies` and `answers` (publish-subscribe of [`Frame`], [`Tally`],
 //!    [`Answer`]), `wake-clients` and `wake-server` (events); `join` is created
 //!    last, so where it is, all are.

@@ -186,7 +186,7 @@ impl Drop for Onlooker {
 mod tests {
     use super::*;
     use crate::memory::memory_state;
-    use crate::sweep::memory_files;
+    use crate::memory::files_in;
     use rusty_contract::BeliefKind;
     use std::os::unix::fs::MetadataExt as _;
 
@@ -264,7 +264,7 @@ mod tests {
         // Of the places of the service only those are there that were used.
         let used =
             |path: &std::path::PathBuf| std::fs::metadata(path).map_or(0, |m| 512 * m.blocks());
-        let used: u64 = memory_files(&domain.memory_prefix()).iter().map(used).sum();
+        let used: u64 = files_in(&domain.memory()).iter().map(used).sum();
         assert!(used < 8 << 20, "{used} bytes");
         drop((filter, still));
     }

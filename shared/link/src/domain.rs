@@ -1,14 +1,15 @@
-//! The folder, the lock and the shared memory that belong to one run.
+//! The folder of one run: its lock, its keys and its shared memory.
 //!
-//! Every run has a domain of its own: the folder `/tmp/rusty-<uid>/<run>` for
-//! sockets and service files, and a prefix of its own for names in shared
-//! memory. A process killed in the middle of creating a service leaves a name
-//! that nobody can use again; in a domain of its own that hurts nobody else,
-//! and sweeping the domain removes every trace.
+//! The folder is `/dev/shm/rusty-<uid>/<run>`, open to its user alone. All
+//! shared memory of the run is in files of this folder, next to the sockets and
+//! the service files. A process that is killed while it creates a service leaves
+//! a name that cannot be used again; in a separate folder this affects no other
+//! run, and removing the folder removes every trace.
 //!
-//! The file `lock` in the folder is locked by the server for as long as it
-//! lives. The kernel drops the lock with the process, so a free lock means
-//! that the run is dead and may be swept.
+//! The server locks the file `lock` in the folder for as long as it lives. The
+//! kernel drops the lock with the process, so a free lock means that the run is
+//! dead. The lock is in the same file system as the memory: containers that share
+//! the memory share the lock, and containers that do not see none of both.
 
 use std::fs::{self, File};
 use std::io::Write as _;
@@ -23,20 +24,19 @@ use crate::Peer;
 pub use crate::domain_error::DomainError;
 use crate::domain_error::io;
 use crate::lock::{
-    SWEEP_TIME, check_own_folder, ensure_own_folder, is_current, prefix_of, read_lock, read_pid,
-    take_lock,
+    SWEEP_TIME, check_own_folder, ensure_own_folder, is_current, read_lock, read_pid, take_lock,
 };
-use crate::sweep::{
-    memory_files, memory_of_runs, memory_without_run, remove_memory, sweep_folder, sweep_memory,
-};
+use crate::memory::{SHARED_MEMORY, files_in};
+use crate::sweep::sweep_folder;
 
 /// One run's place on this machine.
 #[derive(Debug)]
 pub struct Domain {
     run: RunName,
     folder: PathBuf,
-    /// Drawn at every start and written into the lock, so that nothing that
-    /// outlives a run can touch a later one of the same name.
+    /// Drawn at every start and written into the lock: the folder of the memory
+    /// is named after it, so that a process that outlives its run cannot touch a
+    /// later run of the same name.
     nonce: u32,
     /// Held by the server for its life; `None` in a client.
     lock: Option<File>,
@@ -58,7 +58,8 @@ impl Domain {
     /// The folder of all runs of this user.
     #[must_use]
     pub fn base() -> PathBuf {
-        PathBuf::from(format!("/tmp/rusty-{}", rustix::process::getuid().as_raw()))
+        let uid = rustix::process::getuid().as_raw();
+        Path::new(SHARED_MEMORY).join(format!("rusty-{uid}"))
     }
 
     /// Makes the domain of a new run and takes its lock. What a dead run of
@@ -93,10 +94,12 @@ impl Domain {
             // Empty first: whoever looks meanwhile sees that nobody serves yet.
             lock.set_len(0).map_err(io(&path, "empty the lock"))?;
             sweep_folder(&folder, false)?;
-            sweep_memory(&prefix_of(run))?;
+            let mut domain = Self { run: run.clone(), folder, nonce, lock: None };
+            ensure_own_folder(&domain.memory())?;
             let text = format!("{} {nonce}", std::process::id());
             lock.write_all(text.as_bytes()).map_err(io(&path, "write the lock"))?;
-            return Ok(Self { run: run.clone(), folder, nonce, lock: Some(lock) });
+            domain.lock = Some(lock);
+            return Ok(domain);
         }
     }
 
@@ -174,25 +177,6 @@ impl Domain {
         Ok(swept)
     }
 
-    /// Removes shared memory of this user's runs that has no folder any more,
-    /// and says what it was: what a process left that was killed while it
-    /// opened its ports in a run that others swept. For a person to ask for,
-    /// not for a start to do: where two containers share memory but not `/tmp`,
-    /// the other's runs have no folder here.
-    ///
-    /// # Errors
-    /// [`DomainError::Io`] names what could not be removed.
-    pub fn sweep_orphans() -> Result<Vec<PathBuf>, DomainError> {
-        let mut names = Ok(Vec::new());
-        let orphans = memory_without_run(|| {
-            names = Self::names();
-            names.iter().flatten().map(prefix_of).collect()
-        });
-        names?;
-        orphans.iter().try_for_each(|path| remove_memory(path))?;
-        Ok(orphans)
-    }
-
     /// The domain of this name, whatever its state.
     pub(crate) fn named(run: &RunName) -> Self {
         let folder = Self::base().join(run.as_str());
@@ -204,16 +188,14 @@ impl Domain {
     /// # Errors
     /// [`DomainError::Io`] names what could not be removed.
     pub fn sweep_if_dead(&self) -> Result<bool, DomainError> {
-        // A process that was opening its ports while another swept leaves
-        // memory without a folder; the lock makes the folder again.
-        if Self::traces(&self.run).is_empty() {
+        if !self.folder.exists() {
             return Ok(false);
         }
         let deadline = Instant::now() + SWEEP_TIME;
         loop {
             match take_lock(&self.folder) {
                 Ok(Some(lock)) if is_current(&lock, &self.folder) => {
-                    self.sweep()?;
+                    sweep_folder(&self.folder, true)?;
                     return Ok(true);
                 }
                 // Somebody else sweeps, perhaps past what came after it looked.
@@ -225,16 +207,10 @@ impl Domain {
                 Err(_) if !self.folder.exists() => {}
                 Err(e) => return Err(e),
             }
-            if Self::traces(&self.run).is_empty() {
+            if !self.folder.exists() {
                 return Ok(false);
             }
         }
-    }
-
-    /// Removes folder and memory. The caller holds the lock.
-    fn sweep(&self) -> Result<(), DomainError> {
-        sweep_memory(&prefix_of(&self.run))?;
-        sweep_folder(&self.folder, true)
     }
 
     fn state(&self) -> Option<RunState> {
@@ -268,32 +244,25 @@ impl Domain {
         read_pid(&self.folder)
     }
 
-    /// What the names of this run's shared memory begin with.
+    /// The folder of this run's shared memory and sockets.
     #[must_use]
-    pub fn memory_prefix(&self) -> String {
-        format!("{}{:06x}_", prefix_of(&self.run), self.nonce & 0xFF_FFFF)
+    pub fn memory(&self) -> PathBuf {
+        self.folder.join(format!("{:08x}", self.nonce))
     }
 
-    /// What a run has on this machine right now: its folder and its shared
-    /// memory. Empty for a run that left nothing behind.
+    /// The folder of a run and all files in it. Empty for a run that left
+    /// nothing behind.
     #[must_use]
     pub fn traces(run: &RunName) -> Vec<PathBuf> {
         let folder = Self::base().join(run.as_str());
-        let mut traces: Vec<PathBuf> = folder.exists().then_some(folder).into_iter().collect();
-        traces.extend(memory_files(&prefix_of(run)));
+        let mut traces: Vec<PathBuf> = folder.exists().then(|| folder.clone()).into_iter().collect();
+        traces.extend(files_in(&folder));
         traces
-    }
-
-    /// Files of this user in shared memory that no run of ours has made, by name.
-    #[must_use]
-    pub fn other_memory() -> Vec<PathBuf> {
-        memory_of_runs(false)
     }
 
     /// Removes all that a run has on this machine, whoever uses it: for a
     /// server that must end at once. What cannot be removed stays.
     pub fn remove_traces(run: &RunName) {
-        let _ = sweep_memory(&prefix_of(run));
         let _ = sweep_folder(&Self::base().join(run.as_str()), true);
     }
 
@@ -301,11 +270,13 @@ impl Domain {
     /// configuration file in the working directory must change nothing.
     pub(crate) fn transport(&self) -> Result<Config, crate::LinkError> {
         let mut config = Config::default();
-        let root = iceoryx2::prelude::Path::new(self.folder.as_os_str().as_encoded_bytes())
+        let memory = self.memory();
+        let root = iceoryx2::prelude::Path::new(memory.as_os_str().as_encoded_bytes())
             .map_err(crate::LinkError::transport("use the run's folder"))?;
         config.global.set_root_path(&root);
-        config.global.prefix = FileName::new(self.memory_prefix().as_bytes())
-            .map_err(crate::LinkError::transport("use the run's prefix"))?;
+        // The kernel cuts paths of sockets at 108 bytes.
+        config.global.prefix =
+            FileName::new(b"r").map_err(crate::LinkError::transport("use a prefix"))?;
         // Sweeping is done by the domain, never in the middle of a run.
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
@@ -319,7 +290,7 @@ impl Drop for Domain {
         if self.lock.is_some() {
             // Nothing can be reported from here; what stays is swept by the
             // next start or by `clean`.
-            let _ = self.sweep();
+            let _ = sweep_folder(&self.folder, true);
         }
     }
 }
@@ -366,34 +337,37 @@ mod tests {
     fn what_a_dead_run_left_is_swept_and_a_living_one_is_not() {
         let (dead, alive) = (name("dead"), name("alive"));
         let living = Domain::create(&alive).unwrap();
-        let folder = Domain::base().join(dead.as_str());
-        fs::create_dir_all(folder.join("services")).unwrap();
-        fs::write(folder.join("services/x"), "x").unwrap();
-        let memory = Path::new("/dev/shm").join(format!("{}x", prefix_of(&dead)));
-        fs::write(&memory, "x").unwrap();
-        let corpse = Domain { run: dead.clone(), folder: folder.clone(), nonce: 0, lock: None };
+        let corpse = Domain::named(&dead);
+        fs::create_dir_all(corpse.memory().join("services")).unwrap();
+        fs::write(corpse.memory().join("services/x"), "x").unwrap();
+        fs::write(corpse.memory().join("x"), "x").unwrap();
+        assert_eq!(Domain::traces(&dead).len(), 3);
         assert!(corpse.sweep_if_dead().unwrap());
-        assert!(!folder.exists() && !memory.exists());
+        assert!(!corpse.folder().exists() && Domain::traces(&dead).is_empty());
         let view = Domain::find(&alive).unwrap();
         assert!(!view.sweep_if_dead().unwrap());
         assert!(living.folder().exists());
     }
 
     #[test]
-    fn memory_without_a_folder_is_an_orphan_unless_it_is_not_ours() {
-        let living = Domain::create(&name("kept")).unwrap();
-        let file = |text: &str| {
-            let path = Path::new("/dev/shm").join(text);
-            fs::write(&path, "x").unwrap();
-            path
-        };
-        let orphan = file(&format!("{}0a1b2c_x", prefix_of(&name("orphan"))));
-        let kept = file(&format!("{}x", living.memory_prefix()));
-        let strange = file(&format!("rusty-nail-{}", std::process::id()));
-        assert!(Domain::sweep_orphans().unwrap().contains(&orphan));
-        assert!(!orphan.exists() && kept.exists() && strange.exists());
-        fs::remove_file(strange).unwrap();
-        drop(living);
-        assert!(!kept.exists());
+    fn a_later_run_of_the_same_name_has_other_memory() {
+        let run = name("again");
+        let first = Domain::create(&run).unwrap();
+        let (memory, view) = (first.memory(), Domain::find(&run).unwrap());
+        assert!(memory.is_dir() && view.memory() == memory);
+        drop(first);
+        let second = Domain::create(&run).unwrap();
+        assert!(!memory.exists() && second.memory() != memory);
+    }
+
+    /// The owner's permissions alone: no other user can reach into a run.
+    #[test]
+    fn folders_of_a_run_are_open_to_their_user_alone() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let domain = Domain::create(&name("mode")).unwrap();
+        for folder in [Domain::base(), domain.folder().to_owned(), domain.memory()] {
+            let mode = fs::metadata(&folder).unwrap().permissions().mode();
+            assert_eq!(mode & 0o777, 0o700, "{}", folder.display());
+        }
     }
 }

@@ -19,6 +19,19 @@ pub enum LinkError {
         /// The transport's own words.
         why: String,
     },
+    /// Shared memory is full.
+    #[error(
+        "shared memory is full: {:.1} MB of /dev/shm are needed, {:.1} MB are free; end other \
+         runs, remove dead ones with `sim-server clean`, delete files in /dev/shm, or give the \
+         container more (docker run --shm-size=64m)",
+        *needed_bytes as f64 / 1e6, *free_bytes as f64 / 1e6
+    )]
+    NoRoom {
+        /// Bytes that are needed at once.
+        needed_bytes: u64,
+        /// Bytes that are free.
+        free_bytes: u64,
+    },
     /// The server said no.
     #[error("refused: {0}")]
     Refused(#[from] Refusal),

@@ -16,7 +16,6 @@ use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
 use rustix::thread::futex;
 use rusty_contract::{MAX_PARTICIPANTS, RunName};
 
-use crate::sweep::SHARED_MEMORY;
 use crate::wait::{LOOKS_BETWEEN_CHECKS, Waiter, monotonic_ns};
 use crate::{Domain, LinkError, Peer, WaitPolicy};
 
@@ -38,7 +37,7 @@ struct Mapped(NonNull<Lines>);
 
 impl Mapped {
     fn path(domain: &Domain) -> PathBuf {
-        PathBuf::from(SHARED_MEMORY).join(format!("{}floor", domain.memory_prefix()))
+        domain.memory().join("floor")
     }
 
     fn open(domain: &Domain, create: bool) -> Result<Self, LinkError> {

@@ -2,8 +2,8 @@
 //!
 //! In reading order:
 //!
-//! * [`domain`]: the folder, the lock and the shared memory that belong to one
-//!   run, and how they are swept;
+//! * [`domain`]: the folder of one run, with its lock, keys and shared memory, and
+//!   its removal;
 //! * [`memory`]: whether shared memory can be used at all;
 //! * [`process`]: what the kernel says of a process: running, stopped, dead;
 //! * [`wait`]: look at the data, yield, then block for a bounded while;
@@ -39,6 +39,7 @@ pub mod server;
 mod services;
 mod sweep;
 pub mod wait;
+mod wire;
 
 pub use belief::{Beliefs, Onlooker};
 pub use borrowed::{BorrowedFrame, BorrowedTally};

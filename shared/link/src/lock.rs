@@ -7,28 +7,11 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use rustix::fs::{FlockOperation, flock};
-use rusty_contract::RunName;
 
 use crate::domain_error::{DomainError, io};
 
 /// How long somebody may need who looks at a lock or sweeps behind it.
 pub(crate) const SWEEP_TIME: Duration = Duration::from_secs(2);
-
-/// What the names of all memory of all runs begin with.
-pub(crate) const MEMORY: &str = "rusty";
-/// How many characters of such a name stand for user and run.
-pub(crate) const PREFIX_LENGTH: usize = MEMORY.len() + 10;
-
-/// What the names of all memory of a run begin with, whenever it was started:
-/// FNV-1a over user and run, short, and the same in every process.
-pub(crate) fn prefix_of(run: &RunName) -> String {
-    let uid = rustix::process::getuid().as_raw();
-    let mut hash = 0xcbf2_9ce4_8422_2325u64;
-    for byte in uid.to_le_bytes().iter().chain(run.as_str().as_bytes()) {
-        hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-    }
-    format!("{MEMORY}{:010x}", hash >> 24)
-}
 
 /// Makes the folder if it is not there, for this user alone.
 pub(crate) fn ensure_own_folder(path: &Path) -> Result<(), DomainError> {

@@ -1,6 +1,7 @@
 //! The server's side: loan a frame, publish it, collect answers.
 
 use std::ops::{Deref, DerefMut};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use iceoryx2::active_request::ActiveRequest;
@@ -20,7 +21,7 @@ use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally, Trut
 use crate::control::ControlCall;
 use crate::services::{self, BeliefService, Direction, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
-use crate::{Domain, Feed, Keys, LinkError, Peer, WaitPolicy};
+use crate::{Domain, Feed, Keys, LinkError, Peer, WaitPolicy, memory};
 
 /// The server's ports. They go before the domain goes.
 pub struct ServerLink {
@@ -38,6 +39,8 @@ pub struct ServerLink {
     /// Held for filters and onlookers; `None` takes nothing from the run.
     _beliefs: Option<BeliefService>,
     node: Node<Ipc>,
+    /// The folder of the run's shared memory.
+    memory: PathBuf,
     keys: Keys,
     /// How many catch-ups there were: each enciphers its tallies in its own way.
     catch_ups: u32,
@@ -45,6 +48,9 @@ pub struct ServerLink {
     heard: Vec<Sample<Ipc, WireAnswer, ()>>,
 }
 
+/// The room that a reply needs, in multiples of its length: the transport makes a
+/// larger file for one that does not fit.
+const REPLY_COPIES: u64 = 4;
 /// The most answers that are taken in one turn: all ports' full buffers.
 const ANSWERS_AT_ONCE: usize = services::MAX_PORTS * services::BUFFER;
 
@@ -130,8 +136,10 @@ impl ServerLink {
     /// the control key in the run's folder. All other keys derive from `key`.
     ///
     /// # Errors
-    /// [`LinkError::Transport`] says what could not be created.
+    /// [`LinkError::NoRoom`] if shared memory is full; [`LinkError::Transport`] says
+    /// what could not be created.
     pub fn create(domain: &Domain, policy: WaitPolicy, key: &TruthKey) -> Result<Self, LinkError> {
+        memory::ensure_room(memory::RUN_BYTES)?;
         let keys = Keys::new(key);
         domain.leave_control_key(&keys.control)?;
         let node = services::node(domain)?;
@@ -168,6 +176,8 @@ impl ServerLink {
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
             .create()
             .map_err(LinkError::transport("open the join port"))?;
+        let memory = domain.memory();
+        memory::reserve(&memory)?;
         let waiting_since_ns = monotonic_ns();
         let waiter = Waiter::new(policy, waiting_since_ns);
         Ok(Self {
@@ -183,6 +193,7 @@ impl ServerLink {
             waiter,
             _beliefs: beliefs,
             node,
+            memory,
             keys,
             catch_ups: 0,
             heard: Vec::with_capacity(ANSWERS_AT_ONCE),
@@ -269,11 +280,21 @@ impl ServerLink {
         let _ = self.node.try_cleanup_dead_nodes();
     }
 
+    /// Allocates the shared memory that participants have opened since the last
+    /// call: to be called before the first tick.
+    ///
+    /// # Errors
+    /// [`LinkError::NoRoom`] if shared memory is full.
+    pub fn reserve(&self) -> Result<(), LinkError> {
+        memory::reserve(&self.memory)
+    }
+
     /// A way of its own for one who comes back into the run.
     ///
     /// # Errors
     /// [`LinkError::Transport`] says what could not be created.
     pub fn feed(&mut self, service: &str, slot: usize) -> Result<Feed, LinkError> {
+        memory::ensure_room(memory::RUN_BYTES)?;
         self.catch_ups += 1;
         Feed::create(&self.node, service, slot, Keys::new(&self.keys.truth), self.catch_ups)
     }
@@ -372,6 +393,7 @@ impl JoinCall {
     /// [`LinkError::Transport`], for instance because the caller is gone.
     pub fn reply(self, reply: &JoinReply) -> Result<(), LinkError> {
         let json = serde_json::to_vec(reply).map_err(LinkError::transport("write a reply"))?;
+        memory::ensure_room(REPLY_COPIES * json.len() as u64)?;
         respond(&self.active, &json)
     }
 }

@@ -8,7 +8,7 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{
     CallbackProgression, FileDescriptorBased as _, Node, NodeBuilder, NodeName,
 };
-use iceoryx2::prelude::{NodeState, ServiceName, SignalHandlingMode, ZeroCopySend, ipc};
+use iceoryx2::prelude::{NodeState, ServiceName, SignalHandlingMode, ZeroCopySend};
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
 use rusty_contract::belief::belief_hash;
 use rusty_contract::layout::layout_hash;
@@ -16,9 +16,9 @@ use rusty_contract::{Answer, BeliefHeader, Frame, Tally, WeightedPose};
 use std::os::fd::BorrowedFd;
 use std::time::Duration;
 
-use crate::{Domain, LinkError};
+use crate::{Domain, LinkError, memory};
 
-pub(crate) type Ipc = ipc::Service;
+pub(crate) use crate::wire::Wire as Ipc;
 pub(crate) type PubSub<T> = publish_subscribe::PortFactory<Ipc, T, ()>;
 pub(crate) type BeliefService = publish_subscribe::PortFactory<Ipc, [WirePose], WireBelief>;
 pub(crate) type Exchange = request_response::PortFactory<Ipc, [u8], (), [u8], ()>;
@@ -127,6 +127,7 @@ pub(crate) fn onlooker_node(domain: &Domain) -> Result<Node<Ipc>, LinkError> {
 const OTHERS_TIME: Duration = Duration::from_secs(1);
 
 fn named_node(domain: &Domain, name: &str) -> Result<Node<Ipc>, LinkError> {
+    memory::ensure_room(memory::PORTS_BYTES)?;
     NodeBuilder::new()
         .name(&NodeName::new(name).map_err(LinkError::transport("name a node"))?)
         .config(&domain.transport()?)

@@ -10,7 +10,7 @@ use landlock::{
 };
 use rustix::thread::{CapabilitySet, CapabilitySets};
 use rusty_contract::{RunName, Sandbox};
-use rusty_link::Domain;
+use rusty_link::{Domain, DomainError};
 use thiserror::Error;
 
 use super::calls;
@@ -58,6 +58,9 @@ pub enum ConfineError {
         /// The kernel's words.
         error: String,
     },
+    /// Its run has no folder.
+    #[error(transparent)]
+    Run(#[from] DomainError),
     /// The kernel does not take the rules.
     #[error("the kernel does not take the rules for files: {0}; see `sandbox` in the scenario")]
     Rules(#[from] RulesetError),
@@ -112,7 +115,7 @@ pub(super) fn apply(cell: &Cell) -> Result<(), ConfineError> {
 fn rules(cell: &Cell) -> Result<RulesetCreated, ConfineError> {
     use AccessFs::{Execute, MakeDir, MakeReg, MakeSock, ReadDir, ReadFile, RemoveDir};
     use AccessFs::{RemoveFile, Truncate, WriteFile};
-    let folder = Domain::base().join(cell.run.as_str());
+    let domain = Domain::find(&cell.run)?;
     let read = ReadFile | ReadDir;
     let write = WriteFile | MakeReg | MakeDir | RemoveFile | RemoveDir | Truncate;
     let rules = Ruleset::default()
@@ -125,13 +128,8 @@ fn rules(cell: &Cell) -> Result<RulesetCreated, ConfineError> {
         .add_rules(path_beneath_rules(DEVICES, ReadFile | WriteFile))?;
     let mut own: Vec<(PathBuf, BitFlags<AccessFs>)> = vec![
         (cell.program.clone(), ReadFile | Execute),
-        // Its wake-up socket, which the transport must be able to remove.
-        (folder.clone(), MakeSock | RemoveFile),
-        (folder.join("lock"), ReadFile.into()),
-        (folder.join("services"), read),
-        (folder.join("nodes"), read | write),
-        // Flat, and segments come and go during a run: no listing, no removing.
-        (PathBuf::from("/dev/shm"), ReadFile | WriteFile | MakeReg | Truncate),
+        (domain.folder().join("lock"), ReadFile.into()),
+        (domain.memory(), read | write | MakeSock),
     ];
     own.extend(cell.files.iter().map(|file| (file.clone(), read)));
     own.extend(cell.own_folder.iter().map(|folder| (folder.clone(), read | write)));

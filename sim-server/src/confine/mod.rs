@@ -18,10 +18,8 @@
 //!   output, which is open when it starts;
 //! * if its `command` has `{out}`: read and write in a folder of its own, named
 //!   after it, in the folder to which the run writes;
-//! * in its run's folder: read the lock and `services`, work in `nodes`, make
-//!   sockets and remove files, because the transport removes its socket;
-//! * in `/dev/shm`: open and make segments whose names it knows; neither list
-//!   nor remove them;
+//! * read its run's lock; in the folder of its run's shared memory: list, read,
+//!   write, make and remove files, and make sockets, because the transport does;
 //! * make Unix datagram sockets, pairs of connected sockets, threads and child
 //!   processes; compute: the system calls of `confine/allowed.rs`.
 //!
@@ -32,8 +30,9 @@
 //! and, where the machine's settings allow it, succeeds otherwise.
 //!
 //! * open any other file or folder: scenario, log, output folder, key files,
-//!   home, `/tmp`, other runs, all of `/proc` and `/sys` (`read-*`, `write-*`,
-//!   `list-*`); list or remove shared memory (`list-memory`, `remove-memory`);
+//!   home, `/tmp`, all of `/proc` and `/sys` (`read-*`, `write-*`, `list-*`);
+//!   list, open, make or remove shared memory of other runs and programs
+//!   (`list-memory`, `open-*memory*`, `leave-other-memory`, `remove-memory`);
 //!   watch folders, delay others by leases (`watch-files`, `call-dnotify`,
 //!   `call-lease`);
 //! * start any other program by its path (`run-shell`, `load-shell`), or any
@@ -73,11 +72,9 @@
 //!
 //! # What remains open
 //!
-//! * `/dev/shm` is one flat folder. Who knows the name of a segment of this
-//!   user can open it and write to it: frames of its own run, which others
-//!   read (a changed frame fails its digest), and segments of other runs and
-//!   programs. Names of other runs have a random part and cannot be listed;
-//!   they hold no truth in plaintext either way.
+//! * It can write to the shared memory of its own run: frames, which others
+//!   read (a changed frame fails its digest), and the transport's own notes.
+//!   No truth is there in plaintext.
 //! * It can load and run, as its own code, any file that it can read: libraries,
 //!   and programs in the folders of libraries or in `files`. The dynamic loader
 //!   does that for it (`load-itself`), and so does mapping the file. The same
@@ -88,16 +85,11 @@
 //!   can be sent to: up to Landlock ABI 8 no rule says otherwise. An
 //!   accomplice outside can so be talked to.
 //! * What it may open it may also lock (`flock`) and, as its owner, change the
-//!   mode of; and it can remove the files of its run's folder. A hostile
+//!   mode of; and it can cut and remove the memory of its run. A hostile
 //!   participant can spoil its own run, fill memory, take processor time: this
-//!   is a defence against looking, not against waste.
-//! * It cannot remove its own segments. The server does (`leave-own-memory`),
-//!   and if that is killed too, a scorer, a logger, the next start or `clean`.
-//!   Files that it makes in `/dev/shm` under other names stay
-//!   (`leave-other-memory`; Python's `multiprocessing` makes such files): neither
-//!   their owner nor their time tells them from files of other programs, so the
-//!   server names them on stderr and removes none. Names that begin as those of
-//!   a run are removed by `clean`.
+//!   is a defence against looking, not against waste. The server removes the
+//!   files that it leaves (`leave-own-memory`), and if the server is killed too,
+//!   a scorer, a logger, the next start or `clean`.
 //! * If the server is killed by SIGKILL, it kills nobody: a hostile participant
 //!   can then go on, within its rules.
 //! * It can ask for the seat of another participant of its run. For the seats

@@ -244,6 +244,9 @@ impl<'a> Run<'a> {
             self.take_wishes()?;
             self.take_joins()?;
         }
+        if self.began.is_none() {
+            self.link.reserve()?;
+        }
         let may = self.clock.may(tick);
         if may != May::Now && !self.stop.flag().load(Ordering::Relaxed) {
             // The machine asks for this tick again. Whoever comes, fails or

@@ -13,8 +13,6 @@ use crate::cli::JsonArgs;
 /// [`VerbError`](crate::error::VerbError) names what could not be removed.
 pub fn clean(args: &JsonArgs) -> Verbed {
     let swept: Vec<String> = Domain::sweep_dead()?.iter().map(ToString::to_string).collect();
-    let orphans = Domain::sweep_orphans()?;
-    let orphans: Vec<String> = orphans.iter().map(|path| path.display().to_string()).collect();
     let alive: Vec<(String, u32)> = Domain::list()?
         .into_iter()
         .filter_map(|(run, state)| match state {
@@ -25,13 +23,13 @@ pub fn clean(args: &JsonArgs) -> Verbed {
     if args.json {
         let alive: Vec<_> =
             alive.iter().map(|(run, pid)| json!({ "run": run, "pid": pid })).collect();
-        print_json(&json!({ "removed": swept, "orphans": orphans, "alive": alive }));
+        print_json(&json!({ "removed": swept, "alive": alive }));
         return Ok(Exit::Done);
     }
-    if swept.is_empty() && orphans.is_empty() {
+    if swept.is_empty() {
         outln!("nothing to remove");
     }
-    for what in swept.iter().chain(&orphans) {
+    for what in &swept {
         outln!("removed {what}");
     }
     for (run, pid) in alive {

@@ -123,7 +123,6 @@ impl RunSession<'_> {
         leave_credentials(&domain, &header, self.starting, &key)?;
         // Before anybody is started: who is confined may use what is there.
         let link = ServerLink::create(&domain, args.wait, &key)?;
-        let memory = gates.iter().any(Gate::confines).then(Domain::other_memory);
         let mut children = match self.starting {
             Starting::Launch => {
                 let (run, wait, out_dir) = (&name, args.wait, &*out_dir);
@@ -155,7 +154,6 @@ impl RunSession<'_> {
         let outputs = (0..header.roster.len()).filter_map(output).collect();
         let ended_badly = children.finish(|seat| how_left(&outcome, seat));
         drop(domain);
-        name_new_memory(memory.as_deref());
         let end = RunEnd {
             ended: how_ended(outcome.phase).to_owned(),
             ticks: outcome.ticks,
@@ -233,17 +231,6 @@ fn close_gates(header: &LogHeader, starting: Starting) -> Result<Vec<Gate>, Verb
         }
     }
     Ok(gates)
-}
-
-/// Names the files in shared memory that a confined participant may have left;
-/// `before`: the files at the start of the run, if anybody was confined.
-/// They are not removed: another program of this user may have made them.
-fn name_new_memory(before: Option<&[PathBuf]>) {
-    let Some(before) = before else { return };
-    for file in Domain::other_memory().iter().filter(|file| !before.contains(file)) {
-        let file = file.display();
-        errln!("{file} is new since the start of the run; unless it is in use, remove it");
-    }
 }
 
 /// The scenario's name, shortened, and eight random digits.

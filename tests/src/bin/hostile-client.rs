@@ -56,7 +56,10 @@ struct Cli {
     /// A file in /dev/shm that is not this program's
     #[arg(long, default_value = ".")]
     segment: PathBuf,
-    /// The same, to be removed
+    /// A segment of that other run
+    #[arg(long, default_value = ".")]
+    other_memory: PathBuf,
+    /// A file in /dev/shm, to be removed
     #[arg(long, default_value = ".")]
     removable: PathBuf,
     /// A folder as a home would be, with the sockets `stream` and `datagram`
@@ -174,8 +177,9 @@ fn try_files(cli: &Cli) {
     report("remove-memory", fs::remove_file(&cli.removable).map(|()| String::new()));
     let watch = rustix::fs::inotify::init(rustix::fs::inotify::CreateFlags::empty());
     report("watch-files", watch.map(|_| String::new()).map_err(io::Error::from));
-    // Known to be open; see the documentation of `sim_server::confine`.
     report("open-memory-by-name", read(&cli.segment));
+    report("open-memory-of-other-run", read(&cli.other_memory));
+    // Known to be open; see the documentation of `sim_server::confine`.
     report("stat-log", fs::metadata(cli.out.join("run.log")).map(|m| m.len().to_string()));
 }
 
@@ -313,10 +317,10 @@ fn try_programs(cli: &Cli) {
 /// or names them.
 fn try_to_stay(cli: &Cli) {
     let Some(run) = &cli.run else { return };
-    let leave = |name: String| write_to(&Path::new("/dev/shm").join(name));
-    let own = Domain::find(run).map(|domain| format!("{}left", domain.memory_prefix()));
-    report("leave-own-memory", own.map_err(io::Error::other).and_then(leave));
-    report("leave-other-memory", leave(format!("{run}-left")));
+    let own = Domain::find(run).map_err(io::Error::other);
+    report("leave-own-memory", own.and_then(|own| write_to(&own.memory().join("left"))));
+    let other = Path::new("/dev/shm").join(format!("{run}-left"));
+    report("leave-other-memory", write_to(&other));
     report("leave-process", stay_as(run, &[]).and_then(|mut child| exited(child.wait()?)));
 }
 
