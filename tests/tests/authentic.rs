@@ -178,7 +178,7 @@ impl Stage {
         let mut ready = 0;
         until("both are ready", || {
             ready += stage
-                .ask(|link| link.take_answers(|received| assert!(received.is_signed)).unwrap());
+                .ask(|link| link.take_answers(|received| assert!(received.forged_by.is_none())).unwrap());
             ready == 2
         });
         stage

@@ -132,23 +132,31 @@ impl Tally {
     }
 
     /// Enciphers the tally; `stream` is 0 in the run and N in its Nth catch-up,
-    /// so that no keystream is used for two texts.
-    pub fn seal(&mut self, key: &TruthKey, stream: u32) {
+    /// so that no keystream is used for two texts. Returns the bytes in use.
+    pub fn seal(&mut self, key: &TruthKey, stream: u32) -> &[u8] {
         self.stream = stream;
         self.apply(key);
+        &bytemuck::bytes_of(self)[..self.used_bytes()]
     }
 
     /// Copies a sealed tally and deciphers the copy. With another key the
     /// digests and entries are noise.
     pub fn open_into(&self, key: &TruthKey, opened: &mut Self) {
-        *opened = *self;
+        let used = self.used_bytes();
+        bytemuck::bytes_of_mut(opened)[..used]
+            .copy_from_slice(&bytemuck::bytes_of(self)[..used]);
         opened.apply(key);
+    }
+
+    /// Header and entries; the rest is not read.
+    fn used_bytes(&self) -> usize {
+        let entries = (self.count as usize).min(MAX_PARTICIPANTS);
+        std::mem::offset_of!(Self, entries) + entries * size_of::<TallyEntry>()
     }
 
     fn apply(&mut self, key: &TruthKey) {
         let (tick, stream) = (self.tick, self.stream);
-        let entries = (self.count as usize).min(MAX_PARTICIPANTS);
-        let to = std::mem::offset_of!(Self, entries) + entries * size_of::<TallyEntry>();
+        let to = self.used_bytes();
         let secret = &mut bytemuck::bytes_of_mut(self)[std::mem::offset_of!(Self, run_digest)..to];
         key.apply(Purpose::Tally(stream), tick, secret);
     }

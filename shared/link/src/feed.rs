@@ -7,7 +7,7 @@ use iceoryx2::prelude::Node;
 use iceoryx2::sample::Sample;
 use rusty_contract::{CatchUp, Frame, Tally};
 
-use crate::server::{FrameLoan, write_tally};
+use crate::server::{FrameLoan, send_tally};
 use crate::services::{self, Direction, Ipc, WireFrame, WireTally};
 use crate::wait::monotonic_ns;
 use crate::{Keys, LinkError};
@@ -72,7 +72,9 @@ impl Feed {
     /// # Errors
     /// [`LinkError::Transport`].
     pub fn publish_tally(&self, write: impl FnOnce(&mut Tally)) -> Result<(), LinkError> {
-        write_tally(&self.tallies, write, &self.keys, self.stream)
+        let mut tally = Tally::default();
+        write(&mut tally);
+        send_tally(&self.tallies, &mut tally, &self.keys, self.stream)
     }
 }
 

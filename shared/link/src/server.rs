@@ -27,6 +27,8 @@ use crate::{Domain, Feed, Keys, LinkError, Peer, WaitPolicy, memory};
 pub struct ServerLink {
     frames: Publisher<Ipc, WireFrame, ()>,
     tallies: Publisher<Ipc, WireTally, ()>,
+    /// The last tally, enciphered: its memory is used again.
+    tally: Box<Tally>,
     answers: Subscriber<Ipc, WireAnswer, ()>,
     joins: Server<Ipc, [u8], (), [u8], ()>,
     controls: Server<Ipc, [u8], (), [u8], ()>,
@@ -71,10 +73,9 @@ pub struct FrameLoan(SampleMutUninit<Ipc, std::mem::MaybeUninit<WireFrame>, ()>)
 pub struct ReceivedAnswer {
     /// The answer, copied out of shared memory. Anything may be in it.
     pub answer: Answer,
-    /// The process whose port it came through, as that process's library says.
-    pub pid: u32,
-    /// Whether the participant that it names has signed it.
-    pub is_signed: bool,
+    /// Where the participant that it names has not signed it: the process whose
+    /// port it came through, as that process's library reports it.
+    pub forged_by: Option<u32>,
 }
 
 /// Somebody asks to join.
@@ -113,21 +114,24 @@ impl FrameLoan {
     }
 }
 
-/// Writes a tally in private memory, and sends it enciphered.
-pub(crate) fn write_tally(
+/// Sends a tally enciphered. `tally` is private memory: every participant can map
+/// the place of what is sent.
+pub(crate) fn send_tally(
     port: &Publisher<Ipc, WireTally, ()>,
-    write: impl FnOnce(&mut Tally),
+    tally: &mut Tally,
     keys: &Keys,
     stream: u32,
 ) -> Result<(), LinkError> {
     let mut sample = port.loan_uninit().map_err(LinkError::transport("loan a tally"))?;
-    // Every participant can map the place, so what is in it is never plain.
-    let mut tally = Tally::default();
-    write(&mut tally);
-    tally.seal(&keys.truth, stream);
-    sample.payload_mut().write(WireTally(tally));
-    // SAFETY: written just above.
-    let sample = unsafe { sample.assume_init() };
+    let sealed = tally.seal(&keys.truth, stream);
+    let place = sample.payload_mut().as_mut_ptr().cast::<u8>();
+    // SAFETY: the loan has the size of a `Tally`, of which `sealed` is the
+    // beginning, and is no part of `tally`. The rest of it is initialised, as in
+    // `FrameLoan::deref`; `Tally` is `Pod`, so every pattern is one.
+    let sample = unsafe {
+        std::ptr::copy_nonoverlapping(sealed.as_ptr(), place, sealed.len());
+        sample.assume_init()
+    };
     sample.send().map(|_| ()).map_err(LinkError::transport("publish a tally"))
 }
 
@@ -183,6 +187,7 @@ impl ServerLink {
         Ok(Self {
             frames,
             tallies,
+            tally: Box::default(),
             answers,
             joins,
             controls,
@@ -303,8 +308,9 @@ impl ServerLink {
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn publish_tally(&self, write: impl FnOnce(&mut Tally)) -> Result<(), LinkError> {
-        write_tally(&self.tallies, write, &self.keys, 0)
+    pub fn publish_tally(&mut self, write: impl FnOnce(&mut Tally)) -> Result<(), LinkError> {
+        write(&mut self.tally);
+        send_tally(&self.tallies, &mut self.tally, &self.keys, 0)
     }
 
     /// Wakes the clients if one of them may be asleep: each is given by when
@@ -340,9 +346,9 @@ impl ServerLink {
             match self.answers.receive() {
                 Ok(Some(sample)) => {
                     let answer = sample.payload().0;
-                    let pid = process_of(sample.origin().value());
                     let is_signed = self.keys.has_signed_answer(&answer);
-                    take(ReceivedAnswer { answer, pid, is_signed });
+                    let forged_by = (!is_signed).then(|| process_of(sample.origin().value()));
+                    take(ReceivedAnswer { answer, forged_by });
                     self.heard.push(sample);
                 }
                 Ok(None) | Err(ReceiveError::ExceedsMaxBorrows) => break,

@@ -220,7 +220,7 @@ impl<'k> Player<'k> {
             self.link.take_answers(|received| inbox.push_back(received))?;
         }
         let Some(received) = self.inbox.pop_front() else { return Ok(None) };
-        if !received.is_signed {
+        if received.forged_by.is_some() {
             return Err(Fault::Unsigned(received.answer.tick).into());
         }
         Ok(Some(received.answer))

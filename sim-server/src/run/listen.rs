@@ -49,11 +49,10 @@ impl Run<'_> {
 
     fn take_answers(&mut self) -> Result<usize, LinkError> {
         let (lockstep, mut forged) = (&mut self.lockstep, None);
-        let taken = self.link.take_answers(|ReceivedAnswer { answer, pid, is_signed }| {
-            if is_signed {
-                lockstep.answer(&answer, monotonic_ns());
-            } else {
-                forged = Some((answer.participant, pid));
+        let taken = self.link.take_answers(|ReceivedAnswer { answer, forged_by }| {
+            match forged_by {
+                None => lockstep.answer(&answer, monotonic_ns()),
+                Some(pid) => forged = Some((answer.participant, pid)),
             }
         })?;
         if let Some((slot, pid)) = forged
