@@ -29,19 +29,18 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use rusty_contract::{Exit, RunName, Sandbox, errln, output};
+use rusty_contract::{RunName, Sandbox};
 use rusty_link::WaitPolicy;
 
-use crate::run::Pace;
-use crate::verbs;
+use rusty_engine::run::Pace;
 
 /// A lockstep robot simulator: one world, published tick by tick into shared
 /// memory, to processes that must answer before time goes on.
 #[derive(Parser)]
 #[command(name = "sim-server", version, after_help = AFTER_HELP, propagate_version = true)]
-struct Cli {
+pub struct Cli {
     #[command(subcommand)]
-    verb: Verb,
+    pub verb: Verb,
 }
 
 const AFTER_HELP: &str = "\
@@ -57,7 +56,7 @@ Exit codes: 0 done, 1 failed, 2 wrong usage, 3 finished but something was lost
 (a participant, data, or the end of the run), 4 not bit-exact.";
 
 #[derive(Subcommand)]
-enum Verb {
+pub enum Verb {
     /// Run a scenario: server and participants as processes; table, digest, picture
     Launch(LaunchArgs),
     /// Serve a scenario; participants join by name and are started by hand
@@ -342,7 +341,7 @@ pub struct ConfinedArgs {
 }
 
 #[derive(Subcommand)]
-enum ImportVerb {
+pub enum ImportVerb {
     /// A CARMEN log (ODOM and FLASER lines), plain or gzip
     Carmen(CarmenArgs),
 }
@@ -364,45 +363,6 @@ pub struct CarmenArgs {
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
-}
-
-/// Parses the command line and does what it says.
-#[must_use]
-pub fn main() -> Exit {
-    crate::run::prepare_process();
-    let done = match Cli::parse().verb {
-        Verb::Launch(args) => verbs::launch(&args),
-        Verb::Serve(args) => verbs::serve(&args),
-        Verb::Replay(args) => verbs::replay(&args),
-        Verb::Verify(args) => verbs::verify(&args),
-        Verb::Fork(args) => verbs::fork(&args),
-        Verb::Sweep(args) => verbs::sweep(&args),
-        Verb::Compare(args) => verbs::compare(&args),
-        Verb::Budget(args) => verbs::budget(&args),
-        Verb::Umbmark(args) => verbs::umbmark(&args),
-        Verb::Diff(args) => verbs::diff(&args),
-        Verb::Info(args) => verbs::info(&args),
-        Verb::Export(args) => verbs::export(&args),
-        Verb::Seal(args) => verbs::seal(&args),
-        Verb::Worlds(args) => verbs::worlds(&args),
-        Verb::Layout(args) => verbs::layout(&args),
-        Verb::Import(ImportVerb::Carmen(args)) => verbs::import_carmen(&args),
-        Verb::Control(args) => verbs::control(&args),
-        Verb::Doctor(args) => verbs::doctor(&args),
-        Verb::Conformance(args) => verbs::conformance(&args),
-        Verb::Bench(args) => verbs::bench(&args.what),
-        Verb::Runs(args) => verbs::runs(&args),
-        Verb::Clean(args) => verbs::clean(&args),
-        Verb::BenchPeer(args) => verbs::bench_peer(&args),
-        Verb::Confined(args) => verbs::confined(&args),
-    };
-    output::finish(
-        "sim-server",
-        done.unwrap_or_else(|e| {
-            errln!("sim-server: {e}");
-            e.exit()
-        }),
-    )
 }
 
 #[cfg(test)]

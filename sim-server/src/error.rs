@@ -3,23 +3,24 @@
 use rusty_contract::Exit;
 use rusty_contract::log::LogError;
 use rusty_contract::{FieldError, NameError};
-use rusty_geometry::WorldError;
 use rusty_link::{DomainError, LinkError};
 use rusty_sim::SimError;
 use thiserror::Error;
 
-use crate::bench::page::PageError;
-use crate::confine::ConfineError;
-use crate::export::ExportError;
-use crate::folder::FolderError;
-use crate::import::ImportError;
-use crate::run::{ChildrenError, LimitError};
-use crate::scenario_file::SetupError;
-use crate::seal::SealError;
-use crate::source::ForkError;
-use crate::sweep::SweepError;
-use crate::umbmark::LapError;
-use crate::versus::VersusError;
+use rusty_bench::BenchError;
+use rusty_bench::page::PageError;
+use rusty_conformance::ConformanceError;
+use rusty_engine::confine::ConfineError;
+use rusty_engine::run::{ChildrenError, LimitError};
+use rusty_engine::scenario_file::SetupError;
+use rusty_engine::source::ForkError;
+use rusty_logs::export::ExportError;
+use rusty_logs::folder::FolderError;
+use rusty_logs::import::ImportError;
+use rusty_logs::seal::SealError;
+use rusty_study::sweep::SweepError;
+use rusty_study::umbmark::LapError;
+use rusty_study::versus::VersusError;
 
 /// What a verb can fail with. Every text names place, value and remedy.
 #[derive(Debug, Error)]
@@ -122,15 +123,15 @@ pub enum VerbError {
         /// What is known.
         why: String,
     },
+    /// A bench.
+    #[error(transparent)]
+    Bench(Box<BenchError>),
+    /// The conformance checks.
+    #[error(transparent)]
+    Conformance(Box<ConformanceError>),
     /// The page of benches.
     #[error(transparent)]
     Page(#[from] PageError),
-    /// A world of a bench.
-    #[error(transparent)]
-    World(#[from] WorldError),
-    /// A bench could not measure.
-    #[error("nothing was measured: {0}")]
-    Bench(String),
     /// A drawing failed.
     #[error("cannot draw {path}: {why}")]
     Draw {
@@ -139,6 +140,18 @@ pub enum VerbError {
         /// The plotting library's words.
         why: String,
     },
+}
+
+impl From<BenchError> for VerbError {
+    fn from(error: BenchError) -> Self {
+        Self::Bench(Box::new(error))
+    }
+}
+
+impl From<ConformanceError> for VerbError {
+    fn from(error: ConformanceError) -> Self {
+        Self::Conformance(Box::new(error))
+    }
 }
 
 impl From<ForkError> for VerbError {
@@ -165,6 +178,8 @@ impl VerbError {
             Self::Folder(e) => e.exit(),
             Self::Versus(e) => e.exit(),
             Self::Page(e) => e.exit(),
+            Self::Bench(e) => e.exit(),
+            Self::Conformance(e) => e.exit(),
             Self::Setup(_)
             | Self::Field(_)
             | Self::Name(_)

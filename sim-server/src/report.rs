@@ -9,11 +9,11 @@ use rusty_contract::score::{Score, ScoreTable};
 use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, Timing};
 use serde::Serialize;
 
-use crate::bench::usage::Usage;
-use crate::confine::Gate;
-use crate::lockstep::{Loss, SeatSummary};
-use crate::run::{Outcome, has_content};
-use crate::source::{Comparison, Fork, FrameSource};
+use rusty_bench::usage::Usage;
+use rusty_engine::confine::Gate;
+use rusty_engine::lockstep::{Loss, SeatSummary};
+use rusty_engine::run::{Outcome, has_content};
+use rusty_engine::source::{Comparison, Fork, FrameSource};
 
 /// What a run came to.
 #[derive(Debug, Serialize)]

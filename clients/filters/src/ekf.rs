@@ -31,14 +31,13 @@
 use clap::Args;
 use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Innovation, Reply, Start, errln};
+use rusty_contract::{Estimate, Innovation, Reply, Start, errln};
 use rusty_geometry::{EncoderTicks, SE2};
 
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
 use crate::lines::{Extraction, Segment};
-use crate::localiser::Localiser;
 use crate::numbers::{number, positive};
-use crate::tangent::{right_jacobian, symmetric};
+use crate::tangent::{estimate, right_jacobian, symmetric};
 use crate::{Beams, Odometry, OdometryNoise};
 
 /// The smallest σ that is believed of a range, m: a laser without any error
@@ -220,7 +219,7 @@ impl Filter for Ekf {
     fn tick(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.ticks());
         let innovation = tick.ranges_m().and_then(|ranges_m| self.scan(ranges_m));
-        Localiser::estimate(self, innovation).into()
+        Estimate { innovation, ..estimate(&self.pose_in_world, &self.covariance) }.into()
     }
 }
 

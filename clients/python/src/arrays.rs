@@ -6,9 +6,6 @@ use numpy::{
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use rusty_geometry::SE2;
-
-use crate::se2::PySe2;
 
 /// Three numbers: an array of shape (3,), or anything that is a sequence.
 ///
@@ -30,17 +27,6 @@ pub fn triple(value: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; 3]> {
         ([3], &[x, y, theta]) => Ok([x, y, theta]),
         _ => Err(wrong_shape(what, "(3,)", &rows.shape)),
     }
-}
-
-/// A pose: an `SE2`, or (x m, y m, theta rad).
-///
-/// # Errors
-/// `TypeError` or `ValueError`, naming `what`.
-pub fn pose_of(value: &Bound<'_, PyAny>, what: &str) -> PyResult<SE2> {
-    if let Ok(pose) = value.cast::<PySe2>() {
-        return Ok(pose.get().0);
-    }
-    triple(value, what).map(|[x, y, theta]| SE2::new(x, y, theta))
 }
 
 /// An array's shape and its numbers, the last axis fastest.

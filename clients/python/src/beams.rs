@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use rusty_contract::LidarConfig;
 use rusty_geometry::{Fan, SE2, Scan, World};
 
-use crate::arrays::pose_of;
+use crate::se2::pose_of;
 
 /// The beams of a LiDAR that are to be cast.
 pub struct Beams {

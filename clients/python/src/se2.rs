@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rusty_geometry::{DiffDrive, EncoderTicks, SE2};
 
-use crate::arrays::{pose_of, triple};
+use crate::arrays::triple;
 
 /// A pose or a motion of the plane.
 ///
@@ -193,4 +193,15 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PySe2>()?;
     module.add_function(wrap_pyfunction!(wrap_angle, module)?)?;
     module.add_function(wrap_pyfunction!(odometry_delta, module)?)
+}
+
+/// A pose: an `SE2`, or (x m, y m, theta rad).
+///
+/// # Errors
+/// `TypeError` or `ValueError`, naming `what`.
+pub fn pose_of(value: &Bound<'_, PyAny>, what: &str) -> PyResult<SE2> {
+    if let Ok(pose) = value.cast::<PySe2>() {
+        return Ok(pose.get().0);
+    }
+    triple(value, what).map(|[x, y, theta]| SE2::new(x, y, theta))
 }

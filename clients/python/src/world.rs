@@ -12,8 +12,9 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rusty_geometry::{Material, PLACES, SE2, WallSpec, World, WorldSpec, place};
 
-use crate::arrays::{floats, pose_of, rows, shaped};
+use crate::arrays::{floats, rows, shaped};
 use crate::beams::Beams;
+use crate::se2::pose_of;
 use crate::start::Start;
 
 /// Longest world file that is read, bytes: 100 000 walls need less.

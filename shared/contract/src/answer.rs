@@ -31,7 +31,7 @@ use bytemuck::{Pod, Zeroable};
 use rusty_geometry::{SE2, Twist};
 
 use crate::auth::AuthKey;
-use crate::layout::{Field, field_table};
+use crate::field_table::{Field, field_table};
 use crate::reply::{AnswerError, Estimate, Innovation, Reply};
 
 /// Bit of `flags`: a covariance is present.

@@ -25,7 +25,7 @@ pub use file::{BeliefFileError, BeliefFileHeader, BeliefReader, BeliefWriter, Fo
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::layout::{Field, Table, field_table, hash_fields};
+use crate::field_table::{Field, Table, field_table, hash_fields};
 
 /// The most poses that are shown at a time. What a belief has more is thinned
 /// evenly ([`tidy`]): 640 kB are more than any page can draw.

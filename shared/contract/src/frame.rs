@@ -32,7 +32,7 @@ use rusty_geometry::{EncoderTicks, SE2, Twist};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::auth::AuthKey;
-use crate::layout::{Field, field_table};
+use crate::field_table::{Field, field_table};
 use crate::tally::MAX_PARTICIPANTS;
 use crate::truth::{KeyError, SealedTruth, Truth, TruthKey};
 

@@ -91,7 +91,9 @@ pub mod blind;
 pub mod config;
 pub mod control;
 pub mod digest;
+pub mod effects;
 pub mod exit;
+mod field_table;
 pub mod frame;
 pub mod input;
 pub mod join;
@@ -115,6 +117,7 @@ pub use blind::{BlindKey, BlindKeyError};
 pub use config::ScriptConfig;
 pub use config::{FieldError, Kidnapping, LidarConfig, NominalRobot, RobotConfig, RunConfig};
 pub use digest::RunDigest;
+pub use effects::{Effects, Timing};
 pub use exit::Exit;
 pub use frame::{Frame, MAX_BEAMS, Phase};
 pub use join::{Brief, CatchUp, JoinReply, JoinRequest, Refusal, Start};
@@ -125,7 +128,7 @@ pub use sandbox::Sandbox;
 pub use scenario::{OnLoss, Participant, Role, Scenario};
 pub use score::ScoreReport;
 pub use tally::{MAX_PARTICIPANTS, Tally};
-pub use timing::{ComputeTime, Effects, Timing};
+pub use timing::ComputeTime;
 pub use truth::{KeyError, SealedTruth, Truth, TruthKey};
 
 /// The version of the protocol between server and participants. It changes

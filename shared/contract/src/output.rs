@@ -9,7 +9,7 @@
 //! Texts of logs and of participants' output may contain escape sequences, which
 //! a terminal obeys. Everything printed here has them made visible.
 //!
-//! [`create`] and [`write`] are for files whose names the program chooses: a named
+//! [`create`] and [`write()`] are for files whose names the program chooses: a named
 //! pipe that has such a name would make the program wait for a reader for ever.
 
 use std::borrow::Cow;

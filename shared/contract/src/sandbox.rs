@@ -4,7 +4,7 @@ use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// Whether the kernel confines a participant that the server starts: no files,
-/// no network, no other process. What exactly, says `sim_server::confine`.
+/// no network, no other process. What exactly, says `rusty_engine::confine`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sandbox {

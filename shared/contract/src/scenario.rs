@@ -10,7 +10,7 @@ use crate::config::{FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConf
 use crate::config::{at_least, seconds};
 use crate::names::{NameError, check_participant_name};
 use crate::sandbox::Sandbox;
-use crate::suggest;
+use crate::suggest::for_message;
 use crate::tally::MAX_PARTICIPANTS;
 use crate::timing::ComputeTime;
 
@@ -259,7 +259,7 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`] with line, field, value and remedy.
     pub fn from_toml(text: &str) -> Result<Self, ScenarioError> {
-        let scenario: Self = toml::from_str(text).map_err(|e| suggest::for_scenario(text, &e))?;
+        let scenario: Self = toml::from_str(text).map_err(|e| syntax_error(text, &e))?;
         scenario.check()?;
         Ok(scenario)
     }
@@ -333,6 +333,20 @@ impl Scenario {
         }
         Ok(())
     }
+}
+
+/// Returns the parser's error about a scenario's text, with a suggestion. A table
+/// (`[participant]`) where a list of tables (`[[participant]]`) belongs is named.
+fn syntax_error(text: &str, error: &toml::de::Error) -> ScenarioError {
+    let table: toml::Table = toml::from_str(text).unwrap_or_default();
+    let is_table = |key: &&str| table.get(*key).is_some_and(toml::Value::is_table);
+    if let Some(list) = ["kidnapping", "participant"].into_iter().find(is_table) {
+        let remedy = format!("write [[{list}]], once for each");
+        let value = format!("[{list}]");
+        return FieldError::new(list, value, "is a table, expected a list", remedy).into();
+    }
+    let hint = for_message(error.message());
+    ScenarioError::Syntax(format!("{}{hint}", error.to_string().trim_end()))
 }
 
 #[cfg(test)]

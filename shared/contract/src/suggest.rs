@@ -1,8 +1,5 @@
 //! Suggestions for misspelled names: "did you mean".
 
-use crate::config::FieldError;
-use crate::scenario::ScenarioError;
-
 /// The least similarity (Jaro-Winkler) of a suggestion.
 const SIMILAR: f64 = 0.8;
 /// Longer words are not compared: the cost grows with the square of the length.
@@ -32,20 +29,6 @@ pub fn for_message(message: &str) -> String {
     let Some((_, names)) = message.rsplit_once("unknown ") else { return String::new() };
     let mut quoted = names.split('`').skip(1).step_by(2);
     quoted.next().map(|word| did_you_mean(word, quoted)).unwrap_or_default()
-}
-
-/// Returns the parser's error about a scenario's text, with a suggestion. A table
-/// (`[participant]`) where a list of tables (`[[participant]]`) belongs is named.
-pub(crate) fn for_scenario(text: &str, error: &toml::de::Error) -> ScenarioError {
-    let table: toml::Table = toml::from_str(text).unwrap_or_default();
-    let is_table = |key: &&str| table.get(*key).is_some_and(toml::Value::is_table);
-    if let Some(list) = ["kidnapping", "participant"].into_iter().find(is_table) {
-        let remedy = format!("write [[{list}]], once for each");
-        let value = format!("[{list}]");
-        return FieldError::new(list, value, "is a table, expected a list", remedy).into();
-    }
-    let hint = for_message(error.message());
-    ScenarioError::Syntax(format!("{}{hint}", error.to_string().trim_end()))
 }
 
 #[cfg(test)]

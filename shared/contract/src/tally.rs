@@ -23,7 +23,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::answer::{Answer, Message};
-use crate::layout::{Field, field_table};
+use crate::field_table::{Field, field_table};
 use crate::reply::Reply;
 use crate::truth::{Purpose, TruthKey};
 
@@ -143,8 +143,7 @@ impl Tally {
     /// digests and entries are noise.
     pub fn open_into(&self, key: &TruthKey, opened: &mut Self) {
         let used = self.used_bytes();
-        bytemuck::bytes_of_mut(opened)[..used]
-            .copy_from_slice(&bytemuck::bytes_of(self)[..used]);
+        bytemuck::bytes_of_mut(opened)[..used].copy_from_slice(&bytemuck::bytes_of(self)[..used]);
         opened.apply(key);
     }
 

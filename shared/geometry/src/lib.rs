@@ -31,6 +31,7 @@ pub mod gap;
 pub mod material;
 pub mod scan;
 pub mod wall;
+mod wall_blocks;
 mod wall_tree;
 pub mod world;
 pub mod world_error;

@@ -19,7 +19,6 @@
 //! leaves are blocks of eight walls. `parry2d`'s, which single rays and bodies
 //! use, ends in single walls behind an index.
 
-mod blocks;
 mod group;
 mod lanes;
 mod plain;
@@ -32,8 +31,6 @@ use core::ops::Range;
 
 use nalgebra::{Point2, Vector2};
 
-pub(crate) use self::blocks::Blocks;
-use self::blocks::{Below, Block, Octet};
 use self::group::{Group, Seen};
 use self::lanes::{BEAMS, Pack, Rough, WALLS, Way};
 use self::plain::Plain;
@@ -43,6 +40,7 @@ use self::wide::Wide;
 use crate::fan::Fan;
 use crate::se2::SE2;
 use crate::trig;
+use crate::wall_blocks::{Below, Block, Octet};
 use crate::world::{Hit, World};
 
 /// Something still to be looked at: a box with walls in it.

@@ -13,9 +13,9 @@
 use nalgebra::{Point2, Vector2};
 
 use crate::material::Material;
-use crate::scan::Blocks;
 use crate::trig;
 use crate::wall::Wall;
+use crate::wall_blocks::Blocks;
 use crate::wall_tree::WallTree;
 use crate::world_error::WorldError;
 use crate::world_spec::WorldSpec;

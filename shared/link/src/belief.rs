@@ -185,8 +185,8 @@ impl Drop for Onlooker {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::memory_state;
     use crate::memory::files_in;
+    use crate::memory::memory_state;
     use rusty_contract::BeliefKind;
     use std::os::unix::fs::MetadataExt as _;
 

@@ -8,7 +8,7 @@ use rusty_contract::control::{ControlError, ControlReply, ControlRequest};
 use rusty_contract::{AuthKey, RunName};
 
 use crate::lobby::Lobby;
-use crate::server::{process_of, respond};
+use crate::port::{process_of, respond};
 use crate::services::Ipc;
 use crate::{Domain, Keys, LinkError};
 

@@ -255,7 +255,8 @@ impl Domain {
     #[must_use]
     pub fn traces(run: &RunName) -> Vec<PathBuf> {
         let folder = Self::base().join(run.as_str());
-        let mut traces: Vec<PathBuf> = folder.exists().then(|| folder.clone()).into_iter().collect();
+        let mut traces: Vec<PathBuf> =
+            folder.exists().then(|| folder.clone()).into_iter().collect();
         traces.extend(files_in(&folder));
         traces
     }

@@ -33,6 +33,7 @@ pub mod keys;
 mod lobby;
 mod lock;
 pub mod memory;
+mod port;
 pub mod process;
 pub mod raw;
 pub mod server;

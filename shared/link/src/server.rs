@@ -14,11 +14,10 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{AllocationStrategy, Node};
 use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
-use iceoryx2::service::Service;
-use iceoryx2::unique_id_generator::{UniqueId, UniqueIdGenerator};
 use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally, TruthKey};
 
 use crate::control::ControlCall;
+use crate::port::{process_of, respond};
 use crate::services::{self, BeliefService, Direction, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
 use crate::{Domain, Feed, Keys, LinkError, Peer, WaitPolicy, memory};
@@ -55,15 +54,6 @@ pub struct ServerLink {
 const REPLY_COPIES: u64 = 4;
 /// The most answers that are taken in one turn: all ports' full buffers.
 const ANSWERS_AT_ONCE: usize = services::MAX_PORTS * services::BUFFER;
-
-/// The process that made the port with this number, as the transport has it;
-/// 0 if it does not say.
-pub(crate) fn process_of(port: u128) -> u32 {
-    // SAFETY: the number is that of a port, which the transport itself drew.
-    let id = unsafe { UniqueId::from_raw_id(port) };
-    let pid = <<Ipc as Service>::UniqueId as UniqueIdGenerator>::pid(id);
-    pid.ok().and_then(|pid| u32::try_from(pid.value()).ok()).unwrap_or(0)
-}
 
 /// A frame in shared memory that nobody else sees yet: write into it, then
 /// [`publish`](ServerLink::publish) it.
@@ -402,15 +392,4 @@ impl JoinCall {
         memory::ensure_room(REPLY_COPIES * json.len() as u64)?;
         respond(&self.active, &json)
     }
-}
-
-/// Sends a reply; fails for instance because the caller is gone.
-pub(crate) fn respond(
-    active: &ActiveRequest<Ipc, [u8], (), [u8], ()>,
-    json: &[u8],
-) -> Result<(), LinkError> {
-    let loan =
-        active.loan_slice_uninit(json.len()).map_err(LinkError::transport("loan a reply"))?;
-    let response = loan.write_from_slice(json);
-    response.send().map(|_| ()).map_err(LinkError::transport("send a reply"))
 }

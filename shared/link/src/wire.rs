@@ -10,9 +10,9 @@
 use std::fmt::Debug;
 
 use iceoryx2::prelude::ZeroCopySend;
+use iceoryx2::service::Service;
 use iceoryx2::service::internal::ServiceInternal;
 use iceoryx2::service::ipc;
-use iceoryx2::service::Service;
 use iceoryx2_bb_elementary_traits::testing::abandonable::Abandonable;
 use iceoryx2_cal::dynamic_storage::file::Storage;
 use iceoryx2_cal::event::event_state::counting_bit_set::RelocatableCountingBitSet;

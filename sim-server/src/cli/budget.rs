@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::sweep::Seeds;
+use rusty_study::sweep::Seeds;
 
 const AFTER_HELP: &str = "\
 Dead reckoning is wrong because wheel and floor differ, for three reasons that

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::versus::Metric;
+use rusty_study::versus::Metric;
 
 const AFTER_HELP: &str = "\
 A row of a sweep is a run of an estimator, and runs of one seed meet the same

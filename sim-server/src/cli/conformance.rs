@@ -4,8 +4,6 @@ use clap::Args;
 use rusty_contract::{Role, RunName};
 use rusty_link::WaitPolicy;
 
-use crate::conformance;
-
 /// `conformance`.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "The client is started as a launcher would start it: --run, --name, \
@@ -13,7 +11,7 @@ use crate::conformance;
     Exit codes: 0 every check passed, 1 one failed, 2 wrong usage, 3 stopped (Ctrl-C).")]
 pub struct ConformanceArgs {
     /// What the client takes part as: estimator, driver, scorer, logger or observer
-    #[arg(long, default_value_t = Role::Estimator, value_parser = conformance::role)]
+    #[arg(long, default_value_t = Role::Estimator, value_parser = rusty_conformance::role)]
     pub role: Role,
     /// Name it is given in the roster
     #[arg(long, default_value = "client", value_name = "NAME")]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::sweep::{Seeds, Shard};
+use rusty_study::sweep::{Seeds, Shard};
 
 const AFTER_HELP: &str = "\
 Without --clients, nobody takes part but dead reckoning, inside this process, at

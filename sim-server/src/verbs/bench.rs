@@ -12,17 +12,17 @@ use rusty_contract::{Exit, FieldError, MAX_PARTICIPANTS, RunName, errln, outln};
 use rusty_link::{Domain, floor, raw};
 
 use super::Verbed;
-use crate::bench::latency::{self, Plan};
-use crate::bench::noise::NoiseMeter;
-use crate::bench::report::{Printing, Report};
-use crate::bench::stage::Bare;
-use crate::bench::{idle, log, start};
 use crate::cli::{
     BenchCommonArgs, BenchLogArgs, BenchNoiseArgs, BenchPeerArgs, BenchVerb, IdleArgs, LatencyArgs,
     StartArgs,
 };
 use crate::error::VerbError;
-use crate::run::Stop;
+use rusty_bench::latency::{self, Plan};
+use rusty_bench::noise::NoiseMeter;
+use rusty_bench::report::{Printing, Report};
+use rusty_bench::stage::Bare;
+use rusty_bench::{idle, log, start};
+use rusty_engine::run::Stop;
 
 /// Runs one bench: exit 0 if its results can be believed, 1 if not.
 ///

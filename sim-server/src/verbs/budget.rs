@@ -9,10 +9,10 @@ use rusty_contract::{Exit, FieldError, ScriptConfig, errln, outln};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::{Verbed, print_json};
-use crate::budget::budget as make;
 use crate::cli::BudgetArgs;
 use crate::error::VerbError;
-use crate::scenario_file;
+use rusty_engine::scenario_file;
+use rusty_study::budget::budget as make;
 
 /// The most seeds: their figures are in memory together.
 const MOST_SEEDS: u64 = 10_000_000;

@@ -5,8 +5,8 @@ use rusty_contract::{Exit, FieldError, outln};
 use super::{Verbed, print_json};
 use crate::cli::CompareArgs;
 use crate::error::VerbError;
-use crate::versus::contest::versus;
-use crate::versus::{Contents, Metric, VersusError, sides};
+use rusty_study::versus::contest::versus;
+use rusty_study::versus::{Contents, Metric, VersusError, sides};
 
 /// Compares two estimators: exit 0, whoever is better.
 ///

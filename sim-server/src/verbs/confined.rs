@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use super::Verbed;
 use crate::cli::ConfinedArgs;
-use crate::confine::{Cell, become_confined};
 use crate::error::VerbError;
+use rusty_engine::confine::{Cell, become_confined};
 
 /// Becomes the program, confined.
 ///

@@ -10,11 +10,11 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::{Verbed, print_json};
 use crate::cli::ConformanceArgs;
-use crate::conformance::catalogue::{CATALOGUE, Check};
-use crate::conformance::fault::Halt;
-use crate::conformance::report::Report;
-use crate::conformance::{Kit, serve_until_killed};
 use crate::error::VerbError;
+use rusty_conformance::catalogue::{CATALOGUE, Check};
+use rusty_conformance::fault::Halt;
+use rusty_conformance::report::Report;
+use rusty_conformance::{Kit, serve_until_killed};
 
 /// Tests a client and prints a line per check.
 ///
@@ -93,7 +93,7 @@ fn list(json: bool) {
 fn die_as(kit: &Kit, run: &RunName) -> Verbed {
     match serve_until_killed(kit, run) {
         Ok(()) => Ok(Exit::Lost),
-        Err(Halt::Kit(error)) => Err(*error),
+        Err(Halt::Kit(error)) => Err((*error).into()),
         Err(Halt::Client(fault)) => {
             errln!("{fault}");
             Ok(Exit::Failed)

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::{Verbed, print_json};
 use crate::cli::DiffArgs;
-use crate::compare::{self, Mismatch};
 use crate::error::VerbError;
+use rusty_engine::compare::{self, Mismatch};
 
 /// What a comparison found.
 #[derive(Debug, Serialize)]

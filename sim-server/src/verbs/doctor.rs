@@ -6,9 +6,9 @@ use rusty_sim::{GOLDENS, Golden};
 use serde::Serialize;
 
 use super::{Verbed, print_json};
-use crate::bench::machine;
 use crate::cli::JsonArgs;
-use crate::confine;
+use rusty_bench::machine;
+use rusty_engine::confine;
 
 /// What the doctor found.
 #[derive(Debug, Serialize)]

@@ -10,8 +10,8 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use super::{Verbed, print_json};
 use crate::cli::{ExportArgs, ExportVerb};
 use crate::error::VerbError;
-use crate::export::tum::Tum;
-use crate::export::{Exported, StampOrder, csv};
+use rusty_logs::export::tum::Tum;
+use rusty_logs::export::{Exported, StampOrder, csv};
 
 /// Exports a log: exit 0, or 3 if something of it is missing or suspect.
 ///

@@ -12,9 +12,9 @@ use super::Verbed;
 use super::launch::change_roster;
 use super::session::{RunPlace, RunSession, Starting};
 use crate::cli::ForkArgs;
-use crate::run::{find_program, with_folder};
-use crate::scenario_file;
-use crate::source::{Branch, FrameSource as _};
+use rusty_engine::run::{find_program, with_folder};
+use rusty_engine::scenario_file;
+use rusty_engine::source::{Branch, FrameSource as _};
 
 /// Runs a log's scenario again with its participants, and changes the world at
 /// a tick.

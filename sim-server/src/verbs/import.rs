@@ -7,7 +7,7 @@ use rusty_contract::{Exit, errln, outln};
 use super::launch::writer;
 use super::{Verbed, check_free, print_json};
 use crate::cli::CarmenArgs;
-use crate::import::{self, ImportOptions};
+use rusty_logs::import::{self, ImportOptions};
 
 /// Lines between two words of progress.
 const LINES_BETWEEN_WORDS: u64 = 50_000;

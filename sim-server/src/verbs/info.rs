@@ -8,9 +8,9 @@ use rusty_contract::{Frame, TruthKey};
 use serde_json::{Value, json};
 
 use super::{Verbed, print_json};
-use crate::bits;
 use crate::cli::InfoArgs;
 use crate::error::VerbError;
+use rusty_engine::bits;
 
 /// Says what is in a log.
 ///

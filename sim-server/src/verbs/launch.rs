@@ -8,8 +8,8 @@ use super::Verbed;
 use super::session::{RunPlace, RunSession, Starting};
 use crate::cli::{LaunchArgs, RunArgs, ScenarioArgs};
 use crate::error::VerbError;
-use crate::scenario_file;
-use crate::source::Simulated;
+use rusty_engine::scenario_file;
+use rusty_engine::source::Simulated;
 
 /// Runs a scenario with its participants.
 ///

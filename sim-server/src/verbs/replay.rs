@@ -7,7 +7,7 @@ use super::Verbed;
 use super::launch::change_roster;
 use super::session::{RunPlace, RunSession, Starting};
 use crate::cli::ReplayArgs;
-use crate::source::{FrameSource as _, Recording};
+use rusty_engine::source::{FrameSource as _, Recording};
 
 /// Plays a log.
 ///
@@ -25,7 +25,7 @@ pub fn replay(args: &ReplayArgs) -> Verbed {
         errln!("{log}: the checksums of {damaged} records fail; what they hold is suspect");
     }
     if source.ticks() == 0 {
-        let error = crate::source::SourceError::Cut {
+        let error = rusty_engine::source::SourceError::Cut {
             ticks: 0,
             at_byte: 0,
             problem: "there is no complete tick in it to play".to_owned(),

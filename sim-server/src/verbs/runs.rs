@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{Verbed, print_json};
 use crate::cli::{RemoveArgs, RunsArgs, RunsVerb};
 use crate::error::VerbError;
-use crate::folder::{FoundRun, OldRun, runs_in};
+use rusty_logs::folder::{FoundRun, OldRun, runs_in};
 
 /// Lists runs, or removes some.
 ///

@@ -11,7 +11,7 @@ use crate::cli::SealArgs;
 /// # Errors
 /// [`VerbError`](crate::error::VerbError) names file, problem and remedy.
 pub fn seal(args: &SealArgs) -> Verbed {
-    let sealed = crate::seal::seal(&args.log, &args.output, &args.key_file, &writer())?;
+    let sealed = rusty_logs::seal::seal(&args.log, &args.output, &args.key_file, &writer())?;
     let ticks = sealed.ticks;
     if let Some(cut) = &sealed.cut {
         let log = args.log.display();

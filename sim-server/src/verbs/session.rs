@@ -9,14 +9,14 @@ use rusty_link::{Domain, ServerLink};
 
 use super::{Verbed, print_json, warn_of_guessable_seed};
 use crate::cli::RunArgs;
-use crate::confine::{self, Gate};
 use crate::error::VerbError;
-use crate::folder::{FreeFolder, Marker, RunEnd};
-use crate::lockstep::LossKind;
 use crate::report::{RunReport, how_ended};
-use crate::run::{Children, Leaving, Outcome, Progress, Run, RunSetup, Spawn, Stop};
-use crate::run::{check_limits, find_program};
-use crate::source::FrameSource;
+use rusty_engine::confine::{self, Gate};
+use rusty_engine::lockstep::LossKind;
+use rusty_engine::run::{Children, Leaving, Outcome, Progress, Run, RunSetup, Spawn, Stop};
+use rusty_engine::run::{check_limits, find_program};
+use rusty_engine::source::FrameSource;
+use rusty_logs::folder::{FreeFolder, Marker, RunEnd};
 
 /// Who starts the participants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,12 +10,12 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::launch::writer;
 use super::{Verbed, print_json};
-use crate::bench::machine::cores;
 use crate::cli::SweepArgs;
 use crate::error::VerbError;
-use crate::run::Progress;
-use crate::sweep::report::{Report, draw};
-use crate::sweep::{Axis, Came, Plan, Request, Sweeping, Table};
+use rusty_bench::machine::cores;
+use rusty_engine::run::Progress;
+use rusty_study::sweep::report::{Report, draw};
+use rusty_study::sweep::{Axis, Came, Plan, Request, Sweeping, Table};
 
 /// Makes every run and writes the table.
 ///

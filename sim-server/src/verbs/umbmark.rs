@@ -9,9 +9,9 @@ use rusty_plot::{PlotError, png};
 use super::{Verbed, check_free, print_json};
 use crate::cli::UmbmarkArgs;
 use crate::error::VerbError;
-use crate::scenario_file;
-use crate::umbmark::drawing::drawing;
-use crate::umbmark::{Square, umbmark as drive};
+use rusty_engine::scenario_file;
+use rusty_study::umbmark::drawing::drawing;
+use rusty_study::umbmark::{Square, umbmark as drive};
 
 /// Drives the laps, prints what they say, and draws them if asked to.
 ///

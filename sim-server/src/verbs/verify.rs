@@ -10,9 +10,9 @@ use serde::Serialize;
 use self::clients::Clients;
 use super::{Verbed, print_json};
 use crate::cli::VerifyArgs;
-use crate::compare::{self, Mismatch};
 use crate::error::VerbError;
-use crate::source::{Course, record_of};
+use rusty_engine::compare::{self, Mismatch};
+use rusty_engine::source::{Course, record_of};
 
 /// What a verification found.
 #[derive(Debug, Serialize)]

@@ -13,7 +13,7 @@ use serde_json::json;
 use super::{Verbed, check_free, print_json};
 use crate::cli::WorldsArgs;
 use crate::error::VerbError;
-use crate::scenario_file::{self, SetupError};
+use rusty_engine::scenario_file::{self, SetupError};
 
 /// Width of a drawing, pixels.
 const WIDTH_PX: f64 = 1000.0;

@@ -11,8 +11,7 @@ use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Not, Sub};
 /// How many beams go together.
 pub(super) const BEAMS: usize = 4;
 
-/// How many walls, or boxes, go together.
-pub(super) const WALLS: usize = 8;
+pub(super) use crate::wall_blocks::WALLS;
 
 /// Some numbers at work.
 pub(super) trait Pack:

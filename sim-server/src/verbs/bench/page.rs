@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use rusty_contract::{Exit, errln, outln};
 
 use super::super::Verbed;
-use crate::bench::page::benches::{self, BENCHES, Bench, Source, runnable};
-use crate::bench::page::markdown::render;
-use crate::bench::page::{Documents, Notes, PageError};
 use crate::cli::BenchPageArgs;
 use crate::error::VerbError;
+use rusty_bench::page::benches::{self, BENCHES, Bench, Source, runnable};
+use rusty_bench::page::markdown::render;
+use rusty_bench::page::{Documents, Notes, PageError};
 
 /// Measures what it is asked to, and prints or writes the page.
 ///

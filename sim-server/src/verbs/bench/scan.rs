@@ -7,10 +7,10 @@ use rusty_contract::{Exit, errln};
 use rusty_geometry::generated::{Density, Pattern};
 
 use super::super::Verbed;
-use crate::bench::noise::NoiseMeter;
-use crate::bench::report::Report;
-use crate::bench::scan::{Plan, results::ScanResults, run};
 use crate::cli::{BenchScanArgs, DensityWord, PatternWord};
+use rusty_bench::noise::NoiseMeter;
+use rusty_bench::report::Report;
+use rusty_bench::scan::{Plan, results::ScanResults, run};
 
 /// Measures a beam of a scan in several worlds; exit 4 if the kernel's bits are
 /// not the reference's.
@@ -28,7 +28,8 @@ pub fn scan(args: &BenchScanArgs) -> Verbed {
         if !args.common.quiet {
             errln!("{number:3} of {cases}  {world}, {beams} beams");
         }
-    })?;
+    })
+    .map_err(rusty_bench::BenchError::from)?;
     let differ = results.beams_that_differ;
     let report = Report::new("scan", meter.finish(), results);
     let exit = report.finish(args.common.printing(), ScanResults::print);

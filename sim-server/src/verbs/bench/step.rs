@@ -5,10 +5,10 @@ use std::time::Duration;
 use rusty_contract::config::check_seconds;
 
 use super::super::Verbed;
-use crate::bench::noise::NoiseMeter;
-use crate::bench::report::Report;
-use crate::bench::step::{results::StepResults, run};
 use crate::cli::BenchStepArgs;
+use rusty_bench::noise::NoiseMeter;
+use rusty_bench::report::Report;
+use rusty_bench::step::{results::StepResults, run};
 
 /// Measures the parts of a tick.
 ///

@@ -5,11 +5,11 @@ use std::time::Duration;
 use rusty_contract::config::check_seconds;
 
 use super::super::Verbed;
-use crate::bench::machine::cores;
-use crate::bench::noise::NoiseMeter;
-use crate::bench::report::Report;
-use crate::bench::sweep::{results::SweepResults, run};
 use crate::cli::BenchSweepArgs;
+use rusty_bench::machine::cores;
+use rusty_bench::noise::NoiseMeter;
+use rusty_bench::report::Report;
+use rusty_bench::sweep::{results::SweepResults, run};
 
 /// Measures sweeps without clients.
 ///

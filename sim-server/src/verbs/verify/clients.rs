@@ -12,10 +12,10 @@ use serde::Serialize;
 
 use super::super::session::{Made, RunPlace, RunSession, Starting};
 use crate::cli::RunArgs;
-use crate::compare::Mismatch;
 use crate::error::VerbError;
-use crate::run::Pace;
-use crate::source::{Compared, FrameSource as _, Recording};
+use rusty_engine::compare::Mismatch;
+use rusty_engine::run::Pace;
+use rusty_engine::source::{Compared, FrameSource as _, Recording};
 
 /// What came of running the clients again.
 #[derive(Debug, Default, Serialize)]

@@ -1,0 +1,268 @@
+//! A run as it is drawn: truth and estimates, tick by tick.
+
+use rusty_contract::config::LidarConfig;
+use rusty_contract::log::LogHeader;
+use rusty_contract::score::{PathLength, Told};
+use rusty_geometry::{SE2, WorldSpec};
+
+use super::beliefs::BeliefTrack;
+use super::stops::Stop;
+
+/// A run, as far as it has been seen. All poses are in the world frame.
+///
+/// `time_s`, `truth` and each of `estimates` have one entry per tick;
+/// `estimates` has one list per name. [`RunTrace::push`] keeps it so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunTrace {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The seed, where the run was simulated.
+    pub seed: Option<u64>,
+    /// Run digest, 32 hexadecimal digits; empty while it is not known.
+    pub digest: String,
+    /// The walls; there may be none.
+    pub world: WorldSpec,
+    /// Where the beams of a scan point.
+    pub lidar: LidarConfig,
+    /// Names of the answering participants, in roster order.
+    pub names: Vec<String>,
+    /// Time of each tick, s.
+    pub time_s: Vec<f64>,
+    /// True pose of the body at each tick, where known.
+    pub truth: Vec<Option<SE2>>,
+    /// Believed pose of the body: outer index as `names`, inner index the tick.
+    pub estimates: Vec<Vec<Option<SE2>>>,
+    /// What each of them was told.
+    pub told: Vec<Told>,
+    /// The true pose before the first tick, where known.
+    pub start: Option<SE2>,
+    /// The ticks at whose start the robot was put elsewhere.
+    pub kidnapped_at: Vec<u64>,
+    /// The last scan: index of its tick, and its ranges in m, beam by beam.
+    pub last_scan: Option<(usize, Vec<f64>)>,
+    /// Where the ticks here are some of a longer run: what the whole of it was.
+    pub thinned_from: Option<Whole>,
+    /// Some of the ticks, with covariances and scans ([`super::stops`]); none
+    /// unless a [`TraceKeeper`](super::TraceKeeper) put them here.
+    pub stops: Vec<Stop>,
+    /// What filters showed of what they held possible, as far as it came
+    /// ([`super::beliefs`]); most runs have none.
+    pub beliefs: Vec<BeliefTrack>,
+    /// Whether it was read from a log, which does not hold everything.
+    pub from_log: bool,
+}
+
+/// A run in figures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Whole {
+    /// Ticks.
+    pub ticks: u64,
+    /// Ticks with a true pose that can be compared with.
+    pub ticks_with_truth: u64,
+    /// Distance truly driven, m.
+    pub driven_m: f64,
+}
+
+impl RunTrace {
+    /// A run of which no tick has been seen. The digest is known only at the
+    /// end; set it then.
+    #[must_use]
+    pub fn new(header: &LogHeader) -> Self {
+        let names: Vec<String> = header.answering().map(|p| p.name.clone()).collect();
+        Self {
+            scenario: header.config.scenario.clone(),
+            seed: header.seed(),
+            digest: String::new(),
+            world: header.config.world.clone(),
+            lidar: header.config.lidar,
+            time_s: Vec::new(),
+            truth: Vec::new(),
+            estimates: vec![Vec::new(); names.len()],
+            told: header.answering().map(Told::from).collect(),
+            start: header.true_start(),
+            kidnapped_at: header.kidnappings().map(|k| k.tick).collect(),
+            last_scan: None,
+            thinned_from: None,
+            stops: Vec::new(),
+            beliefs: Vec::new(),
+            from_log: false,
+            names,
+        }
+    }
+
+    /// Whether an estimator (index of its name) reported a covariance.
+    #[must_use]
+    pub fn reports_covariance(&self, estimator: usize) -> bool {
+        let mut estimates = self.stops.iter().filter_map(|stop| stop.estimate(estimator));
+        estimates.any(|e| e.covariance.is_some())
+    }
+
+    /// Whether any of them did.
+    #[must_use]
+    pub fn has_covariances(&self) -> bool {
+        (0..self.names.len()).any(|i| self.reports_covariance(i))
+    }
+
+    /// Adds a tick. `scan` holds ranges in m; `estimates` come in the order of
+    /// `names`. Estimates that are missing at the end count as not given, and
+    /// more of them than names are left aside.
+    pub fn push(
+        &mut self,
+        time_s: f64,
+        truth: Option<SE2>,
+        scan: Option<&[f64]>,
+        estimates: impl Iterator<Item = Option<SE2>>,
+    ) {
+        if let Some(ranges_m) = scan {
+            let tick = self.ticks();
+            // One buffer for the whole run: only the last scan is ever drawn.
+            let (at, kept) = self.last_scan.get_or_insert_with(Default::default);
+            *at = tick;
+            kept.clear();
+            kept.extend_from_slice(ranges_m);
+        }
+        self.time_s.push(time_s);
+        self.truth.push(truth);
+        let mut estimates = estimates;
+        for series in &mut self.estimates {
+            series.push(estimates.next().flatten());
+        }
+    }
+
+    /// The figures of the run, also where only some of its ticks are here.
+    #[must_use]
+    pub fn whole(&self) -> Whole {
+        self.thinned_from.unwrap_or_else(|| Whole {
+            ticks: self.ticks() as u64,
+            ticks_with_truth: self.ticks_with_truth() as u64,
+            driven_m: distance_driven_m(self),
+        })
+    }
+
+    /// How many ticks there are.
+    #[must_use]
+    pub fn ticks(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// How many of them have a true pose that can be compared with.
+    #[must_use]
+    pub fn ticks_with_truth(&self) -> usize {
+        (0..self.ticks()).filter(|&tick| self.true_pose(tick).is_some()).count()
+    }
+
+    /// The true pose at a tick, if it is known and made of numbers.
+    #[must_use]
+    pub fn true_pose(&self, tick: usize) -> Option<SE2> {
+        self.truth.get(tick).copied().flatten().filter(SE2::is_finite)
+    }
+
+    /// The pose an estimator believed in at a tick, if it gave one made of
+    /// numbers. `estimator` is the index of its name.
+    #[must_use]
+    pub fn estimate(&self, estimator: usize, tick: usize) -> Option<SE2> {
+        let series = self.estimates.get(estimator)?;
+        series.get(tick).copied().flatten().filter(SE2::is_finite)
+    }
+}
+
+/// Distance truly driven, m: the sum of the straight steps from the start, where it
+/// is known, and each known true pose to the next.
+#[must_use]
+pub fn distance_driven_m(trace: &RunTrace) -> f64 {
+    let mut path = PathLength::new(trace.start, trace.kidnapped_at.clone());
+    for tick in 0..trace.ticks() {
+        trace.true_pose(tick).iter().for_each(|pose| path.push(tick as u64, pose));
+    }
+    path.metres()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A trace without walls and ticks.
+    pub(crate) fn empty(names: &[&str]) -> RunTrace {
+        RunTrace {
+            scenario: "test".to_owned(),
+            seed: Some(42),
+            digest: "0123456789abcdef0123456789abcdef".to_owned(),
+            world: WorldSpec {
+                name: "open".to_owned(),
+                bounds: [-50.0, -50.0, 50.0, 50.0],
+                walls: Vec::new(),
+            },
+            lidar: LidarConfig::default(),
+            names: names.iter().map(|&name| name.to_owned()).collect(),
+            time_s: Vec::new(),
+            truth: Vec::new(),
+            estimates: vec![Vec::new(); names.len()],
+            told: vec![Told::default(); names.len()],
+            start: None,
+            kidnapped_at: Vec::new(),
+            last_scan: None,
+            thinned_from: None,
+            stops: Vec::new(),
+            beliefs: Vec::new(),
+            from_log: false,
+        }
+    }
+
+    /// The header of a run of the first scenario.
+    pub(crate) fn header() -> LogHeader {
+        let scenario = rusty_contract::Scenario::default();
+        let config = rusty_contract::RunConfig {
+            scenario: scenario.name.clone(),
+            seed: scenario.seed,
+            ticks: scenario.ticks,
+            dt_s: scenario.dt_s,
+            scan_every: scenario.scan_every,
+            start: scenario.start,
+            robot: scenario.robot,
+            lidar: scenario.lidar,
+            script: scenario.script,
+            world: rusty_geometry::apartment().spec().clone(),
+            kidnappings: Vec::new(),
+        };
+        LogHeader {
+            writer: "test".to_owned(),
+            source: rusty_contract::log::Source::Simulated,
+            config,
+            roster: scenario.participants,
+            on_loss: scenario.on_loss,
+        }
+    }
+
+    #[test]
+    fn every_list_has_one_entry_per_tick() {
+        let mut trace = empty(&["a", "b"]);
+        let here = Some(SE2::identity());
+        trace.push(0.1, here, Some(&[1.0, 2.0]), [here, None].into_iter());
+        trace.push(0.2, None, None, [here].into_iter());
+        trace.push(0.3, here, Some(&[3.0]), [None, here, here].into_iter());
+        assert_eq!(trace.ticks(), 3);
+        assert_eq!(trace.ticks_with_truth(), 2);
+        assert_eq!(trace.estimates, [[here, here, None], [None, None, here]]);
+        assert_eq!(trace.last_scan, Some((2, vec![3.0])));
+    }
+
+    #[test]
+    fn a_pose_that_is_no_number_is_no_pose() {
+        let mut trace = empty(&["a"]);
+        let broken = Some(SE2::new(f64::NAN, 0.0, 0.0));
+        trace.push(0.1, broken, None, [broken].into_iter());
+        assert_eq!(trace.true_pose(0), None);
+        assert_eq!(trace.estimate(0, 0), None);
+        assert_eq!(trace.estimate(7, 0), None);
+        assert_eq!(trace.estimate(0, 7), None);
+        assert_eq!(trace.ticks_with_truth(), 0);
+    }
+
+    #[test]
+    fn a_header_gives_the_names_of_those_who_answer() {
+        let trace = RunTrace::new(&header());
+        assert_eq!(trace.names, ["dead-reckoning"]);
+        assert_eq!(trace.estimates.len(), 1);
+        assert_eq!((trace.scenario.as_str(), trace.seed), ("apartment", Some(42)));
+    }
+}

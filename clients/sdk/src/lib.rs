@@ -1,0 +1,56 @@
+//! The SDK: everything that the author of a participant needs.
+//!
+//! A filter of your own is a plain loop over a [`Session`]:
+//!
+//! ```no_run
+#![doc = include_str!("../examples/01_first_estimator.rs")]
+//! ```
+//!
+//! or a type with two functions ([`Estimator`]) and a `main` of one line.
+//!
+//! The answer is the acknowledgement: the next tick happens when everyone has
+//! answered this one. A tick that is dropped abstains; an estimator that
+//! panics says so. The same binary works on a log without a server (`--log`).
+//!
+//! Nothing here can name the simulator: models are beliefs about the world,
+//! and this crate does not depend on it:
+//!
+//! ```compile_fail,E0432
+//! use rusty_sim::Sim;
+//! ```
+//!
+//! Rays and walls for a sensor model are in [`geometry`], which knows no noise.
+
+mod args;
+pub mod dead_reckoning;
+mod error;
+mod estimator;
+mod held_frame;
+mod log_session;
+mod places;
+mod session;
+pub mod showing;
+mod tick;
+pub mod witness;
+
+pub use args::{ClientArgs, Usage};
+pub use error::ClientError;
+pub use estimator::{Estimator, Filter, run, run_from};
+pub use held_frame::HeldFrame;
+pub use places::{output_folder, same_file};
+pub use session::{Arrival, Session};
+pub use tick::Tick;
+pub use witness::{Witness, run_witness};
+
+// The crates that filters need next to this one, in the versions that fit it.
+pub use clap;
+pub use nalgebra;
+pub use rusty_geometry as geometry;
+
+/// All that a filter usually needs.
+pub mod prelude {
+    pub use crate::{ClientArgs, ClientError, Estimator, Filter, Session, Tick, run_from};
+    pub use rusty_contract::{BeliefKind, WeightedPose};
+    pub use rusty_contract::{Estimate, Exit, NominalRobot, Reply, Start};
+    pub use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Twist, World, odometry_delta};
+}

@@ -1,0 +1,36 @@
+//! Where a participant writes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rusty_contract::Brief;
+
+use crate::{ClientArgs, ClientError};
+
+/// Returns the folder that a witness writes to, and makes it: `--out`, or the run's
+/// folder, or that of the log.
+///
+/// # Errors
+/// [`ClientError::Io`] names the folder that cannot be made.
+pub fn output_folder(brief: &Brief, args: &ClientArgs) -> Result<PathBuf, ClientError> {
+    let folder = match (&args.out, &brief.out_dir) {
+        (Some(out), _) => out.clone(),
+        (None, Some(out)) => PathBuf::from(out),
+        (None, None) => {
+            args.log.as_ref().and_then(|log| log.parent().map(Path::to_owned)).unwrap_or_default()
+        }
+    };
+    if !folder.as_os_str().is_empty() {
+        fs::create_dir_all(&folder).map_err(ClientError::io(&folder))?;
+    }
+    Ok(folder)
+}
+
+/// Returns whether both paths lead to one file.
+#[must_use]
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    match (fs::canonicalize(a), fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}

@@ -1,3 +1,0 @@
-//! `frame`, guided by coverage.
-#![no_main]
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| drop(rusty_tests::fuzz::target("frame").check(bytes)));

@@ -1,0 +1,135 @@
+//! `bench idle`: what waiting costs, in a run that is paused and in one that
+//! goes at the pace of real time.
+//!
+//! * [`section`]: the results on the page.
+
+pub mod section;
+
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use rusty_contract::{RunName, outln};
+use rusty_link::WaitPolicy;
+use serde::{Deserialize, Serialize};
+
+use super::stage::{Stage, mix};
+use super::stamps::Stamps;
+use super::usage::Usage;
+use crate::error::BenchError;
+use rusty_engine::run::{Pace, Stop};
+use rusty_engine::scenario_file;
+
+/// How long joining may take before it is measured, s: no part of waiting.
+const SETTLED: Duration = Duration::from_secs(1);
+/// Between two looks at the wish to stop.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// The runs: what each does meanwhile, its pace, and whether it is paused.
+const RUNS: [(&str, Pace, bool); 2] =
+    [("paused", Pace::Max, true), ("real time, 50 ticks a second", Pace::Factor(1.0), false)];
+
+/// What came of it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Results {
+    /// How everyone waited.
+    pub wait: String,
+    /// For how long each was watched, s.
+    pub seconds: f64,
+    /// A run of each kind.
+    pub rows: Vec<Row>,
+}
+
+/// One run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Row {
+    /// What the run did meanwhile.
+    pub run: String,
+    /// Processor time over the time that passed, for each process.
+    pub cores: Vec<(String, f64)>,
+}
+
+/// Watches a paused run and one at the pace of real time, each for `seconds`.
+/// `None` if somebody wanted it to stop.
+///
+/// # Errors
+/// [`BenchError`] if a run cannot be set up or loses somebody.
+pub fn measure(
+    run: &RunName,
+    wait: WaitPolicy,
+    seconds: f64,
+    stop: &Stop,
+) -> Result<Option<Results>, BenchError> {
+    let stage = Stage { run, wait, rounds: 1, warm_up: 0, pin: &[], stop };
+    let mut rows = Vec::new();
+    for (words, pace, paused) in RUNS {
+        match one(&stage, (pace, paused), seconds)? {
+            Some(cores) => rows.push(Row { run: words.to_owned(), cores }),
+            None => return Ok(None),
+        }
+    }
+    Ok(Some(Results { wait: wait.to_string(), seconds, rows }))
+}
+
+fn one(
+    stage: &Stage<'_>,
+    how: (Pace, bool),
+    seconds: f64,
+) -> Result<Option<Vec<(String, f64)>>, BenchError> {
+    let roster = mix();
+    let mut config = scenario_file::load("apartment", &[])?.config()?;
+    // Longer than it will be watched.
+    config.ticks = 1 << 32;
+    let mut cores = None;
+    let stamps = Stamps::new(0, 0, Vec::new());
+    stage.drive(config, &roster, how, stamps, |pids| {
+        cores = watch(pids, seconds, stage);
+        // Enough was seen; this run ends as by Ctrl-C.
+        stage.stop.flag().store(true, Ordering::Relaxed);
+    })?;
+    let Some(cores) = cores else { return Ok(None) };
+    stage.stop.flag().store(false, Ordering::Relaxed);
+    Ok(Some(processes().into_iter().zip(cores).collect()))
+}
+
+/// The processes of a run, in the order in which they are watched.
+fn processes() -> Vec<String> {
+    let clients = mix().into_iter().map(|participant| participant.name);
+    std::iter::once("server".to_owned()).chain(clients).collect()
+}
+
+/// Cores' worth of time of this process and of `pids`, while `seconds` pass;
+/// `None` if somebody wants it to stop, or the kernel does not say.
+fn watch(pids: &[u32], seconds: f64, stage: &Stage<'_>) -> Option<Vec<f64>> {
+    sleep(SETTLED, stage)?;
+    let all = || {
+        let others = pids.iter().map(|pid| Usage::of(*pid));
+        std::iter::once(Usage::own()).chain(others).collect::<Option<Vec<Usage>>>()
+    };
+    let (began, before) = (Instant::now(), all()?);
+    sleep(Duration::from_secs_f64(seconds), stage)?;
+    let (after, elapsed_ns) = (all()?, began.elapsed().as_nanos() as f64);
+    let used = after.into_iter().zip(before).map(|(after, before)| after - before);
+    Some(used.map(|used| used.cpu_ns as f64 / elapsed_ns).collect())
+}
+
+fn sleep(time: Duration, stage: &Stage<'_>) -> Option<()> {
+    let until = Instant::now() + time;
+    while Instant::now() < until {
+        if stage.is_stopped() {
+            return None;
+        }
+        std::thread::sleep(LOOK.min(time));
+    }
+    Some(())
+}
+
+/// Prints the results.
+pub fn print(results: &Results) {
+    outln!("watched for {} s, waiting {}", results.seconds, results.wait);
+    for row in &results.rows {
+        outln!("\n{}", row.run);
+        for (name, cores) in &row.cores {
+            outln!("  {name:14} {:6.2} % of a core", 100.0 * cores);
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! Speed, measured: each bench in a file or room of its own, and what all of
+//! them share.
+//!
+//! * [`machine`]: on what it was measured;
+//! * [`noise`]: how much the machine was disturbed meanwhile;
+//! * [`quantiles`]: what a list of durations comes to;
+//! * [`usage`]: what a process has used of the machine;
+//! * [`stage`], [`stamps`]: repetitions with real processes, and their clock;
+//! * [`report`]: the document that every bench prints;
+//! * [`alternate`]: several ways to do something, timed in turns;
+//! * [`page`]: all of them on a page.
+//!
+//! The benches: [`latency`], a tick; [`scan`], a beam; [`step`], the parts of a
+//! tick; [`mod@log`], a record; [`sweep`], many runs; [`idle`], waiting; [`start`], a launch.
+//!
+//! A bench never decides what is fast: it measures beside something else in the
+//! same run and prints the ratio. Times are read from the monotonic clock and
+//! reach no digest.
+
+pub mod alternate;
+mod error;
+pub mod idle;
+pub mod latency;
+pub mod log;
+pub mod machine;
+pub mod noise;
+pub mod page;
+pub mod quantiles;
+pub mod report;
+pub mod scan;
+pub mod section;
+pub mod stage;
+pub mod stamps;
+pub mod start;
+pub mod step;
+pub mod sweep;
+pub mod usage;
+
+pub use error::BenchError;

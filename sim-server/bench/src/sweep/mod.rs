@@ -1,0 +1,122 @@
+//! `bench sweep`: how fast a sweep simulates, on one core and on all.
+//!
+//! Sweeps without clients, the table kept in memory, beside the bare world: the
+//! same runs stepped one after the other, with nothing reckoned, digested or
+//! kept. Whoever sweeps pays the difference.
+//!
+//! * [`results`]: what a run of the bench comes to;
+//! * [`section`]: the same, on the page.
+
+pub mod results;
+pub mod section;
+
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use rusty_contract::{FieldError, Frame};
+use rusty_sim::Sim;
+
+use super::alternate::{Rival, alternate};
+use super::report::results_hash;
+use crate::error::BenchError;
+use results::{SweepCase, SweepResults};
+use rusty_engine::run::Progress;
+use rusty_study::sweep::{Axis, Plan, Request, Shard, Sweeping};
+
+/// Seeds of the larger sweep, that of the chapter.
+const SEEDS: u64 = 500;
+/// Seeds of the one with scans, which take longer.
+const SEEDS_WITH_SCANS: u64 = 50;
+/// Ticks of a run.
+const TICKS: u64 = 300;
+/// The scenario of all: a room with walls, a patrol.
+const SCENARIO: &str = "apartment";
+
+/// What is swept, in the order of the table: name, seeds, ticks between scans.
+pub const CASES: [(&str, u64, u64); 2] = [
+    ("500 seeds × 300 ticks, no scans", SEEDS, 0),
+    ("50 seeds × 300 ticks, 180 beams every 5 ticks", SEEDS_WITH_SCANS, 5),
+];
+
+/// Measures for about `time`, with one worker and with `jobs`.
+///
+/// # Errors
+/// None that the built-in scenario can cause.
+pub fn run(time: Duration, jobs: usize) -> Result<SweepResults, BenchError> {
+    let mut cases = Vec::new();
+    for (name, seeds, scan_every) in CASES {
+        cases.push(case(name, seeds, scan_every, jobs, time / CASES.len() as u32)?);
+    }
+    Ok(SweepResults { jobs, cases })
+}
+
+fn case(
+    name: &str,
+    seeds: u64,
+    scan_every: u64,
+    jobs: usize,
+    time: Duration,
+) -> Result<SweepCase, BenchError> {
+    let digests = sweep(seeds, scan_every, jobs)?;
+    let plan = plan(seeds, scan_every)?;
+    let ticks = seeds * TICKS;
+    let mut world = plan.worlds[0].clone();
+    let mut frame = Frame::boxed();
+    let mut rivals = [
+        Rival::new(1, || {
+            // It went through the first time.
+            let _ = sweep(seeds, scan_every, 1);
+        }),
+        Rival::new(1, || {
+            let _ = sweep(seeds, scan_every, jobs);
+        }),
+        Rival::new(1, || bare(&mut world, &mut frame, seeds)),
+    ];
+    let rounds = alternate(&mut rivals, time);
+    let [one, all, bare] = &rivals;
+    Ok(SweepCase {
+        name: name.to_owned(),
+        ticks,
+        rounds,
+        one_ns: one.ns(),
+        all_ns: all.ns(),
+        one_over_all: one.over(all),
+        one_over_bare: one.over(bare),
+        digests_hash: results_hash(&digests),
+    })
+}
+
+fn plan(seeds: u64, scan_every: u64) -> Result<Plan, BenchError> {
+    let seeds = format!("0..{seeds}");
+    let seeds = seeds.parse().map_err(|why: String| FieldError::new("seeds", &seeds, why, ""))?;
+    let axes = vec![Axis::parse("--set", &format!("scan_every={scan_every}"))?];
+    let (ticks, shard) = (Some(TICKS), Shard::WHOLE);
+    let scenario = SCENARIO.to_owned();
+    let (clients, add) = (false, Vec::new());
+    Ok(Plan::new(Request { scenario, seeds, axes, ticks, shard, clients, add })?)
+}
+
+/// One sweep, from its plan to its rows.
+fn sweep(seeds: u64, scan_every: u64, jobs: usize) -> Result<Vec<String>, BenchError> {
+    let sweeping = Sweeping {
+        plan: plan(seeds, scan_every)?,
+        writer: String::new(),
+        jobs,
+        table: None,
+        resume: false,
+        force: false,
+        runs_dir: None,
+    };
+    let came = sweeping.carry_out(&AtomicBool::new(false), Progress::new(0, true))?;
+    Ok(came.swept.rows.into_iter().map(|row| row.digest).collect())
+}
+
+/// The worlds of a sweep and nothing else.
+fn bare(world: &mut Sim, frame: &mut Frame, seeds: u64) {
+    for seed in 0..seeds {
+        world.restart(seed);
+        for _ in 0..TICKS {
+            let _ = std::hint::black_box(world.step(None, frame));
+        }
+    }
+}

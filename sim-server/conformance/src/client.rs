@@ -1,0 +1,151 @@
+//! `Client`: the process under test.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::os::unix::process::ExitStatusExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus};
+
+use rustix::process::{Pid, Signal, getpgid, kill_process};
+use rusty_contract::{Credentials, RunName, TruthKey};
+
+use super::Kit;
+use super::setting::CLIENT_SEAT;
+use rusty_engine::run::{
+    ChildrenError, exit_status, find_program, invite, kill_group, open_talk,
+    spawn_with_credentials, with_folder,
+};
+
+/// The most of its words that are kept, bytes.
+const WORDS: u64 = 1 << 16;
+
+/// The process under test, in a process group of its own, which is killed when
+/// this goes.
+pub(super) struct Client {
+    child: Option<Child>,
+    status: Option<ExitStatus>,
+    talk: PathBuf,
+}
+
+impl Client {
+    /// A client that another process started and looks after.
+    pub(super) fn elsewhere() -> Self {
+        Self { child: None, status: None, talk: PathBuf::new() }
+    }
+
+    /// Starts the client as `launch` starts a participant.
+    pub(super) fn start(
+        kit: &Kit,
+        run: &RunName,
+        key: &TruthKey,
+        folder: &Path,
+    ) -> Result<Self, ChildrenError> {
+        let program = find_program(&kit.name, &kit.command[0])?;
+        let error = |error| ChildrenError::Spawn {
+            name: kit.name.clone(),
+            program: program.display().to_string(),
+            error,
+        };
+        let talk = folder.join("talk.txt");
+        let outputs = open_talk(&kit.name, &talk)?;
+        let mut command = Command::new(&program);
+        command.args(with_folder(&kit.command[1..], folder));
+        invite(&mut command, run, &kit.name, kit.wait, outputs);
+        let credentials = Credentials::new(key, CLIENT_SEAT, kit.role.holds_key());
+        let child = spawn_with_credentials(&mut command, &credentials).map_err(error)?;
+        Ok(Self { child: Some(child), status: None, talk })
+    }
+
+    /// The process that was started; also its group. 0 if it is elsewhere.
+    pub(super) fn pid(&self) -> u32 {
+        self.child.as_ref().map_or(0, Child::id)
+    }
+
+    /// Whether `pid` is the process that was started, or one that it started.
+    pub(super) fn is_of_group(&self, pid: u32) -> bool {
+        let group = |pid| getpgid(Some(pid)).ok();
+        let member = i32::try_from(pid).ok().and_then(Pid::from_raw).and_then(group);
+        let here = self.pid();
+        here != 0 && (pid == here || member.is_some_and(|g| g.as_raw_pid() as u32 == here))
+    }
+
+    /// Whether it has ended. What it started itself ends with it.
+    pub(super) fn has_ended(&mut self) -> bool {
+        let Some(child) = self.child.as_mut().filter(|_| self.status.is_none()) else {
+            return self.status.is_some();
+        };
+        if exit_status(child).is_some() {
+            kill_group(child.id());
+            self.status = child.wait().ok();
+        }
+        self.status.is_some()
+    }
+
+    /// Its exit code, once it has ended by itself.
+    pub(super) fn code(&self) -> Option<i32> {
+        self.status.and_then(|s| s.code())
+    }
+
+    /// Whether it has ended by a signal or a panic, not by its own decision.
+    pub(super) fn crashed(&self) -> bool {
+        let words = self.words();
+        self.status.is_some_and(|s| s.signal().is_some())
+            || words.contains("panicked at")
+            || words.contains("Traceback (most recent call last)")
+    }
+
+    /// How it ended: code or signal, and its last words.
+    pub(super) fn end(&self) -> String {
+        let how = match self.status.map(|s| (s.code(), s.signal())) {
+            Some((Some(code), _)) => format!("exit code {code}"),
+            Some((_, Some(signal))) => format!("killed by signal {signal}"),
+            _ => "it still runs".to_owned(),
+        };
+        format!("{how}; its last words: {}", self.last_words())
+    }
+
+    /// Its last line on stdout or stderr, or what it panicked with; `none` if it
+    /// said nothing.
+    pub(super) fn last_words(&self) -> String {
+        let words = self.words();
+        let mut lines = words.lines().map(str::trim).filter(|l| !l.is_empty());
+        // What comes after a panic is the way there.
+        if let Some(panic) = lines.by_ref().find(|l| l.contains("panicked at")) {
+            return format!("{panic:?}, {:?}", lines.next().unwrap_or_default());
+        }
+        let last = words.lines().map(str::trim).rfind(|l| !l.is_empty());
+        last.map_or_else(|| "none".to_owned(), |line| format!("{line:?}"))
+    }
+
+    /// What it printed so far, stdout and stderr together.
+    pub(super) fn words(&self) -> String {
+        let mut text = Vec::new();
+        if let Ok(file) = File::open(&self.talk) {
+            // What cannot be read was not said.
+            let _ = file.take(WORDS).read_to_end(&mut text);
+        }
+        String::from_utf8_lossy(&text).into_owned()
+    }
+
+    /// Sends a signal to the process that joined.
+    pub(super) fn signal(&self, joined: u32, signal: Signal) {
+        // The number of a process that was waited for may be another's.
+        if self.status.is_some() {
+            return;
+        }
+        let target = if self.is_of_group(joined) { joined } else { self.pid() };
+        if let Some(pid) = i32::try_from(target).ok().and_then(Pid::from_raw) {
+            // One that is gone shows by not answering.
+            let _ = kill_process(pid, signal);
+        }
+    }
+}
+
+impl Drop for Client {
+    fn drop(&mut self) {
+        if let Some(child) = self.child.as_mut().filter(|_| self.status.is_none()) {
+            kill_group(child.id());
+            let _ = child.wait();
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! What came of the checks, as a table and as JSON.
+
+use rusty_contract::{Exit, Role};
+use serde::Serialize;
+
+use super::Kit;
+use super::catalogue::Check;
+use super::verdict::Verdict;
+
+/// One line of the table.
+#[derive(Clone, Debug, Serialize)]
+pub struct Finding {
+    /// The check.
+    pub check: &'static str,
+    /// `pass`, `fail` or `not applicable`.
+    pub verdict: &'static str,
+    /// What was done to the client.
+    pub done: &'static str,
+    /// What it should have done.
+    pub expected: &'static str,
+    /// What was seen.
+    pub seen: String,
+    /// The rule.
+    pub rule: &'static str,
+    /// Where the rule stands.
+    pub stands_in: &'static str,
+}
+
+/// All of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Program and arguments.
+    pub client: Vec<String>,
+    /// What it was tested as.
+    pub role: Role,
+    /// The longest wait for anything, s.
+    pub patience_s: f64,
+    /// How many checks passed.
+    pub passed: usize,
+    /// How many failed.
+    pub failed: usize,
+    /// How many say nothing about this client.
+    pub not_applicable: usize,
+    /// Checks that were not made, because the kit was asked to stop.
+    pub not_made: usize,
+    /// Check by check.
+    pub checks: Vec<Finding>,
+}
+
+impl Finding {
+    pub(super) fn new(check: &Check, verdict: Verdict) -> Self {
+        let (word, seen) = match verdict {
+            Verdict::Pass(seen) => ("pass", seen),
+            Verdict::Fail(seen) => ("fail", seen),
+            Verdict::NotApplicable(why) => ("not applicable", why),
+        };
+        Self {
+            check: check.name,
+            verdict: word,
+            done: check.done,
+            expected: check.expected,
+            seen,
+            rule: check.rule,
+            stands_in: check.stands_in,
+        }
+    }
+}
+
+impl Report {
+    /// The report on these findings, of `wanted` checks.
+    #[must_use]
+    pub fn new(kit: &Kit, wanted: usize, checks: Vec<Finding>) -> Self {
+        let count = |word| checks.iter().filter(|f| f.verdict == word).count();
+        Self {
+            client: kit.command.clone(),
+            role: kit.role,
+            patience_s: kit.patience.as_secs_f64(),
+            passed: count("pass"),
+            failed: count("fail"),
+            not_applicable: count("not applicable"),
+            not_made: wanted - checks.len(),
+            checks,
+        }
+    }
+
+    /// The exit code that goes with it.
+    #[must_use]
+    pub fn exit(&self) -> Exit {
+        match (self.failed, self.not_made) {
+            (0, 0) => Exit::Done,
+            (0, _) => Exit::Lost,
+            _ => Exit::Failed,
+        }
+    }
+}
+
+impl std::fmt::Display for Report {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for finding in &self.checks {
+            let Finding { check, verdict, done, expected, seen, .. } = finding;
+            let verdict = if *verdict == "not applicable" { "n/a" } else { verdict };
+            writeln!(f, "{verdict:4}  {check:24}  {done}; expected {expected}; seen: {seen}")?;
+        }
+        for finding in self.checks.iter().filter(|f| f.verdict == "fail") {
+            let Finding { check, done, expected, seen, rule, stands_in, .. } = finding;
+            writeln!(f, "\n{check}")?;
+            writeln!(f, "  done      {done}\n  expected  {expected}\n  seen      {seen}")?;
+            writeln!(f, "  the rule  {rule}\n  stands in {stands_in}")?;
+        }
+        let Self { role, passed, failed, not_applicable, not_made, .. } = self;
+        write!(
+            f,
+            "\nas {role}: {passed} passed, {failed} failed, {not_applicable} not applicable"
+        )?;
+        if *not_made > 0 {
+            write!(f, ", {not_made} not made: stopped on request")?;
+        }
+        Ok(())
+    }
+}

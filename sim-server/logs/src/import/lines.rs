@@ -1,0 +1,89 @@
+//! The lines of a file, plain or gzip, however large it is.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, ErrorKind, Read};
+use std::path::Path;
+
+use flate2::bufread::MultiGzDecoder;
+
+use super::error::{ImportError, MAX_LINE_BYTES};
+
+/// The first two bytes of every gzip member (RFC 1952, section 2.3.1).
+const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
+
+/// Reads line by line; memory holds one line and the buffers.
+pub(super) struct Lines {
+    path: String,
+    input: Box<dyn BufRead>,
+    raw: Vec<u8>,
+    text: String,
+    line: u64,
+    bytes: u64,
+}
+
+impl Lines {
+    /// Opens a file; gzip is known by its first bytes, not by its name.
+    pub(super) fn open(path: &Path) -> Result<Self, ImportError> {
+        let name = path.display().to_string();
+        let io = |error| ImportError::Open { path: name.clone(), error };
+        if !std::fs::metadata(path).map_err(io)?.is_file() {
+            return Err(ImportError::NotAFile { path: name });
+        }
+        let mut file = BufReader::with_capacity(1 << 16, File::open(path).map_err(io)?);
+        let packed = file.fill_buf().map_err(io)?.starts_with(&GZIP_MAGIC);
+        let input: Box<dyn BufRead> = if packed {
+            Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(file)))
+        } else {
+            Box::new(file)
+        };
+        Ok(Self { path: name, input, raw: Vec::new(), text: String::new(), line: 0, bytes: 0 })
+    }
+
+    /// The file's path, for messages.
+    pub(super) fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// Number of the line just read, from 1; after the end, of the last.
+    pub(super) fn line(&self) -> u64 {
+        self.line
+    }
+
+    /// The line just read. Bytes that are no UTF-8 are replaced: they can only
+    /// stand in names and comments.
+    pub(super) fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Goes to the next line; `false` at the end.
+    pub(super) fn advance(&mut self) -> Result<bool, ImportError> {
+        self.raw.clear();
+        let limit = MAX_LINE_BYTES as u64 + 1;
+        let mut limited = self.input.by_ref().take(limit);
+        let read = limited.read_until(b'\n', &mut self.raw);
+        let got = read.map_err(|error| match error.kind() {
+            ErrorKind::UnexpectedEof => ImportError::Truncated {
+                path: self.path.clone(),
+                line: self.line,
+                bytes: self.bytes,
+            },
+            _ => ImportError::Read {
+                path: self.path.clone(),
+                line: self.line,
+                bytes: self.bytes,
+                error,
+            },
+        })?;
+        if got == 0 {
+            return Ok(false);
+        }
+        self.line += 1;
+        self.bytes += got as u64;
+        if got > MAX_LINE_BYTES {
+            return Err(ImportError::LongLine { path: self.path.clone(), line: self.line });
+        }
+        self.text.clear();
+        self.text.push_str(&String::from_utf8_lossy(&self.raw));
+        Ok(true)
+    }
+}

@@ -1,0 +1,256 @@
+//! The growth: the spread of the errors over the distance driven.
+//!
+//! Logarithmic axes, on which a power is a straight line: measured spreads as
+//! marks, the fitted power as a line over the range it was fitted on, and the
+//! slope that white slip has on a straight track as dashes to compare with.
+
+use rusty_contract::score::{degrees, metres};
+use rusty_plot::style::{GRID, INK, Look, SOFT_INK};
+use rusty_plot::{Anchor, Canvas, LogAxes, PlotError, Px, Rect, paint, polyline};
+
+use super::super::Swept;
+use super::super::growth::{Exponent, Growth, Spread, growth as spreads};
+use super::super::lines::setting;
+use super::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH, draw_title, seeds_of, shortened};
+
+/// Most lines of the table, and curves in a plot.
+const MOST_CURVES: usize = 8;
+const PLOT_HEIGHT: f64 = 330.0;
+const GAP: f64 = 78.0;
+const ROW: f64 = 24.0;
+/// A spread below this cannot be told from rounding, and is not drawn.
+const LEAST: f64 = 1e-9;
+/// Distance between marks, units of the page.
+const MARK_EVERY: f64 = 11.0;
+/// Decades below the greatest spread that are shown.
+const MOST_DECADES: f64 = 1e4;
+
+/// One of the three plots.
+#[derive(Clone, Copy)]
+struct Plot {
+    title: &'static str,
+    /// The exponent of white slip on a straight track, and how it is written.
+    guide: (f64, &'static str),
+    of: fn(&Spread) -> f64,
+    exponent: fn(&Growth) -> Option<Exponent>,
+    /// From the unit of the fit to that of the plot.
+    scale: f64,
+}
+
+const PLOTS: [Plot; 3] = [
+    Plot {
+        title: "spread across, log coordinates (m)",
+        guide: (1.5, "slope 1.5"),
+        of: |s| s.log_across_m.standard_deviation,
+        exponent: |g| g.exponents.log_across,
+        scale: 1.0,
+    },
+    Plot {
+        title: "spread along, log coordinates (m)",
+        guide: (0.5, "slope 0.5"),
+        of: |s| s.log_along_m.standard_deviation,
+        exponent: |g| g.exponents.log_along,
+        scale: 1.0,
+    },
+    Plot {
+        title: "spread of the heading (deg)",
+        guide: (0.5, "slope 0.5"),
+        of: |s| s.heading_rad.standard_deviation,
+        exponent: |g| g.exponents.heading,
+        scale: 180.0 / core::f64::consts::PI,
+    },
+];
+
+/// Draws the growth of a sweep as the text of an SVG file.
+///
+/// # Errors
+/// [`PlotError::Draw`] if the drawing backend refuses; it writes to memory only
+/// and is not known to.
+pub fn growth(swept: &Swept) -> Result<String, PlotError> {
+    let mut curves = spreads(&swept.tracks);
+    let left_out = curves.len().saturating_sub(MOST_CURVES);
+    curves.truncate(MOST_CURVES);
+    let title = match swept.cells.first() {
+        Some(cell) => format!("How {} comes apart", shortened(&cell.config.scenario, 48)),
+        None => "How nothing comes apart".to_owned(),
+    };
+    let mut details = format!(
+        "{} · standard deviation over the seeds of log(truth⁻¹ estimate)",
+        seeds_of(&swept.tracks)
+    );
+    if left_out > 0 {
+        details.push_str(&format!(" · {left_out} more not shown"));
+    }
+    let frame = |place: usize| {
+        let room = WIDTH - MARGIN_LEFT - MARGIN_RIGHT - GAP * (PLOTS.len() - 1) as f64;
+        let width = room / PLOTS.len() as f64;
+        let left = MARGIN_LEFT + (width + GAP) * place as f64;
+        let top = TOP + 24.0;
+        Rect { left, top, right: left + width, bottom: top + PLOT_HEIGHT }
+    };
+    let table_top = TOP + 24.0 + PLOT_HEIGHT + 84.0;
+    let height = table_top + ROW * curves.len().max(1) as f64 + 44.0;
+    paint((WIDTH, height), &title, |canvas| {
+        draw_title(canvas, &title, &details)?;
+        for (place, plot) in PLOTS.iter().enumerate() {
+            draw_plot(canvas, frame(place), plot, &curves)?;
+        }
+        draw_table(canvas, table_top, swept, &curves)
+    })
+}
+
+fn draw_plot(
+    canvas: &mut Canvas<'_>,
+    frame: Rect,
+    plot: &Plot,
+    curves: &[Growth],
+) -> Result<(), PlotError> {
+    let points: Vec<Vec<[f64; 2]>> = curves.iter().map(|curve| points_of(plot, curve)).collect();
+    let across = 0.5 * (frame.left + frame.right);
+    canvas.text([frame.left, frame.top - 9.0], Anchor::Start, 13.0, &INK, plot.title)?;
+    let Some(axes) = axes_of(frame, &points) else {
+        let corners = [[frame.left, frame.top], [frame.left, frame.bottom]];
+        let others = [[frame.right, frame.bottom], [frame.right, frame.top]];
+        canvas.line(&[&corners[..], &others, &corners[..1]].concat(), &SOFT_INK, 1.0)?;
+        let at = [across, 0.5 * (frame.top + frame.bottom)];
+        return canvas.text(at, Anchor::Middle, 13.0, &SOFT_INK, "the same on every seed");
+    };
+    axes.draw_grid(canvas)?;
+    draw_guide(canvas, &axes, plot)?;
+    for (i, curve) in curves.iter().enumerate() {
+        let look = Look::of(i, curves.len());
+        if let Some(exponent) = (plot.exponent)(curve) {
+            let law = exponent.law;
+            let end = |x: f64| axes.px([x, plot.scale * law.at(x)]);
+            let line = [end(law.range[0]), end(law.range[1])];
+            for part in polyline::clip(&line, &frame) {
+                canvas.line(&part, &look.ink, 1.8)?;
+            }
+        }
+        let turn = (i as f64 + 0.5) / curves.len() as f64;
+        for px in marks(&axes, &points[i], turn) {
+            look.mark(canvas, px, 3.0)?;
+        }
+    }
+    axes.draw_frame(canvas)?;
+    canvas.text([across, frame.bottom + 38.0], Anchor::Middle, 13.0, &INK, "distance driven (m)")
+}
+
+/// The places of the marks: points far enough apart to be told from each other,
+/// beginning at a `turn` (0 to 1) of that distance, so that curves that agree do
+/// not hide each other.
+fn marks(axes: &LogAxes, points: &[[f64; 2]], turn: f64) -> Vec<Px> {
+    let mut due = axes.frame.left + turn * MARK_EVERY;
+    let mut places = Vec::new();
+    for px in points.iter().map(|&at| axes.px(at)).filter(|&px| holds(&axes.frame, px)) {
+        if px[0] >= due {
+            places.push(px);
+            due += ((px[0] - due) / MARK_EVERY).floor() * MARK_EVERY + MARK_EVERY;
+        }
+    }
+    places
+}
+
+fn holds(frame: &Rect, [x, y]: Px) -> bool {
+    (frame.left..=frame.right).contains(&x) && (frame.top..=frame.bottom).contains(&y)
+}
+
+/// Distance and spread, in the units of the plot, where there is one; where the
+/// robot stands the way does not grow, and the last of its samples stays.
+fn points_of(plot: &Plot, curve: &Growth) -> Vec<[f64; 2]> {
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    for s in curve.samples.iter().filter(|s| (plot.of)(s) > LEAST && s.distance_m > 0.0) {
+        let point = [s.distance_m, plot.scale * (plot.of)(s)];
+        match points.last_mut() {
+            Some(last) if point[0] - last[0] < 1e-6 * point[0] => *last = point,
+            _ => points.push(point),
+        }
+    }
+    points
+}
+
+/// Axes around all points, with some air; `None` without points.
+fn axes_of(frame: Rect, points: &[Vec<[f64; 2]>]) -> Option<LogAxes> {
+    let range = |axis: usize| {
+        let all = || points.iter().flatten().map(|p| p[axis]).filter(|v| v.is_finite());
+        let high = all().reduce(f64::max)?;
+        let low = all().reduce(f64::min)?.max(high / MOST_DECADES);
+        // At least a factor of two, or numbers along the axis would be few.
+        let low = low.min(0.5 * high);
+        Some([low / 1.25, high * 1.25])
+    };
+    Some(LogAxes { frame, x: range(0)?, y: range(1)? })
+}
+
+/// Dashes of the known slope through the lower left, apart from the marks.
+fn draw_guide(canvas: &mut Canvas<'_>, axes: &LogAxes, plot: &Plot) -> Result<(), PlotError> {
+    let (slope, text) = plot.guide;
+    let frame = &axes.frame;
+    // From the middle of the lower edge up to the right edge, in the data.
+    let power = |ratio: f64| rusty_geometry::trig::exp(slope * rusty_geometry::trig::ln(ratio));
+    let (left, right) = ((axes.x[0] * axes.x[1]).sqrt(), axes.x[1]);
+    let base = axes.y[0] * 1.12;
+    let line = [axes.px([left, base]), axes.px([right, base * power(right / left)])];
+    for part in polyline::clip(&line, frame) {
+        canvas.dashes(&part, &SOFT_INK, 1.2, 5.0)?;
+    }
+    let at = axes.px([left, base]);
+    canvas.text([at[0] - 8.0, at[1] - 4.0], Anchor::End, 12.0, &SOFT_INK, text)
+}
+
+/// Right edges of the table's columns of figures.
+const COLUMNS: [f64; 4] = [680.0, 830.0, 980.0, 1172.0];
+
+fn draw_table(
+    canvas: &mut Canvas<'_>,
+    top: f64,
+    swept: &Swept,
+    curves: &[Growth],
+) -> Result<(), PlotError> {
+    let heads = ["exponent across", "along", "heading", "mean error at the end"];
+    for (x, head) in COLUMNS.into_iter().zip(heads) {
+        canvas.text([x, top - 12.0], Anchor::End, 12.0, &SOFT_INK, head)?;
+    }
+    let right = WIDTH - MARGIN_RIGHT;
+    canvas.line(&[[MARGIN_LEFT, top - 4.0], [right, top - 4.0]], &SOFT_INK, 1.0)?;
+    for (i, curve) in curves.iter().enumerate() {
+        let y = top + ROW * (i as f64 + 0.5);
+        let look = Look::of(i, curves.len());
+        canvas.line(&[[MARGIN_LEFT, y], [MARGIN_LEFT + 32.0, y]], &look.ink, 1.8)?;
+        look.mark(canvas, [MARGIN_LEFT + 16.0, y], 4.0)?;
+        let parameters = swept.cells.get(curve.cell).map(|c| setting(&c.parameters));
+        let name = match parameters.filter(|text| text != "–") {
+            Some(text) => format!("{}, {text}", curve.estimator),
+            None => curve.estimator.clone(),
+        };
+        let at = [MARGIN_LEFT + 44.0, y + 4.5];
+        canvas.text(at, Anchor::Start, 13.0, &INK, &shortened(&name, 56))?;
+        let [across, along, heading] = PLOTS.map(|plot| exponent_text((plot.exponent)(curve)));
+        let end = curve.samples.last().map_or_else(
+            || "–".to_owned(),
+            |s| {
+                let heading_deg = s.heading_rad.mean.to_degrees();
+                format!("{} m, {} °", metres(s.mean_error_m), degrees(heading_deg))
+            },
+        );
+        for (x, text) in COLUMNS.into_iter().zip([across, along, heading, end]) {
+            canvas.text([x, y + 4.5], Anchor::End, 13.0, &INK, &text.replace('-', "−"))?;
+        }
+        let below = y + 0.5 * ROW;
+        canvas.line(&[[MARGIN_LEFT, below], [right, below]], &GRID, 1.0)?;
+    }
+    let note = "Exponent: of the spread against the distance, fitted over the line drawn; \
+                ± its standard error, by the jackknife over seeds. Heading: estimate − truth.";
+    let at = [MARGIN_LEFT, top + ROW * curves.len().max(1) as f64 + 22.0];
+    canvas.text(at, Anchor::Start, 12.0, &SOFT_INK, note)
+}
+
+fn exponent_text(exponent: Option<Exponent>) -> String {
+    match exponent {
+        None => "–".to_owned(),
+        Some(e) if e.standard_error.is_finite() => {
+            format!("{:.2} ± {:.2}", e.law.exponent, e.standard_error)
+        }
+        Some(e) => format!("{:.2}", e.law.exponent),
+    }
+}

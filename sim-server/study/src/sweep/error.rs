@@ -1,0 +1,109 @@
+//! What a sweep can fail with.
+
+use rusty_contract::{Exit, FieldError};
+use rusty_sim::SimError;
+use thiserror::Error;
+
+use rusty_engine::scenario_file::SetupError;
+
+/// What a sweep can fail with.
+#[derive(Debug, Error)]
+pub enum SweepError {
+    /// An option or a field.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// The scenario.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The world of a cell.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// The operating system says no.
+    #[error("{path}: {error}")]
+    Io {
+        /// The file or folder.
+        path: String,
+        /// What it said.
+        error: std::io::Error,
+    },
+    /// There is no thread for a worker.
+    #[error("starting a worker failed: {0}; give fewer with --jobs, or raise `ulimit -u`")]
+    Thread(std::io::Error),
+    /// There is something already.
+    #[error("{path} {what}; {remedy}")]
+    InTheWay {
+        /// The file.
+        path: String,
+        /// What is with it.
+        what: String,
+        /// What helps.
+        remedy: &'static str,
+    },
+    /// A sweep that was interrupted was another one.
+    #[error(
+        "{path} is of another sweep: {difference} (there and here); repeat its options to go on \
+         with it, or --force to begin anew"
+    )]
+    Other {
+        /// The file.
+        path: String,
+        /// The first field that differs, and both values.
+        difference: String,
+    },
+    /// A file that should hold a sweep does not.
+    #[error("{path}: {problem}; remove it, or give --force to begin anew")]
+    NoSweep {
+        /// The file.
+        path: String,
+        /// What was found.
+        problem: String,
+    },
+    /// A table or picture cannot be made.
+    #[error("{path} cannot be written: {problem}")]
+    Table {
+        /// The file.
+        path: String,
+        /// The library's words.
+        problem: String,
+    },
+    /// A table cannot be read.
+    #[error("{path} cannot be read: {problem}; give a table that `sim-server sweep --out` wrote")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// The library's words.
+        problem: String,
+    },
+    /// A run with clients could not be made.
+    #[error("seed {seed}{cell}: the run could not be made: {why}")]
+    Launch {
+        /// The seed.
+        seed: u64,
+        /// The swept fields, in words.
+        cell: String,
+        /// Its last words.
+        why: String,
+    },
+}
+
+impl SweepError {
+    /// Wraps an error about a file.
+    pub fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.display().to_string();
+        move |error| Self::Io { path, error }
+    }
+
+    /// The exit code that goes with it: wrong input is wrong usage.
+    #[must_use]
+    pub fn exit(&self) -> Exit {
+        match self {
+            Self::Field(_) | Self::Setup(_) | Self::Sim(_) => Exit::Usage,
+            Self::InTheWay { .. } | Self::Other { .. } | Self::NoSweep { .. } => Exit::Usage,
+            Self::Io { .. }
+            | Self::Table { .. }
+            | Self::Unreadable { .. }
+            | Self::Thread(_)
+            | Self::Launch { .. } => Exit::Failed,
+        }
+    }
+}

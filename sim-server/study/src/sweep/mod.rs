@@ -1,0 +1,70 @@
+//! Many runs: every seed in every cell of a grid of settings.
+//!
+//! In reading order:
+//!
+//! * [`seeds`], [`grid`], [`shard`], [`plan`]: what there is to do;
+//! * [`cell`], [`row`] with its [`client_figures`], [`track`], [`record`]: what
+//!   comes of it;
+//! * [`workers`]: runs side by side, made [`inside`] or with [`clients`];
+//! * [`journal`]: what is done, while the rest is not; [`record_before`]: as it once
+//!   was written;
+//! * [`table`], [`settings`]: what is written in the end;
+//! * [`sweeping`]: all of it together;
+//! * [`mod@summary`] with its [`band`]s, [`mod@growth`], [`mod@anees`], [`paired`]: what
+//!   the rows and tracks say: means, spreads over distance ([`growth_text`] for
+//!   people), whether covariances are right, [`mod@overview`] of estimators, differences
+//!   on the same seeds;
+//! * [`drawing`]: the fan and the growth, drawn;
+//! * [`report`]: what a person is told;
+//! * [`error`].
+
+pub mod anees;
+pub mod band;
+pub mod bands_text;
+pub mod cell;
+pub mod client_figures;
+pub mod clients;
+pub mod drawing;
+pub mod error;
+#[cfg(test)]
+mod fixtures;
+pub mod grid;
+pub mod growth;
+pub mod growth_text;
+pub mod inside;
+pub mod journal;
+mod lines;
+pub mod overview;
+pub mod paired;
+pub mod plan;
+pub mod record;
+pub mod record_before;
+pub mod report;
+pub mod row;
+pub mod seeds;
+pub mod settings;
+pub mod shard;
+pub mod summary;
+pub mod sweeping;
+pub mod table;
+pub mod track;
+pub mod workers;
+
+pub use anees::{AneesText, anees};
+pub use bands_text::Bands;
+pub use cell::{Cell, Swept};
+pub use error::SweepError;
+pub use grid::Axis;
+pub use growth::growth;
+pub use growth_text::GrowthText;
+pub use overview::{OverviewText, overview};
+pub use paired::ab;
+pub use plan::{Plan, Request};
+pub use report::Report;
+pub use row::Row;
+pub use seeds::Seeds;
+pub use shard::Shard;
+pub use summary::{Summary, summary};
+pub use sweeping::{Came, Sweeping};
+pub use table::Table;
+pub use track::{Sample, Track};

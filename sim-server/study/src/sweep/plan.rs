@@ -1,0 +1,257 @@
+//! What a sweep has to do: every seed in every cell, in one order.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use rusty_contract::{FieldError, Participant, Role, ScriptConfig};
+use rusty_sim::Sim;
+
+use super::cell::Cell;
+use super::error::SweepError;
+use super::grid::{Axis, combinations};
+use super::seeds::Seeds;
+use super::shard::Shard;
+use rusty_engine::scenario_file::{self, SetupError};
+
+/// The most cells.
+const MOST_CELLS: usize = 10_000;
+/// The most runs of one shard: their rows are in memory together.
+const MOST_RUNS: u64 = 4_000_000;
+/// The most runs that are followed along their way, over all shards.
+const MOST_TRACKS: u64 = 20_000;
+/// Samples along the way of one run.
+const SAMPLES: u64 = 60;
+
+/// What was asked for.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// A scenario file, or a built-in one.
+    pub scenario: String,
+    /// Which seeds.
+    pub seeds: Seeds,
+    /// What is swept, in order.
+    pub axes: Vec<Axis>,
+    /// Number of ticks, if not the scenario's.
+    pub ticks: Option<u64>,
+    /// Which part of it.
+    pub shard: Shard,
+    /// Whether the scenario's clients take part, as processes.
+    pub clients: bool,
+    /// Estimators that take part in every run, as `launch --add` has them.
+    pub add: Vec<String>,
+}
+
+/// The runs of a sweep. Run number r is that of cell r / seeds and of the seed
+/// at place r % seeds.
+pub struct Plan {
+    /// What was asked for.
+    pub request: Request,
+    /// The settings.
+    pub cells: Vec<Cell>,
+    /// Who takes part in each cell; nobody where dead reckoning runs inside.
+    pub rosters: Vec<Vec<Participant>>,
+    /// The worlds of the cells before their first tick; none with clients.
+    pub worlds: Vec<Sim>,
+    /// The runs of this shard.
+    pub runs: Range<u64>,
+}
+
+impl Plan {
+    /// Loads the scenario once per cell, and checks everything that can be
+    /// checked before the first run.
+    ///
+    /// # Errors
+    /// [`SweepError`] names option, field, value and remedy.
+    pub fn new(request: Request) -> Result<Self, SweepError> {
+        check_axes(&request.axes)?;
+        let all = combinations(&request.axes, MOST_CELLS).ok_or_else(|| {
+            let problem = format!("make more than {MOST_CELLS} combinations");
+            FieldError::new("--set", "the lists", problem, "sweep fewer fields or values at once")
+        })?;
+        let (mut cells, mut rosters, mut worlds) = (Vec::new(), Vec::new(), Vec::new());
+        for parameters in all {
+            let (cell, roster) = load(&request, parameters)?;
+            if request.clients {
+                check_roster(&roster)?;
+                rosters.push(roster);
+            } else {
+                check_script(&cell.config.script)?;
+                worlds.push(Sim::new(cell.config.clone())?);
+            }
+            cells.push(cell);
+        }
+        let count = request.seeds.count().checked_mul(cells.len() as u64);
+        let runs = count.map(|count| request.shard.of(count));
+        match runs {
+            Some(runs) if runs.end - runs.start <= MOST_RUNS => {
+                Ok(Self { request, cells, rosters, worlds, runs })
+            }
+            _ => {
+                let problem = format!("makes more than {MOST_RUNS} runs at once");
+                let remedy = "sweep fewer seeds, or a --shard i/n at a time";
+                Err(FieldError::new("--seeds", request.seeds, problem, remedy).into())
+            }
+        }
+    }
+
+    /// Index of the cell of a run, and its seed.
+    #[must_use]
+    pub fn place(&self, run: u64) -> (usize, u64) {
+        let seeds = &self.request.seeds;
+        ((run / seeds.count()) as usize, seeds.at(run % seeds.count()))
+    }
+
+    /// How many runs this shard has.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.runs.end - self.runs.start
+    }
+
+    /// Ticks of a run.
+    #[must_use]
+    pub fn ticks(&self, run: u64) -> u64 {
+        self.cells[self.place(run).0].config.ticks
+    }
+
+    /// The ticks at which a run is sampled; none of a run that is not followed.
+    /// All seeds of a cell have the same.
+    #[must_use]
+    pub fn sampling(&self, run: u64) -> Sampling {
+        let followed = (MOST_TRACKS / self.cells.len() as u64).max(1);
+        let is_followed = run % self.request.seeds.count() < followed;
+        let ticks = self.ticks(run);
+        Sampling { ticks, samples: if is_followed { SAMPLES.min(ticks) } else { 0 }, taken: 0 }
+    }
+}
+
+/// The ticks at which a run is sampled: evenly spaced up to and with the last.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampling {
+    ticks: u64,
+    samples: u64,
+    taken: u64,
+}
+
+impl Sampling {
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.samples as usize
+    }
+
+    /// The next one; `u64::MAX` after the last.
+    #[must_use]
+    pub fn next_tick(&mut self) -> u64 {
+        if self.taken == self.samples {
+            return u64::MAX;
+        }
+        self.taken += 1;
+        let end = u128::from(self.ticks) * u128::from(self.taken) / u128::from(self.samples);
+        // At least one: there are no more samples than ticks.
+        end as u64 - 1
+    }
+}
+
+fn check_axes(axes: &[Axis]) -> Result<(), FieldError> {
+    for (i, axis) in axes.iter().enumerate() {
+        if axis.key == "seed" {
+            let remedy = "give --seeds A..B";
+            return Err(FieldError::new("--set", "seed", "is swept by another option", remedy));
+        }
+        if axes[..i].iter().any(|a| a.key == axis.key) {
+            let remedy = "give all its values in one list: key=v1,v2";
+            return Err(FieldError::new("--set", &axis.key, "is given twice", remedy));
+        }
+    }
+    Ok(())
+}
+
+/// The scenario with these parameters, by the code that `launch` uses.
+fn load(
+    request: &Request,
+    parameters: Vec<(String, String)>,
+) -> Result<(Cell, Vec<Participant>), SweepError> {
+    let changes: Vec<String> = parameters.iter().map(|(k, v)| format!("{k}={v}")).collect();
+    let mut loaded = scenario_file::load(&request.scenario, &changes)?;
+    loaded.scenario.seed = request.seeds.at(0);
+    loaded.scenario.ticks = request.ticks.unwrap_or(loaded.scenario.ticks);
+    let roster = &mut loaded.scenario.participants;
+    request.add.iter().for_each(|text| scenario_file::add_estimator(roster, text));
+    loaded
+        .scenario
+        .check()
+        .map_err(|error| SetupError::Scenario { path: request.scenario.clone(), error })?;
+    let config = loaded.config()?;
+    Ok((Cell { parameters: Arc::from(parameters), config }, loaded.scenario.participants))
+}
+
+/// Inside, nobody drives.
+fn check_script(script: &ScriptConfig) -> Result<(), FieldError> {
+    if !matches!(script, ScriptConfig::Driver {}) {
+        return Ok(());
+    }
+    let remedy = "give --clients to have the scenario's driver take part, or another script";
+    Err(FieldError::new("script.kind", "driver", "has nobody who drives inside a sweep", remedy))
+}
+
+/// With clients, the figures are the scorer's.
+fn check_roster(roster: &[Participant]) -> Result<(), FieldError> {
+    let wrong = |who: &str, problem: &str, remedy: &str| {
+        Err(FieldError::new("--clients", who, problem, remedy))
+    };
+    if !roster.iter().any(|p| p.role == Role::Scorer) {
+        let remedy = "add one: [[participant]] name = \"score\", role = \"scorer\"";
+        return wrong("the scenario", "has no scorer, and its scores are the rows", remedy);
+    }
+    if let Some(p) = roster.iter().find(|p| p.is_awaited() && p.command.is_empty()) {
+        let remedy = "say how it is started: its command in the scenario, or --add NAME=COMMAND";
+        return wrong(&p.name, "has no command", remedy);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(seeds: &str, axes: &[&str]) -> Request {
+        Request {
+            scenario: "patrol".to_owned(),
+            seeds: seeds.parse().unwrap(),
+            axes: axes.iter().map(|text| Axis::parse("--set", text).unwrap()).collect(),
+            ticks: None,
+            shard: Shard::WHOLE,
+            clients: false,
+            add: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn runs_come_by_cell_and_then_by_seed() {
+        let plan = Plan::new(request("7..10", &["ticks=100,31,1"])).unwrap();
+        assert_eq!(plan.runs, 0..9);
+        let places: Vec<_> = plan.runs.clone().map(|run| plan.place(run)).collect();
+        assert_eq!(places[..4], [(0, 7), (0, 8), (0, 9), (1, 7)]);
+        assert_eq!([0, 3, 8].map(|run| plan.ticks(run)), [100, 31, 1]);
+    }
+
+    #[test]
+    fn samples_are_even_and_end_with_the_last_tick() {
+        let plan = Plan::new(request("0..5", &["ticks=300,7,1"])).unwrap();
+        let samples = |run| {
+            let mut sampling = plan.sampling(run);
+            (0..sampling.count()).map(|_| sampling.next_tick()).collect::<Vec<_>>()
+        };
+        let every_fifth: Vec<u64> = (1..=60).map(|k| 5 * k - 1).collect();
+        assert_eq!(samples(4), every_fifth);
+        assert_eq!(samples(5), [0, 1, 2, 3, 4, 5, 6]);
+        assert_eq!(samples(14), [0]);
+        assert_eq!(plan.sampling(14).taken, 0);
+        // Of very many runs the first of each cell are followed.
+        let many = Plan::new(request("0..30000", &["robot.slip_std=0.01,0.02"])).unwrap();
+        let followed = many.runs.clone().filter(|run| many.sampling(*run).count() > 0);
+        let followed: Vec<u64> = followed.collect();
+        assert_eq!(followed.len(), 20_000);
+        assert_eq!((followed[9_999], followed[10_000]), (9_999, 30_000));
+    }
+}

@@ -1,0 +1,254 @@
+//! A sweep from its plan to its table.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Instant;
+
+use tempfile::TempDir;
+
+use super::cell::Swept;
+use super::clients::Clients;
+use super::error::SweepError;
+use super::inside::Inside;
+use super::journal::Journal;
+use super::plan::Plan;
+use super::record::Record;
+use super::settings::Settings;
+use super::table::Table;
+use super::workers::{Listener, work};
+use rusty_engine::run::Progress;
+
+/// How a sweep is carried out. None of it reaches the rows.
+pub struct Sweeping {
+    /// What there is to do.
+    pub plan: Plan,
+    /// Who writes, for the settings.
+    pub writer: String,
+    /// Runs at a time.
+    pub jobs: usize,
+    /// Where the rows go.
+    pub table: Option<Table>,
+    /// Whether to go on with what an interrupted sweep left.
+    pub resume: bool,
+    /// Whether to remove what is there.
+    pub force: bool,
+    /// Where the runs' folders are kept; runs with clients only.
+    pub runs_dir: Option<PathBuf>,
+}
+
+/// What a sweep came to.
+pub struct Came {
+    /// Rows and tracks; all of the shard's, if it is complete.
+    pub swept: Swept,
+    /// Runs whose rows are there.
+    pub runs: u64,
+    /// Runs there were to be.
+    pub planned: u64,
+    /// Runs that had been done before.
+    pub resumed: u64,
+    /// Runs in which something was lost: seed and what.
+    pub lost: Vec<(u64, String)>,
+    /// Ticks that were simulated now, and how long that took, s.
+    pub ticks: u64,
+    /// From the first run to the last, s.
+    pub elapsed_s: f64,
+    /// The table was there already, and nothing was done.
+    pub was_complete: bool,
+    /// The journal that holds what is done of an interrupted sweep.
+    pub journal: Option<PathBuf>,
+}
+
+impl Sweeping {
+    /// Makes the runs, or those that are missing, and writes the table. `stop`
+    /// ends it early and keeps what is done.
+    ///
+    /// # Errors
+    /// [`SweepError`]; what is done is in the journal.
+    pub fn carry_out(self, stop: &AtomicBool, progress: Progress) -> Result<Came, SweepError> {
+        let settings = Settings::of(&self.plan, &self.writer)?;
+        let (mut journal, mut records) = match &self.table {
+            None => (None, Vec::new()),
+            Some(table) => {
+                if self.is_complete(table, &settings)? {
+                    return Ok(self.complete_before());
+                }
+                let path = table.beside(".part");
+                let (journal, records) = Journal::open(&path, &settings, &self.plan.runs)?;
+                (Some(journal), records)
+            }
+        };
+        // A run has one record: a journal does not grow by what is in it.
+        records.sort_by_key(|r| r.run);
+        records.dedup_by_key(|r| r.run);
+        let resumed = records.len() as u64;
+        let began = Instant::now();
+        let ticks_done = AtomicU64::new(0);
+        let mut keeping = Keeping {
+            journal: journal.as_mut(),
+            records,
+            progress,
+            before: 0,
+            ticks_done: &ticks_done,
+        };
+        let made = self.make(stop, &mut keeping);
+        keeping.progress.done();
+        let mut records = keeping.records;
+        made?;
+        records.sort_by_key(|r| r.run);
+        let elapsed_s = began.elapsed().as_secs_f64();
+        let (runs, planned) = (records.len() as u64, self.plan.count());
+        let (swept, lost) = swept(&self.plan, records);
+        let mut came = Came {
+            swept,
+            runs,
+            planned,
+            resumed,
+            lost,
+            ticks: ticks_done.into_inner(),
+            elapsed_s,
+            was_complete: false,
+            journal: None,
+        };
+        if runs < planned {
+            came.journal = journal.map(|j| j.path().to_owned());
+            return Ok(came);
+        }
+        if let (Some(table), Some(journal)) = (&self.table, journal) {
+            table.write(&came.swept, &self.plan.request.axes, &settings)?;
+            journal.remove()?;
+        }
+        Ok(came)
+    }
+
+    /// Whether there is a table already, and is this one. Without leave, what is
+    /// there is not touched.
+    fn is_complete(&self, table: &Table, settings: &Settings) -> Result<bool, SweepError> {
+        let part = table.beside(".part");
+        if self.force {
+            for file in table.files().into_iter().chain([part]) {
+                match fs::remove_file(&file) {
+                    Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                        return Err(SweepError::io(&file)(e));
+                    }
+                    _ => {}
+                }
+            }
+            return Ok(false);
+        }
+        let path = || table.path().display().to_string();
+        if !self.resume {
+            if part.exists() {
+                return Err(SweepError::InTheWay {
+                    path: part.display().to_string(),
+                    what: "has what an interrupted sweep had done".to_owned(),
+                    remedy: "go on with --resume, or begin anew with --force",
+                });
+            }
+            if table.path().exists() {
+                return Err(SweepError::InTheWay {
+                    path: path(),
+                    what: "is there already".to_owned(),
+                    remedy: "choose another --out, or replace it with --force",
+                });
+            }
+            return Ok(false);
+        }
+        // What is beside a table while it is written decides.
+        if part.exists() {
+            return Ok(false);
+        }
+        let Some(there) = table.settings()? else { return Ok(false) };
+        match there.difference(settings) {
+            None => Ok(true),
+            Some(difference) => Err(SweepError::Other { path: path(), difference }),
+        }
+    }
+
+    fn complete_before(self) -> Came {
+        let planned = self.plan.count();
+        let (swept, lost) = swept(&self.plan, Vec::new());
+        Came {
+            swept,
+            runs: planned,
+            planned,
+            resumed: planned,
+            lost,
+            ticks: 0,
+            elapsed_s: 0.0,
+            was_complete: true,
+            journal: None,
+        }
+    }
+
+    /// Makes the runs that have no record yet.
+    fn make(&self, stop: &AtomicBool, keeping: &mut Keeping<'_>) -> Result<(), SweepError> {
+        let done: BTreeSet<u64> = keeping.records.iter().map(|r| r.run).collect();
+        let todo: Vec<u64> = self.plan.runs.clone().filter(|run| !done.contains(run)).collect();
+        let ticks_done = keeping.ticks_done;
+        let before: u64 = done.iter().map(|run| self.plan.ticks(*run)).sum();
+        keeping.before = before;
+        keeping.progress.goes_on_at(before);
+        if !self.plan.request.clients {
+            let maker = || Inside::new(&self.plan, stop, ticks_done);
+            return work(&todo, self.jobs, stop, maker, keeping);
+        }
+        let mut own: Option<TempDir> = None;
+        let folder = match &self.runs_dir {
+            Some(folder) => folder.clone(),
+            None => {
+                let made = tempfile::Builder::new().prefix("rusty-sweep-").tempdir();
+                let made = made.map_err(SweepError::io(&std::env::temp_dir()))?;
+                own.insert(made).path().to_owned()
+            }
+        };
+        fs::create_dir_all(&folder).map_err(SweepError::io(&folder))?;
+        let how = (own.is_none(), self.force || self.resume);
+        let maker = || Clients::new(&self.plan, stop, ticks_done, &folder, how);
+        work(&todo, self.jobs, stop, maker, keeping)
+    }
+}
+
+/// What is done goes into the journal and into memory.
+struct Keeping<'s> {
+    journal: Option<&'s mut Journal>,
+    records: Vec<Record>,
+    progress: Progress,
+    /// Ticks of the runs that had a record already.
+    before: u64,
+    ticks_done: &'s AtomicU64,
+}
+
+impl Listener for Keeping<'_> {
+    fn done(&mut self, record: Record, bytes: &[u8]) -> Result<(), SweepError> {
+        if let Some(lost) = &record.lost {
+            let seed = record.rows.first().map_or(0, |row| row.seed);
+            self.progress.say(&format!("seed {seed}: {lost}"));
+        }
+        self.records.push(record);
+        self.journal.as_mut().map_or(Ok(()), |journal| journal.append(bytes))
+    }
+
+    fn pause(&mut self) -> Result<(), SweepError> {
+        self.progress.at(self.before + self.ticks_done.load(Ordering::Relaxed));
+        self.journal.as_mut().map_or(Ok(()), |journal| journal.flush())
+    }
+}
+
+/// Records in order as rows and tracks, and what was lost.
+fn swept(plan: &Plan, records: Vec<Record>) -> (Swept, Vec<(u64, String)>) {
+    let cells = plan.cells.clone();
+    let mut swept = Swept { cells, rows: Vec::new(), tracks: Vec::new() };
+    let mut all_lost = Vec::new();
+    for record in records {
+        let (cell, seed) = plan.place(record.run);
+        all_lost.extend(record.lost.map(|lost| (seed, lost)));
+        swept.rows.extend(record.rows.into_iter().map(|mut row| {
+            row.parameters = swept.cells[cell].parameters.clone();
+            row
+        }));
+        swept.tracks.extend(record.tracks);
+    }
+    (swept, all_lost)
+}

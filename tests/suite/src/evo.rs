@@ -1,0 +1,81 @@
+//! A Python with evo in it, for tests. Where python3 makes no virtual environment,
+//! or pip finds no evo, tests are skipped with a printed reason; whatever else goes
+//! wrong fails them.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use serde_json::Value;
+
+use crate::{binaries, repository};
+
+/// The package and the version that is compared with.
+pub const EVO: &str = "evo==1.38.1";
+/// What evo needs to read trajectories and to measure them: half of all that it
+/// depends on, and nothing to draw with.
+const NEEDED: [&str; 9] = [
+    "numpy",
+    "scipy",
+    "rosbags",
+    "lz4",
+    "ruamel.yaml",
+    "apsw",
+    "backports.zstd",
+    "typing_extensions",
+    "colorama",
+];
+/// What must work before the environment counts as made.
+const TRIED: &str = "from evo.core import metrics, sync; from evo.tools import file_interface";
+
+/// The interpreter of a virtual environment below the target folder, with evo
+/// from wherever pip takes it; made once. `None`, with a printed reason, where
+/// that cannot be had.
+pub fn python() -> Option<&'static Path> {
+    static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    crate::python::or_skipped(PYTHON.get_or_init(prepare))
+}
+
+fn prepare() -> Result<PathBuf, String> {
+    let place = binaries().parent().unwrap().join("evo");
+    fs::create_dir_all(&place).unwrap();
+    // Tests of several processes come here at once.
+    let lock = File::create(place.join("lock")).unwrap();
+    lock.lock().unwrap();
+    let environment = place.join("environment");
+    let python = environment.join("bin/python");
+    let ready = place.join("ready");
+    let tried = || run(Command::new(&python).args(["-c", TRIED]));
+    if fs::read_to_string(&ready).is_ok_and(|made| made == EVO) && tried().is_ok() {
+        return Ok(python);
+    }
+    // Python may have been replaced since it was made.
+    let _ = fs::remove_file(&ready);
+    let _ = fs::remove_dir_all(&environment);
+    run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
+    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", EVO];
+    let few = run(Command::new(&python).args(pip).arg("--no-deps").args(NEEDED));
+    if few.and_then(|_| tried()).is_err() {
+        // A dependency has got one of its own since: then all of them.
+        run(Command::new(&python).args(pip))?;
+        tried().unwrap();
+    }
+    fs::write(ready, EVO).unwrap();
+    Ok(python)
+}
+
+/// What evo says of an estimate beside the truth, both as files that it reads:
+/// the fields `ate` and `rpe` of a score.
+#[track_caller]
+pub fn measure(python: &Path, truth: &Path, estimate: &Path) -> Value {
+    let script = repository().join("tests/suite/tests/evo/measure.py");
+    let said = run(Command::new(python).arg(script).args([truth, estimate])).unwrap();
+    serde_json::from_str(&said).unwrap()
+}
+
+fn run(command: &mut Command) -> Result<String, String> {
+    // evo keeps settings in the home folder, and makes them if they are not there.
+    let home = binaries().parent().unwrap().join("evo");
+    crate::python::run(command.env("HOME", home))
+}

@@ -1,0 +1,82 @@
+//! A Python with numpy and our package in it, for tests. Where python3 makes no
+//! virtual environment, or pip finds no numpy, tests are skipped with a printed
+//! reason; whatever else goes wrong fails them.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::OnceLock;
+
+use crate::{binaries, repository, skipped};
+
+/// The interpreter of a virtual environment below the target folder, with numpy
+/// from wherever pip takes it and the package as it was just built. `None`, with
+/// a printed reason, where that cannot be had.
+pub fn python() -> Option<&'static Path> {
+    static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    or_skipped(PYTHON.get_or_init(prepare))
+}
+
+/// What was found; or says that the test is skipped, and why.
+pub(crate) fn or_skipped(found: &Result<PathBuf, String>) -> Option<&Path> {
+    found.as_deref().inspect_err(|reason| skipped(reason)).ok()
+}
+
+/// A script that lies beside the tests.
+pub fn script(name: &str) -> String {
+    let path = repository().join("tests/suite/tests/python").join(name);
+    path.to_str().unwrap().to_owned()
+}
+
+fn prepare() -> Result<PathBuf, String> {
+    let built = binaries();
+    let place = built.parent().unwrap().join("python");
+    fs::create_dir_all(&place).unwrap();
+    // Tests of several processes come here at once.
+    let lock = File::create(place.join("lock")).unwrap();
+    lock.lock().unwrap();
+    let environment = place.join("environment");
+    let python = environment.join("bin/python");
+    let numpy = place.join("has-numpy");
+    let works = || run(Command::new(&python).args(["-c", "import numpy"])).is_ok();
+    if !numpy.exists() || !works() {
+        // Python may have been replaced since it was made.
+        let _ = fs::remove_file(&numpy);
+        let _ = fs::remove_dir_all(&environment);
+        run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
+        run(Command::new(&python).args(["-m", "pip", "install", "--quiet", "numpy"]))?;
+        run(Command::new(&python).args(["-c", "import numpy"])).unwrap();
+        File::create(&numpy).unwrap();
+    }
+    let find = "import sysconfig; print(sysconfig.get_path('platlib'))";
+    let packages = run(Command::new(&python).args(["-c", find])).unwrap();
+    let package = Path::new(packages.trim()).join("rusty");
+    fs::create_dir_all(&package).unwrap();
+    let sources = repository().join("clients/python/python/rusty");
+    for entry in fs::read_dir(sources).unwrap().flatten().filter(|entry| entry.path().is_file()) {
+        refresh(&entry.path(), &package.join(entry.file_name()));
+    }
+    refresh(&built.join("lib_rusty.so"), &package.join("_rusty.abi3.so"));
+    Ok(python)
+}
+
+/// Copies a file unless it is there. Whoever uses the old one keeps it.
+fn refresh(from: &Path, to: &Path) {
+    let bytes = fs::read(from).unwrap();
+    if fs::read(to).is_ok_and(|there| there == bytes) {
+        return;
+    }
+    let beside = to.with_extension("new");
+    fs::write(&beside, bytes).unwrap();
+    fs::rename(beside, to).unwrap();
+}
+
+/// What a command prints, or why it failed, in its words.
+pub(crate) fn run(command: &mut Command) -> Result<String, String> {
+    let output = command.stdin(Stdio::null()).output().map_err(|e| format!("{command:?}: {e}"))?;
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    if output.status.success() {
+        return Ok(text(&output.stdout));
+    }
+    Err(format!("{command:?}: {}", text(&output.stderr)))
+}

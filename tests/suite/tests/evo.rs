@@ -1,0 +1,98 @@
+//! Scores beside those of evo, on what `export tum` writes: equal to 10⁻⁹ in
+//! every figure of every metric. The tables that are printed stand in docs/metrics.md.
+
+use std::path::Path;
+
+use rusty_tests::{evo, folder, fresh_run, launch, nothing_left, real_data, sim_server, text};
+use serde_json::Value;
+
+/// Absolute up to 1, relative above.
+const TOLERANCE: f64 = 1e-9;
+
+const FIGURES: [&str; 7] = ["rmse", "mean", "median", "std", "min", "max", "sse"];
+const PARTS: [&str; 2] = ["translation_m", "rotation_rad"];
+/// Field of the score, and the option of evo.
+const METRICS: [([&str; 2], &str); 5] = [
+    (["ate", "none"], "APE"),
+    (["ate", "origin"], "APE `--align_origin`"),
+    (["ate", "se2"], "APE `--align`"),
+    (["rpe", "per_tick"], "RPE `--delta 1 -u f`"),
+    (["rpe", "per_metre"], "RPE `--delta 1 -u m`"),
+];
+
+/// The statistics of one metric and part, ours and evo's: a line of the table.
+#[track_caller]
+fn same(run: &str, metric: &str, part: &str, ours: &Value, theirs: &Value) -> String {
+    assert_eq!(ours["count"], theirs["count"], "{run}: {metric}, {part}: count");
+    assert!(ours["count"].as_u64().unwrap() > 10, "{run}: {metric}, {part}: {ours}");
+    let mut greatest = 0.0_f64;
+    for figure in FIGURES {
+        let number = |of: &Value| of[figure].as_f64().unwrap_or_else(|| panic!("{figure}: {of}"));
+        let (our, their) = (number(ours), number(theirs));
+        let off = (our - their).abs() / their.abs().max(1.0);
+        assert!(off <= TOLERANCE, "{run}: {metric}, {part}, {figure}: {our:?} and {their:?} (evo)");
+        greatest = greatest.max(off);
+    }
+    let rmse = |of: &Value| format!("{:.12}", of["rmse"].as_f64().unwrap());
+    let (count, part) = (&ours["count"], part.replace('_', ", "));
+    let (their, our) = (rmse(theirs), rmse(ours));
+    format!("| {run} | {metric} | {part} | {count} | {their} | {our} | {greatest:.0e} |\n")
+}
+
+/// Every estimator of a run, from its log and its scores.
+#[track_caller]
+fn beside_evo(python: &Path, run: &str, log: &Path, scores: &Value) -> String {
+    let out = folder();
+    let (log, to) = (log.to_str().unwrap(), out.path().to_str().unwrap());
+    let exported = sim_server(&["export", "tum", log, "-o", to, "--json"]).expect(0).json();
+    let truth = out.path().join("truth.tum");
+    let mut lines = String::new();
+    for score in scores.as_array().unwrap() {
+        let name = text(score, "name");
+        let written = exported["files"].as_array().unwrap();
+        let file = written.iter().find(|f| f["estimator"] == name).unwrap();
+        assert_eq!(file["lines"], score["scored_ticks"], "{name}");
+        let theirs = evo::measure(python, &truth, Path::new(text(file, "path")));
+        for ([field, by], metric) in METRICS {
+            for part in PARTS {
+                let [ours, theirs] = [score, &theirs].map(|of| &of[field][by][part]);
+                let run = format!("{run}, {name}");
+                lines += &same(&run, metric, part, ours, theirs);
+            }
+        }
+    }
+    lines
+}
+
+fn print(lines: &str) {
+    println!("\n| run | metric | part | errors | rmse (evo) | rmse (ours) | greatest difference |");
+    println!("|---|---|---|---:|---:|---:|---:|\n{lines}");
+}
+
+#[test]
+fn the_apartment_is_measured_as_evo_measures_it() {
+    let Some(python) = evo::python() else { return };
+    let out = folder();
+    let covariance = rusty_tests::binary("04_covariance");
+    let add = format!("covariance={}", covariance.display());
+    // The usual run is nearly a line, which evo turns over in space.
+    let set = ["--set", "script.kind=truth-steered-patrol", "--set", "script.leg_s=12.3"];
+    let report = launch("evo", out.path(), &[&["--add", &add][..], &set].concat());
+    let log = out.path().join("run.log");
+    print(&beside_evo(python, "Apartment", &log, &report["scores"]));
+}
+
+#[test]
+fn the_intel_lab_is_measured_as_evo_measures_it() {
+    let Some(python) = evo::python() else { return };
+    let Some(input) = real_data("intel-corrected.log.gz") else { return };
+    let out = folder();
+    let (log, to) = (out.path().join("intel.log"), out.path().join("run"));
+    let paths = [&input, &log, &to].map(|p| p.to_str().unwrap());
+    sim_server(&["import", "carmen", paths[0], "-o", paths[1]]).expect(0);
+    let run = fresh_run("evo");
+    let replay = ["replay", paths[1], "--json", "--run", run.as_str(), "--out", paths[2]];
+    let report = sim_server(&replay).expect(0).json();
+    nothing_left(&run);
+    print(&beside_evo(python, "Intel", &to.join("run.log"), &report["scores"]));
+}
