@@ -34,8 +34,10 @@ use rusty_link::WaitPolicy;
 
 use rusty_engine::run::Pace;
 
-/// A lockstep robot simulator: one world, published tick by tick into shared
-/// memory, to processes that must answer before time goes on.
+/// Simulate a robot in lockstep with its estimators
+///
+/// The server publishes one world tick by tick into shared memory. The next tick
+/// happens when every participant has answered.
 #[derive(Parser)]
 #[command(name = "sim-server", version, after_help = AFTER_HELP, propagate_version = true)]
 pub struct Cli {
@@ -45,104 +47,106 @@ pub struct Cli {
 
 const AFTER_HELP: &str = "\
 Examples:
-  sim-server launch                              the Apartment, dead reckoning, scores, picture
-  sim-server launch --seed 7 --ticks 3000        another seed, a minute
-  sim-server launch --add mine=./target/release/mine   your own filter beside it
-  sim-server verify runs/NAME/run.log            the same bits again?
-  sim-server replay runs/NAME/run.log            the same frames to the same clients
+  sim-server launch                              the Apartment with dead reckoning
+  sim-server launch --seed 7 --ticks 3000        another seed, one minute
+  sim-server launch --add mine=./target/release/mine   your own filter as well
+  sim-server verify runs/NAME/run.log            check that the run is bit-exact
+  sim-server replay runs/NAME/run.log            same frames, same clients
 
-Results go to stdout, talk to stderr; --json prints one JSON document.
+Results go to stdout, diagnostics to stderr; --json prints one JSON document.
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 finished but something was lost
 (a participant, data, or the end of the run), 4 not bit-exact.";
 
 #[derive(Subcommand)]
 pub enum Verb {
-    /// Run a scenario: server and participants as processes; table, digest, picture
+    /// Run a scenario with its participants and score it
     Launch(LaunchArgs),
-    /// Serve a scenario; participants join by name and are started by hand
+    /// Serve a scenario to participants that are started by hand
     Serve(ServeArgs),
-    /// Play a log to the same participants again, in lockstep
+    /// Replay a log to its participants in lockstep
     Replay(ReplayArgs),
-    /// Simulate a log's run again and compare every bit
+    /// Simulate a logged run again and compare every bit
     Verify(VerifyArgs),
-    /// Run a log's scenario again, with something changed from a tick on
+    /// Repeat a logged run with changes from a given tick
     Fork(ForkArgs),
-    /// Run a scenario with many seeds and settings: a table, a row per run
+    /// Run a scenario with many seeds and settings
     Sweep(SweepArgs),
-    /// Say which of two estimators is better, from the tables of sweeps
+    /// Compare two estimators by the tables of sweeps
     Compare(CompareArgs),
-    /// Say how much of the odometry's error comes from where
+    /// Break down odometry error by source
     Budget(BudgetArgs),
-    /// Drive a square both ways round: what is wrong with wheels and wheelbase?
+    /// Calibrate wheels and wheelbase by the UMBmark square
     Umbmark(UmbmarkArgs),
-    /// Compare two logs: first tick, field and bits that differ
+    /// Find the first tick, field and bits where two logs differ
     Diff(DiffArgs),
-    /// Say what is in a log
+    /// Describe a log or one of its ticks
     Info(InfoArgs),
-    /// Write a log for other programs: trajectories for evo, or a table
+    /// Export a log as trajectories for evo or as a table
     Export(ExportArgs),
-    /// Split a log into a blind one to hand out and the key to its truth
+    /// Split a log into a blind log and the key to its truth
     Seal(SealArgs),
-    /// List the built-in worlds, draw one, or scan it without noise
+    /// List, draw or scan worlds
     Worlds(WorldsArgs),
     /// Print the layout of the structs in shared memory
     Layout(JsonArgs),
-    /// Make a run log from the recording of a real robot
+    /// Convert the recording of a real robot into a run log
     #[command(subcommand)]
     Import(ImportVerb),
-    /// Pause a running server, let it go on step by step, resume or stop it
+    /// Pause, step, resume or stop a running server
     Control(ControlArgs),
-    /// Check this machine: the same bits as everywhere? shared memory?
+    /// Check bit-exactness and shared memory on this machine
     Doctor(JsonArgs),
-    /// Test a client program, in whatever language, against the protocol
+    /// Test a client in any language against the protocol
     Conformance(ConformanceArgs),
-    /// Measure speed, beside what it is to be compared with
+    /// Measure performance against a baseline
     Bench(BenchArgs),
-    /// List the folders of runs, or remove some
+    /// List or remove the folders of runs
     Runs(RunsArgs),
-    /// Remove what dead runs left in shared memory; living ones stay
+    /// Remove the shared memory of runs that are dead
     Clean(JsonArgs),
-    /// Take part in a bench without a protocol (the bench does this)
+    /// Take part in a benchmark (started by the benchmark)
     #[command(hide = true)]
     BenchPeer(BenchPeerArgs),
-    /// Confine this process, then become a participant (the server does this)
+    /// Confine and execute a participant (started by the server)
     #[command(hide = true)]
     Confined(ConfinedArgs),
 }
 
-/// What all runs share.
+/// Options of every run.
 #[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+`{out}` in the COMMAND of --add is the run's folder. `control RUN step` or `resume`
+continues a paused run. Waiting by `spin` occupies one core per process.")]
 pub struct RunArgs {
-    /// Name of the run [default: the scenario's and a random ending]
+    /// Name of the run [default: the scenario's and a random suffix]
     #[arg(long, value_name = "NAME")]
     pub run: Option<RunName>,
-    /// Folder for log, scores and picture [default: runs/NAME]
+    /// Folder for log, scores and report [default: runs/NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace the whole folder of a run that is over
+    /// Replace the whole folder of a run that has ended
     #[arg(long)]
     pub force: bool,
-    /// Simulated time: max, real, or a factor such as 2.5
+    /// Simulated speed, max, real or a factor such as 2.5
     #[arg(long, default_value = "max", value_name = "P")]
     pub pace: Pace,
-    /// Begin paused: `sim-server control RUN step` or `resume` lets it go on
+    /// Begin paused
     #[arg(long)]
     pub paused: bool,
-    /// How everyone waits: balanced, spin (a core each) or block
+    /// Waiting method of all processes, balanced, spin or block
     #[arg(long, default_value_t, value_name = "HOW")]
     pub wait: WaitPolicy,
-    /// How long an answer may take, s [default: the scenario's]
+    /// Time limit of an answer, s [default: the scenario's]
     #[arg(long, value_name = "SECONDS")]
     pub answer_timeout: Option<f64>,
-    /// How long the participants may take to join, s [default: the scenario's]
+    /// Time limit of joining, s [default: the scenario's]
     #[arg(long, value_name = "SECONDS")]
     pub join_timeout: Option<f64>,
-    /// Add an estimator: NAME, or NAME=COMMAND to have it started; `{out}` in the
-    /// command stands for the run's folder
+    /// Add an estimator, and start it if COMMAND is given
     #[arg(long, value_name = "NAME[=COMMAND]")]
     pub add: Vec<String>,
-    /// Confine all that are started and hold no key: none, if-possible or
-    /// required [default: the scenario's]
+    /// Confine started participants that hold no key to the truth
+    /// [default: the scenario's] [possible values: none, if-possible, required]
     #[arg(long, value_name = "HOW")]
     pub sandbox: Option<Sandbox>,
     /// Leave a participant out
@@ -156,19 +160,19 @@ pub struct RunArgs {
     pub quiet: bool,
 }
 
-/// Which scenario, and what to change in it.
+/// The scenario and the changes to it.
 #[derive(Args, Clone, Debug)]
 pub struct ScenarioArgs {
-    /// A scenario file, or one of: apartment, patrol, figure-eight, hallway, driver
+    /// apartment, patrol, figure-eight, hallway, driver or a file
     #[arg(default_value = "apartment")]
     pub scenario: String,
-    /// Seed of all noise: a number, or random [default: the scenario's]
+    /// Seed of all noise, a number or random [default: the scenario's]
     #[arg(long, value_parser = seed::seed_or_random, allow_hyphen_values = true)]
     pub seed: Option<u64>,
     /// Number of ticks [default: the scenario's]
     #[arg(long)]
     pub ticks: Option<u64>,
-    /// Change a field, e.g. --set robot.slip_std=0.05
+    /// Change a field, e.g. robot.slip_std=0.05
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub changes: Vec<String>,
 }
@@ -198,9 +202,9 @@ pub struct ServeArgs {
 /// `replay`.
 #[derive(Args, Clone, Debug)]
 pub struct ReplayArgs {
-    /// The log to play
+    /// Log to replay
     pub log: PathBuf,
-    /// Start nobody; wait for participants started by hand
+    /// Start no program; wait for participants started by hand
     #[arg(long)]
     pub attach: bool,
     /// The run.
@@ -211,10 +215,9 @@ pub struct ReplayArgs {
 /// `verify`.
 #[derive(Args, Clone, Debug)]
 pub struct VerifyArgs {
-    /// The log
+    /// Log to read
     pub log: PathBuf,
-    /// Run its estimators and driver again on the frames, too, and compare
-    /// every answer; the roster's programs are started as `replay` starts them
+    /// Run the estimators and the driver again and compare answers
     #[arg(long)]
     pub clients: bool,
     /// Print one JSON document on stdout
@@ -225,9 +228,9 @@ pub struct VerifyArgs {
 /// `diff`.
 #[derive(Args, Clone, Debug)]
 pub struct DiffArgs {
-    /// One log
+    /// First log
     pub a: PathBuf,
-    /// The other
+    /// Second log
     pub b: PathBuf,
     /// Print one JSON document on stdout
     #[arg(long)]
@@ -237,9 +240,9 @@ pub struct DiffArgs {
 /// `info`.
 #[derive(Args, Clone, Debug)]
 pub struct InfoArgs {
-    /// The log
+    /// Log to read
     pub log: PathBuf,
-    /// One tick instead, from 0
+    /// Show the tick of this index, counted from 0
     #[arg(long, value_name = "N")]
     pub tick: Option<u64>,
     /// Print one JSON document on stdout
@@ -250,18 +253,18 @@ pub struct InfoArgs {
 /// `fork`.
 #[derive(Args, Clone, Debug)]
 pub struct ForkArgs {
-    /// The log of a simulated run
+    /// Log of a simulated run
     pub log: PathBuf,
-    /// The first tick that is another; those before it are the log's to the bit
+    /// First tick that differs from the original run
     #[arg(long, value_name = "TICK")]
     pub at: u64,
-    /// Change a field from that tick on, e.g. --set robot.slip_std=0.05
+    /// Change a field from that tick, e.g. robot.slip_std=0.05
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub changes: Vec<String>,
-    /// Seed from that tick on: a number, or random [default: the log's]
+    /// Seed from that tick, a number or random [default: the log's]
     #[arg(long, value_parser = seed::seed_or_random, allow_hyphen_values = true)]
     pub seed: Option<u64>,
-    /// Number of ticks in all [default: the log's]
+    /// Total number of ticks [default: the log's]
     #[arg(long)]
     pub ticks: Option<u64>,
     /// The run.
@@ -272,12 +275,12 @@ pub struct ForkArgs {
 /// `seal`.
 #[derive(Args, Clone, Debug)]
 pub struct SealArgs {
-    /// The log, of a simulation or a recording
+    /// Log of a simulation or of a recording
     pub log: PathBuf,
-    /// The blind log to write: no truth, no seed, no true parameters
+    /// Blind log to write, without truth, seed and true parameters
     #[arg(short, long, value_name = "BLIND")]
     pub output: PathBuf,
-    /// The key to write (mode 0600): what the blind log lacks
+    /// Key to write, with all that the blind log lacks (mode 0600)
     #[arg(long, value_name = "FILE")]
     pub key_file: PathBuf,
     /// Print one JSON document on stdout
@@ -288,21 +291,21 @@ pub struct SealArgs {
 /// `worlds`.
 #[derive(Args, Clone, Debug)]
 pub struct WorldsArgs {
-    /// A built-in world, or a world file
+    /// Built-in world or world file
     pub name: Option<String>,
-    /// Scan it without noise from this sensor pose, in m, m, rad
+    /// Scan without noise from this sensor pose, in m, m, rad
     #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, requires = "name")]
     pub scan: Option<String>,
-    /// Beams of the scan, over the full circle
+    /// Number of beams of the scan over the full circle
     #[arg(long, default_value_t = 180)]
     pub beams: u32,
     /// Longest range of the scan, m
     #[arg(long, default_value_t = 8.0)]
     pub range_max: f64,
-    /// Draw it into this SVG file
+    /// Draw the world into this SVG file
     #[arg(long, value_name = "FILE", requires = "name")]
     pub svg: Option<PathBuf>,
-    /// Replace a drawing that is there
+    /// Replace an existing drawing
     #[arg(long, requires = "svg")]
     pub force: bool,
     /// Print one JSON document on stdout
@@ -310,7 +313,7 @@ pub struct WorldsArgs {
     pub json: bool,
 }
 
-/// A verb with nothing to say but how to print.
+/// Options of a verb that has only a form of output.
 #[derive(Args, Clone, Debug)]
 pub struct JsonArgs {
     /// Print one JSON document on stdout
@@ -321,43 +324,43 @@ pub struct JsonArgs {
 /// `confined`.
 #[derive(Args, Clone, Debug)]
 pub struct ConfinedArgs {
-    /// The run whose shared memory it may use
+    /// Run whose shared memory the program may use
     #[arg(long, value_name = "NAME")]
     pub cell: RunName,
-    /// if-possible, or required: fail if the kernel takes less than all rules
+    /// Fail with `required` unless the kernel applies all rules
     #[arg(long, value_name = "HOW")]
     pub sandbox: Sandbox,
-    /// A file or folder that it may read
+    /// File or folder that the program may read
     #[arg(long, value_name = "PATH")]
     pub file: Vec<PathBuf>,
-    /// A folder in which it may write
+    /// Folder in which the program may write
     #[arg(long, value_name = "PATH")]
     pub own_folder: Option<PathBuf>,
-    /// The program to become
+    /// Program to execute
     pub program: OsString,
-    /// Its arguments
+    /// Arguments of the program
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     pub args: Vec<OsString>,
 }
 
 #[derive(Subcommand)]
 pub enum ImportVerb {
-    /// A CARMEN log (ODOM and FLASER lines), plain or gzip
+    /// Convert a CARMEN log (ODOM and FLASER), plain or gzip
     Carmen(CarmenArgs),
 }
 
 /// `import carmen`.
 #[derive(Args, Clone, Debug)]
 pub struct CarmenArgs {
-    /// The recording
+    /// Recording to read
     pub input: PathBuf,
-    /// The run log to write
+    /// Run log to write
     #[arg(short, long, value_name = "LOG")]
     pub output: PathBuf,
     /// Refuse a recording that has findings
     #[arg(long)]
     pub strict: bool,
-    /// Replace a run log that is there
+    /// Replace an existing run log
     #[arg(long)]
     pub force: bool,
     /// Print one JSON document on stdout

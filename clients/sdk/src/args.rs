@@ -9,17 +9,17 @@ use rusty_link::WaitPolicy;
 
 use crate::ClientError;
 
-/// How a participant takes part: in a run (`--run`), or on a log (`--log`).
+/// Options of every participant, in a run (`--run`) or on a log (`--log`).
 #[derive(Args, Clone, Debug, Default)]
 #[command(
-    after_help = "A launcher appends --run, --name, --wait, --launcher and --key-stdin.\nExit codes: 0 done, 1 failed, 2 wrong usage, 3 data was lost, 4 not bit-exact."
+    after_help = "On a log, --out is the file for the answers as CSV, and --beliefs the file for the\nparticles or histogram of a filter. A scorer reads such files. The keys of a run are\nin its folder; with --log, --key-file is the key that `sim-server seal` wrote.\n\nA launcher appends --run, --name, --wait, --launcher and --key-stdin.\nExit codes: 0 done, 1 failed, 2 wrong usage, 3 data was lost, 4 not bit-exact."
 )]
 pub struct ClientArgs {
     /// Join the run of this name
     #[arg(long, value_name = "NAME", required_unless_present = "log", conflicts_with = "log")]
     pub run: Option<RunName>,
 
-    /// Work on a log instead, without a server
+    /// Work on a log without a server
     #[arg(long, value_name = "PATH")]
     pub log: Option<PathBuf>,
 
@@ -27,56 +27,51 @@ pub struct ClientArgs {
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
 
-    /// How to wait: balanced, spin or block
+    /// Waiting method, balanced, spin or block
     #[arg(long, default_value_t, value_name = "HOW")]
     pub wait: WaitPolicy,
 
-    /// How long to wait for the run to appear, s
+    /// Time limit of joining, s
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     pub join_timeout: f64,
 
-    /// Process of the server that started this one: once it is gone, do not
-    /// wait for the run
+    /// Stop joining when the process with this ID has ended
     #[arg(long, value_name = "PID")]
     pub launcher: Option<u32>,
 
-    /// File or folder to write to: an estimator on a log writes its answers
-    /// there as CSV (default: stdout), a scorer or logger its files
+    /// File or folder to write to [default: stdout for answers]
     #[arg(long, value_name = "PATH")]
     pub out: Option<PathBuf>,
 
-    /// Replace files that are there
+    /// Replace existing files
     #[arg(long)]
     pub force: bool,
 
-    /// On a log, a filter writes what it holds possible (particles, a histogram)
-    /// to this file; a scorer reads such files and draws them
+    /// File with the beliefs of a filter on a log
     #[arg(long, value_name = "FILE", conflicts_with = "run")]
     pub beliefs: Vec<PathBuf>,
 
-    /// Read this participant's keys from this file [default: the file that the
-    /// server left in the run's folder]. With --log: the key of a blind log, which
-    /// `sim-server seal` wrote
+    /// Read the keys from this file [default: in the run's folder]
     #[arg(long, value_name = "FILE")]
     pub key_file: Option<PathBuf>,
 
-    /// Read this participant's keys from standard input, to its end
+    /// Read the keys from standard input until it ends
     #[arg(long, conflicts_with = "key_file")]
     pub key_stdin: bool,
 }
 
-/// Arguments that cannot be used, or a wish for help.
+/// Invalid arguments, or a request for help.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{text}")]
 pub struct Usage {
-    /// What to print: help, or what is wrong and how to write it.
+    /// Text to print: the help, or the fault and the correct form.
     pub text: String,
-    /// The exit code that goes with it: 0 for help, which goes to stdout.
+    /// Exit code: 0 for help, which goes to stdout.
     pub code: i32,
 }
 
 #[derive(Parser)]
-#[command(version, about = "Takes part in a run of sim-server, or works on its log")]
+#[command(version, about = "Take part in a run of sim-server or work on its log")]
 struct Cli {
     #[command(flatten)]
     args: ClientArgs,

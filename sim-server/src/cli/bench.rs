@@ -1,4 +1,4 @@
-//! What `bench` takes.
+//! The arguments of `bench`.
 
 use std::path::PathBuf;
 mod page;
@@ -18,43 +18,43 @@ use rusty_link::WaitPolicy;
 /// `bench`.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-Every bench measures beside something else in the same run and prints ratios,
-the machine, how noisy it was, and a hash of the results. Only release builds on
-a machine that is left alone are to be believed: otherwise the results are
-printed and the exit code is 1, unless --accept-noise is given.")]
+Every benchmark measures its subject and a baseline in turns in the same run. It
+prints ratios, the machine, the noise of the machine, and a hash of the results.
+Results are valid for release builds on an otherwise idle machine. In all other
+cases they are printed and the exit code is 1, unless --accept-noise is given.")]
 pub struct BenchArgs {
-    /// What to measure
+    /// Benchmark to run
     #[command(subcommand)]
     pub what: BenchVerb,
 }
 
-/// What to measure.
+/// The benchmarks.
 #[derive(Subcommand, Clone, Debug)]
 pub enum BenchVerb {
-    /// A tick of the protocol beside the raw transport and the machine's floor
+    /// Measure a tick against the raw transport and a lower bound
     Latency(LatencyArgs),
-    /// What waiting costs: a paused run, and one at the pace of real time
+    /// Measure the CPU time of a paused and of a real-time run
     Idle(IdleArgs),
-    /// From starting a launch to its first frame, and what memory it takes
+    /// Measure time to the first frame and memory of a launch
     Start(StartArgs),
-    /// Writing a log, beside a plain file in the same folder
+    /// Measure writing a log against writing a plain file
     Log(BenchLogArgs),
-    /// Nothing but the machine: can what is measured on it be believed?
+    /// Measure the noise of this machine
     Noise(BenchNoiseArgs),
-    /// A beam of a scan, beside a ray for each beam
+    /// Measure a scan against one ray cast per beam
     Scan(BenchScanArgs),
-    /// The parts of a tick before it is sent
+    /// Measure the parts of a tick before it is sent
     Step(BenchStepArgs),
-    /// Sweeps without clients, on one core and on all
+    /// Measure sweeps without clients on one core and on all
     Sweep(BenchSweepArgs),
-    /// All benches as a page in Markdown, with what the goals came to
+    /// Write all benchmarks and their goals as a Markdown page
     Page(BenchPageArgs),
 }
 
-/// What all benches share.
+/// Options of every benchmark.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct BenchCommonArgs {
-    /// Take the results of a machine that was too noisy: exit code 0
+    /// Exit with 0 although the machine was too noisy
     #[arg(long)]
     pub accept_noise: bool,
     /// Print one JSON document on stdout
@@ -68,10 +68,10 @@ pub struct BenchCommonArgs {
 /// `bench noise`.
 #[derive(Args, Clone, Debug)]
 pub struct BenchNoiseArgs {
-    /// For how long, s
+    /// Duration of the measurement, s
     #[arg(long, default_value_t = 2.0, value_name = "SECONDS")]
     pub seconds: f64,
-    /// What all share.
+    /// Common options.
     #[command(flatten)]
     pub common: BenchCommonArgs,
 }
@@ -79,59 +79,60 @@ pub struct BenchNoiseArgs {
 /// `bench log`.
 #[derive(Args, Clone, Debug)]
 pub struct BenchLogArgs {
-    /// Where to write; nothing stays there
+    /// Folder to write to; it is left as it was
     #[arg(default_value = ".", value_name = "FOLDER")]
     pub folder: PathBuf,
-    /// Numbers of beams of the scan in each tick; 0: no scans
+    /// Numbers of beams of the scan in each tick, 0 for no scans
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "0,180,1080")]
     pub beams: Vec<usize>,
-    /// Ticks of a log
+    /// Number of ticks of a log
     #[arg(long, value_name = "N", default_value_t = 50_000)]
     pub ticks: u64,
-    /// How often each measurement is repeated
+    /// Repetitions of each measurement
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub repeat: usize,
-    /// Let the clock run until the disk says that it has everything
+    /// Include the time until the disk has stored everything
     #[arg(long)]
     pub sync: bool,
-    /// What all share.
+    /// Common options.
     #[command(flatten)]
     pub common: BenchCommonArgs,
 }
 
 /// `bench latency`.
 #[derive(Args, Clone, Debug)]
+#[command(after_help = "Example: sim-server bench latency \
+    --beside \"python3 clients/python/examples/dead_reckoning.py\"")]
 pub struct LatencyArgs {
-    /// Numbers of clients, each a process of its own
+    /// Numbers of clients, each a separate process
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "1,2,3,8")]
     pub clients: Vec<usize>,
     /// Numbers of beams
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "180,1080")]
     pub beams: Vec<u32>,
-    /// A scan in every so-manyth tick; 0: no scans
+    /// Scan every N ticks, 0 for no scans
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "0,1")]
     pub scan_every: Vec<u64>,
     /// Also measure server, estimator, scorer and logger together
     #[arg(long)]
     pub mix: bool,
-    /// Also measure with this program in the place of one dead reckoning, in
-    /// turns with it: "python3 clients/python/examples/dead_reckoning.py"
+    /// Also measure this program in place of one dead reckoning
     #[arg(long, value_name = "COMMAND", default_value = "", hide_default_value = true)]
     pub beside: String,
-    /// Ticks of a repetition, after a warm-up of a tenth as many
+    /// Ticks of a repetition, after a warm-up of a tenth of them
     #[arg(long, value_name = "N", default_value_t = 20_000)]
     pub ticks: usize,
-    /// How often each measurement is repeated, in turns with the others
+    /// Repetitions of each measurement, in turns with the others
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub repeat: usize,
-    /// How everyone waits: balanced, spin (a core each) or block
+    /// Waiting method of all processes, balanced, spin or block
     #[arg(long, default_value_t, value_name = "HOW")]
     pub wait: WaitPolicy,
-    /// Cores to keep everyone on: the server's, then the clients' in turn
-    /// [default: where the kernel likes]
+    /// Cores of the server, then of the clients in turn
+    /// [default: chosen by the kernel]
     #[arg(long, value_name = "CORE,…", value_delimiter = ',')]
     pub pin: Vec<usize>,
-    /// What all share.
+    /// Common options.
     #[command(flatten)]
     pub common: BenchCommonArgs,
 }
@@ -139,13 +140,13 @@ pub struct LatencyArgs {
 /// `bench idle`.
 #[derive(Args, Clone, Debug)]
 pub struct IdleArgs {
-    /// For how long each run is watched, s
+    /// Duration of the measurement of each run, s
     #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
     pub seconds: f64,
-    /// How everyone waits: balanced, spin (a core each) or block
+    /// Waiting method of all processes, balanced, spin or block
     #[arg(long, default_value_t, value_name = "HOW")]
     pub wait: WaitPolicy,
-    /// What all share.
+    /// Common options.
     #[command(flatten)]
     pub common: BenchCommonArgs,
 }
@@ -153,10 +154,10 @@ pub struct IdleArgs {
 /// `bench start`.
 #[derive(Args, Clone, Debug)]
 pub struct StartArgs {
-    /// Launches, after one that does not count
+    /// Number of launches, after one that is not counted
     #[arg(long, value_name = "N", default_value_t = 20)]
     pub repeat: usize,
-    /// What all share.
+    /// Common options.
     #[command(flatten)]
     pub common: BenchCommonArgs,
 }
@@ -164,23 +165,23 @@ pub struct StartArgs {
 /// `bench-peer`.
 #[derive(Args, Clone, Debug)]
 pub struct BenchPeerArgs {
-    /// What it takes part in: raw or floor
+    /// Benchmark to take part in, raw or floor
     pub what: String,
-    /// Which of the clients it is, from 0
+    /// Index of this client, counted from 0
     pub client: usize,
-    /// The run to take part in
+    /// Run to take part in
     #[arg(long, value_name = "NAME")]
     pub run: RunName,
-    /// Its name
+    /// Name of this client
     #[arg(long, value_name = "NAME")]
     pub name: String,
-    /// How to wait
+    /// Waiting method
     #[arg(long, value_name = "HOW")]
     pub wait: WaitPolicy,
-    /// Process of the server that started it
+    /// Process ID of the server that started this client
     #[arg(long, value_name = "PID")]
     pub launcher: u32,
-    /// Taken as by every participant; there is no protocol to sign for
+    /// Accepted for uniformity and not used
     #[arg(long)]
     pub key_stdin: bool,
 }

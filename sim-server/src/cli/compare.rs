@@ -1,4 +1,4 @@
-//! What `compare` takes.
+//! The arguments of `compare`.
 
 use std::path::PathBuf;
 
@@ -7,15 +7,16 @@ use clap::Args;
 use rusty_study::versus::Metric;
 
 const AFTER_HELP: &str = "\
-A row of a sweep is a run of an estimator, and runs of one seed meet the same
-noise. So the two are compared seed by seed: mean difference with Student's t
-interval, how many seeds each wins (sign test, exact, ties left out), and how many
-times as many runs it would have taken without the pairing. Where fields were
-swept, each setting is compared by itself: runs of one seed in two settings are not
-independent of each other. Less is better in every metric.
+A row of a sweep is a run of an estimator. Runs of one seed have the same noise, so
+the estimators are compared seed by seed. The output has
+  the mean difference with Student's t interval,
+  the number of seeds that each wins (exact sign test, ties omitted),
+  the factor by which an unpaired comparison would need more runs.
+If fields were swept, each setting is compared separately, because runs of one seed
+in two settings are not independent. Less is better in every metric.
 
-Of two tables, the scenario's world, robot and settings must be the same, and the
-true way of each pair, to the bit. Otherwise they did not drive the same runs.
+Two tables must have the same world, robot and settings, and each pair of runs the
+same true path, to the bit. Otherwise they did not drive the same runs.
 
 Examples:
   sim-server sweep apartment --seeds 0..100 --clients --out t.csv
@@ -26,21 +27,21 @@ Examples:
 #[derive(Args, Clone, Debug)]
 #[command(after_help = AFTER_HELP)]
 pub struct CompareArgs {
-    /// A table that `sweep --out` wrote
+    /// Table written by `sweep --out`
     pub table: PathBuf,
-    /// Another one, for B
+    /// Second table, for B
     pub other: Option<PathBuf>,
-    /// One estimator [default: the table's, where that leaves no choice]
+    /// First estimator [default: the only one in the table]
     #[arg(long, value_name = "NAME")]
     pub a: Option<String>,
-    /// The other one; of a second table also the same
+    /// Second estimator
     #[arg(long, value_name = "NAME")]
     pub b: Option<String>,
-    /// What to compare, again for more [default: those with figures among ate,
-    /// final, heading, p95, rpe-metre, nees]
+    /// Metric to compare; may be repeated [default: all that the
+    /// tables have of ate, final, heading, p95, rpe-metre, nees]
     #[arg(long = "metric", value_name = "METRIC", value_enum, hide_possible_values = false)]
     pub metrics: Vec<Metric>,
-    /// Probability of the intervals
+    /// Confidence level of the intervals
     #[arg(long, default_value_t = 0.95, value_name = "P")]
     pub level: f64,
     /// Print one JSON document on stdout

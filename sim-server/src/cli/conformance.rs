@@ -1,4 +1,4 @@
-//! What `conformance` takes.
+//! The arguments of `conformance`.
 
 use clap::Args;
 use rusty_contract::{Role, RunName};
@@ -10,34 +10,35 @@ use rusty_link::WaitPolicy;
     --wait and, for\nscorers and loggers, --key-stdin are appended to its arguments.\n\
     Exit codes: 0 every check passed, 1 one failed, 2 wrong usage, 3 stopped (Ctrl-C).")]
 pub struct ConformanceArgs {
-    /// What the client takes part as: estimator, driver, scorer, logger or observer
+    /// Role of the client [possible values: estimator, driver, scorer,
+    /// logger, observer]
     #[arg(long, default_value_t = Role::Estimator, value_parser = rusty_conformance::role)]
     pub role: Role,
-    /// Name it is given in the roster
+    /// Name of the client in the roster
     #[arg(long, default_value = "client", value_name = "NAME")]
     pub name: String,
-    /// The longest wait for anything the client must do, s
+    /// Time limit of each action of the client, s
     #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
     pub patience: f64,
-    /// How everyone waits: balanced, spin (a core each) or block
+    /// Waiting method of all processes, balanced, spin or block
     #[arg(long, default_value_t, value_name = "HOW")]
     pub wait: WaitPolicy,
-    /// Make this check alone (may be given more than once)
+    /// Run this check only; may be repeated
     #[arg(long, value_name = "CHECK")]
     pub only: Vec<String>,
-    /// How many checks are made at a time
+    /// Number of checks that run at the same time
     #[arg(long, default_value_t = 2, value_name = "N")]
     pub jobs: usize,
-    /// List the checks: what each does, what it expects, which rule it is about
+    /// List the checks with actions, expected results and rules
     #[arg(long)]
     pub list: bool,
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
-    /// Serve this run until killed; key and folder come on standard input
+    /// Serve this run until killed; read key and folder from stdin
     #[arg(long, hide = true, value_name = "RUN")]
     pub dies_as: Option<RunName>,
-    /// The client and its arguments, after `--`
+    /// Client and its arguments, after `--`
     #[arg(last = true, required_unless_present_any = ["list", "dies_as"], value_name = "CLIENT")]
     pub client: Vec<String>,
 }

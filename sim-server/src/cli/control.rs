@@ -1,18 +1,20 @@
-//! What `control` takes.
+//! The arguments of `control`.
 
 use clap::{Args, Subcommand};
 use rusty_contract::RunName;
 
 /// `control`.
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "None of this changes a bit of the run.")]
+#[command(after_help = "\
+No control request changes a bit of the run. `step` replies when its ticks are
+complete.")]
 pub struct ControlArgs {
-    /// Name of the run, as on the server's first line
+    /// Name of the run, as in the first line of the server
     pub run: RunName,
-    /// What to do
+    /// Request to send
     #[command(subcommand)]
     pub wish: ControlVerb,
-    /// How long to wait for the reply, s: `step` replies when its ticks are done
+    /// Time limit of the reply, s
     #[arg(long, default_value_t = 60.0, value_name = "SECONDS", global = true)]
     pub timeout: f64,
     /// Print one JSON document on stdout
@@ -20,21 +22,21 @@ pub struct ControlArgs {
     pub json: bool,
 }
 
-/// What to say to a run.
+/// The control requests.
 #[derive(Subcommand, Clone, Copy, Debug)]
 pub enum ControlVerb {
-    /// Say where it stands
+    /// Print the state of the run
     Status,
-    /// No tick after the one that is being worked on
+    /// Pause after the current tick
     Pause,
-    /// So many ticks more, then pause; returns when they are complete
+    /// Advance by TICKS ticks, then pause
     Step {
-        /// How many
+        /// Number of ticks
         #[arg(default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
         ticks: u64,
     },
-    /// On, at the pace it had
+    /// Resume at the previous pace
     Resume,
-    /// End it after this tick, as by Ctrl-C
+    /// Stop the run after the current tick, like Ctrl-C
     Stop,
 }

@@ -1,26 +1,27 @@
-//! What `umbmark` takes.
+//! The arguments of `umbmark`.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
 const AFTER_HELP: &str = "\
-The robot of the scenario drives a square both ways round, in the open, on its
-encoders alone: it believes to have driven it perfectly. Where the laps really
-end tells two systematic errors apart. A wrong wheelbase (robot.track_bias) turns
-every corner short, both ways round alike; wheels of different size
-(robot.radius_bias_right) bend every side, which the two ways show with opposite
-signs. Out come E_b (true over believed wheelbase) and E_d (right over left
-diameter) with standard errors, beside the true ones, and the laps again with the
-factors applied, on the same seeds.
+The robot of the scenario drives a square in both directions, without walls, and by
+its encoders only. The true end points of the laps separate two systematic errors:
+  robot.track_bias         a wrong wheelbase changes every corner, with the same
+                           sign in both directions
+  robot.radius_bias_right  unequal wheels bend every side, with opposite signs in
+                           the two directions
+The output has E_b (true over nominal wheelbase) and E_d (right over left diameter)
+with standard errors and true values, and the laps on the same seeds with the
+factors applied.
 
-E_b and E_d are found twice: by the formulas of J. Borenstein and L. Feng (1996),
-which are of first order, and by least squares with exact arcs. A short wheelbase
-bends a long side far: then only the second is right. A square cannot see the
-scale of both wheels together; E_b is the wheelbase over the mean wheel.
+E_b and E_d are estimated twice: by the first-order formulas of J. Borenstein and
+L. Feng (1996), and by least squares with exact arcs. With a short wheelbase and a
+long side only the second is right. A square does not show the common scale of both
+wheels; E_b is the wheelbase over the mean wheel.
 
-Slip is chance: with robot.slip_std=0.02 five laps say little, which the standard
-errors show. Try more --runs, or less slip.
+Slip is random: with robot.slip_std=0.02 five laps are not enough, and the standard
+errors are large. Use more --runs or less slip.
 
 Examples:
   sim-server umbmark --set robot.track_bias=0.01 --set robot.radius_bias_right=0.005
@@ -30,11 +31,10 @@ Examples:
 #[derive(Args, Clone, Debug)]
 #[command(after_help = AFTER_HELP)]
 pub struct UmbmarkArgs {
-    /// Whose robot: a scenario file, or one of: apartment, patrol, figure-eight,
-    /// hallway, driver
+    /// apartment, patrol, figure-eight, hallway, driver or a file
     #[arg(default_value = "apartment")]
     pub scenario: String,
-    /// Laps each way
+    /// Number of laps in each direction
     #[arg(long, default_value_t = 5, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub runs: u32,
@@ -44,22 +44,22 @@ pub struct UmbmarkArgs {
     /// Speed along the sides, m/s
     #[arg(long, default_value_t = 0.5, value_name = "M/S")]
     pub speed: f64,
-    /// Turn rate on the corners, rad/s
+    /// Turn rate at the corners, rad/s
     #[arg(long, default_value_t = 1.0, value_name = "RAD/S")]
     pub turn: f64,
     /// Seed of the first lap [default: the scenario's]
     #[arg(long, value_parser = super::seed::seed, allow_hyphen_values = true)]
     pub seed: Option<u64>,
-    /// Change a field, e.g. --set robot.track_bias=0.01
+    /// Change a field, e.g. robot.track_bias=0.01
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub changes: Vec<String>,
-    /// Draw laps and returns into this SVG file
+    /// Draw laps and end points into this SVG file
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
-    /// Draw laps and returns into this PNG file
+    /// Draw laps and end points into this PNG file
     #[arg(long, value_name = "FILE")]
     pub png: Option<PathBuf>,
-    /// Replace drawings that are there
+    /// Replace existing drawings
     #[arg(long)]
     pub force: bool,
     /// Print one JSON document on stdout

@@ -79,6 +79,81 @@ fn the_repository_speaks_of_the_project_alone() {
     }
 }
 
+/// Words that pages and help texts do not use, and their replacements.
+const PLAIN: [(&str, &str); 25] = [
+    ("beside", "next to, with or compared with"),
+    ("somebody", "a process or a participant"),
+    ("someone", "a process or a participant"),
+    ("nobody", "no process or no participant"),
+    ("whoever", "a process that"),
+    ("goodbye", "end of run"),
+    ("last word", "end of run"),
+    ("last words", "end of run"),
+    ("comes of", "results from"),
+    ("come of", "result from"),
+    ("came of", "resulted from"),
+    ("wishes", "control requests"),
+    ("is gone", "has ended"),
+    ("are gone", "have ended"),
+    ("of its own", "separate"),
+    ("of their own", "separate"),
+    ("so many", "N"),
+    ("so-manyth", "every N"),
+    ("stand in", "are in"),
+    ("stands in", "is in"),
+    ("lie in", "are in"),
+    ("lies in", "is in"),
+    ("has a seat", "is a participant"),
+    ("that is none", "invalid"),
+    ("looks on", "observes"),
+];
+
+/// The numbers of the lines in which a phrase begins; it may end in the next line.
+fn lines_with(text: &str, phrase: &str) -> Vec<usize> {
+    let prose = |line: &str| line.trim_start_matches([' ', '/', '!', '*', '>']).to_lowercase();
+    let lines: Vec<String> = text.lines().map(prose).collect();
+    let is_name = |c: char| c.is_alphanumeric() || "_-".contains(c);
+    let begins_in = |number: &usize| {
+        let line = &lines[number - 1];
+        let both = format!("{line} {}", lines.get(*number).map_or("", String::as_str));
+        both.match_indices(phrase).any(|(at, _)| {
+            let (before, after) = (&both[..at], &both[at + phrase.len()..]);
+            // A field or an option of this name is not prose.
+            let is_prose = !before.ends_with(is_name) && !after.starts_with(is_name);
+            at < line.len() && is_prose && !after.starts_with(':')
+        })
+    };
+    (1..=lines.len()).filter(begins_in).collect()
+}
+
+#[test]
+fn pages_and_help_texts_use_plain_words() {
+    let is_read = |path: &str| match path.rsplit_once('/') {
+        None => path == "README.md",
+        Some(("docs", page)) => page != "benchmarks.md" && page.ends_with(".md"),
+        Some((folder, _)) => {
+            path.starts_with("sim-server/src/cli")
+                || (path.starts_with("clients/") && folder.ends_with("/src/bin"))
+                || path == "clients/sdk/src/args.rs"
+        }
+    };
+    let mut found = Vec::new();
+    for path in [files("md"), files("rs")].concat() {
+        let name = path.strip_prefix(repository()).unwrap().to_str().unwrap();
+        if !is_read(name) {
+            continue;
+        }
+        let text = read(&path);
+        for (word, plain) in PLAIN {
+            let lines = lines_with(&text, word);
+            found.extend(lines.iter().map(|n| format!("{name}:{n}: {word:?}: write {plain}")));
+        }
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+    assert_eq!(lines_with("/// So\n/// many of it,\n--beside, beside", "so many"), [1]);
+    assert_eq!(lines_with("pub beside: u8\n--beside\nput beside it", "beside"), [3]);
+}
+
 #[test]
 fn what_is_outside_the_workspace_is_locked_and_checked_by_ci() {
     let root: toml::Table = toml::from_str(&read("Cargo.toml")).unwrap();
@@ -118,9 +193,11 @@ fn the_readme_s_first_filter_is_the_first_example() {
 }
 
 #[test]
-fn the_readme_s_scenario_can_be_read() {
-    let scenario = &blocks(&read("README.md"), "toml")[0];
-    rusty_contract::Scenario::from_toml(scenario).unwrap();
+fn the_scenarios_of_the_pages_can_be_read() {
+    for page in ["README.md", "docs/scenarios.md"] {
+        let scenario = &blocks(&read(page), "toml")[0];
+        rusty_contract::Scenario::from_toml(scenario).unwrap_or_else(|e| panic!("{page}: {e}"));
+    }
 }
 
 #[test]

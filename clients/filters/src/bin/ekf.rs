@@ -5,11 +5,12 @@ use rusty_clients::{ClientArgs, run_from};
 use rusty_contract::Exit;
 use rusty_filters::ekf::{Ekf, Options};
 
-/// EKF localisation (Probabilistic Robotics, chapter 7): predicts by the wheels,
-/// finds the straight walls in each scan, matches them to the map that it was
-/// given, and corrects. It must be told where the robot starts; without a map it
-/// only predicts. It answers with a pose and a covariance in every tick, and says
-/// of each scan how surprising it was
+/// Localise on a floor plan with an extended Kalman filter
+///
+/// The EKF (Probabilistic Robotics, chapter 7) predicts from the encoders, finds
+/// the straight walls in each scan, matches them to the map, and corrects. It
+/// needs the initial pose. Without a map it only predicts. It answers every tick
+/// with a pose and a covariance, and reports the innovation (NIS) of each scan.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

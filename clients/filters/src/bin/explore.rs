@@ -1,4 +1,4 @@
-//! `explore`: drives to where its own map ends, until it ends nowhere.
+//! `explore`: drives to the frontiers of the map that it builds.
 
 use clap::Parser;
 use rusty_clients::{ClientArgs, run_from};
@@ -8,11 +8,13 @@ use rusty_filters::explore::{Explore, Options};
 use rusty_filters::gridmap::check_free;
 use rusty_filters::scan_match::{ScanMatch, ScanMatchOptions};
 
-/// Explores: makes a map of what its laser sees, drives to the nearest edge of
-/// it, and again, until no edge is left that it can get to (Yamauchi 1997). Where
-/// it is, scan matching says, that of `scan-match`. It
-/// uses no map that it may be given. For a scenario with a script of kind
-/// "driver"; its role is driver. Writes its map at the end with --save
+/// Explore an unknown world by its frontiers
+///
+/// The driver maps what its laser sees and drives to the nearest frontier of the
+/// map, until no reachable frontier is left (Yamauchi 1997). It localises by scan
+/// matching, like `scan-match`, and does not use the map of the scenario. The
+/// scenario needs a script of kind "driver"; the role is driver. With --save it
+/// writes its map at the end.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

@@ -1,17 +1,17 @@
-//! `fit-motion`: the four α of the odometry motion model, from a log.
+//! `fit-motion`: fits the four α of the odometry motion model to a log.
 
 use clap::Parser;
 use rusty_clients::{ClientArgs, witness::run_witness_from};
 use rusty_contract::Exit;
 use rusty_filters::fit_motion::{FitMotion, Options};
 
-/// Fits α₁ to α₄ of the odometry motion model to a log with true poses
+/// Fit α₁ to α₄ of the odometry motion model to a log
 ///
-/// The model (Probabilistic Robotics, Table 5.6) says how far odometry is off after
-/// a turn and after a way; the log says how far it was. What is printed are the most
-/// likely numbers, their standard errors, and the flags to give to a filter. The
-/// numbers are those of motions of one tick: with another length of a tick they are
-/// others. A number that the log does not tell has no flag: keep what you believed.
+/// The log must have true poses. The model (Probabilistic Robotics, Table 5.6) gives
+/// the error of odometry after a rotation and after a translation. The output has the
+/// maximum-likelihood values, their standard errors, and the flags for a filter. The
+/// values are for motions of one tick and depend on the length of a tick. A value
+/// that the log does not determine has no flag; keep the previous one.
 ///
 ///   fit-motion --log run.log
 #[derive(Parser)]

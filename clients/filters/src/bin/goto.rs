@@ -1,4 +1,4 @@
-//! `goto`: drives to one place after the other.
+//! `goto`: drives to waypoints.
 
 use clap::Parser;
 use rusty_clients::{ClientArgs, run_from};
@@ -6,13 +6,14 @@ use rusty_contract::Exit;
 use rusty_filters::ekf::{self, Ekf};
 use rusty_filters::goto::{Goto, Options};
 
-/// Drives to one place after the other on the floor plan that it is given, by its
-/// own estimate of where it is (an EKF on straight walls, that of `ekf`); in the
-/// Apartment, unless told otherwise, to the middle of every room and back. No command
-/// is given that could touch, before the next scan, a wall that its laser has met;
-/// where no beam points it sees nothing, and it counts on being answered within a
-/// scan. Says at the end how many places it reached and in how many ticks. For a
-/// scenario with a script of kind "driver"; its role is driver
+/// Drive to a list of waypoints on a floor plan
+///
+/// The driver uses its own pose estimate (an EKF on straight walls, like `ekf`). The
+/// default waypoints are the middle of every room of the Apartment and back. It sends
+/// no command that could touch, before the next scan, a wall that its laser has hit.
+/// It does not see walls between the beams, and it assumes that commands take effect
+/// within the time of one scan. At the end it prints the number of waypoints reached
+/// and of ticks used. The scenario needs a script of kind "driver"; the role is driver.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

@@ -1,4 +1,4 @@
-//! `gridmap`: scans and poses to an occupancy grid.
+//! `gridmap`: builds an occupancy grid from scans and poses.
 
 use clap::Parser;
 use rusty_clients::{ClientArgs, run_from, witness::run_witness_from};
@@ -6,22 +6,20 @@ use rusty_contract::Exit;
 use rusty_filters::OdometryNoise;
 use rusty_filters::gridmap::{GridMap, GridMapOf, Options, Poses, check_free};
 
-/// Makes a map of cells from scans and poses, and writes it down at the end
+/// Build an occupancy grid from scans and poses
 ///
-/// Every beam says that the cells it went through are free and that the one in
-/// which it ended is not; a cell adds up what it is told in log odds. That is all,
-/// as long as the poses are right: a heading that is off by one degree puts a wall
-/// at 5 m twice, 9 cm apart.
+/// The map is written at the end. Each beam marks the cells that it crosses as free
+/// and its last cell as occupied; each cell sums the log odds. The poses must be
+/// right: a heading error of one degree doubles a wall at 5 m, 9 cm apart.
 ///
-/// With --poses odometry it is an estimator like others, in a run or on a log: it
-/// maps with the poses of its own wheels, which drift, and answers them. The other
-/// poses are shown to those who may know the truth: on a log that is whoever can
-/// read it (with --key-file, if it is blind), in a run a scorer. --poses NAME maps
-/// with what another filter believed; --poses truth says how good the map could
-/// be, and no robot can have it.
+/// With --poses odometry, gridmap is an ordinary estimator, in a run or on a log: it
+/// maps with the poses of its odometry, which drift, and answers them. --poses NAME
+/// maps with the estimates of another filter. --poses truth shows the best possible
+/// map, which no robot can have. These two need access to the truth: a log (with
+/// --key-file if it is blind), or in a run the role of a scorer.
 ///
-/// What is believed of the wheels (--alpha1 to --alpha4) never changes the map: it is
-/// the covariance that is answered with --poses odometry, and nothing otherwise.
+/// The noise of the wheels (--alpha1 to --alpha4) does not change the map. It sets the
+/// covariance of the answers with --poses odometry and has no other effect.
 ///
 ///   gridmap --log run.log --poses mcl --save map
 ///   gridmap --log intel.log --poses truth --until 1326 --save intel

@@ -5,13 +5,12 @@ use rusty_clients::{ClientArgs, run_from};
 use rusty_contract::Exit;
 use rusty_filters::mcl::{Mcl, Options};
 
-/// Monte Carlo localisation: finds the robot in a known map with particles, and
-/// finds it again when it was carried away.
+/// Localise in a known map with Monte Carlo localisation
 ///
-/// Each particle is a pose that is possible. The wheels move it, the laser
-/// weighs it, and the heavy ones are drawn again and again. Without an initial pose it
-/// begins with particles everywhere, and abstains until most of the belief is in
-/// one place
+/// Each particle is a possible pose. Odometry moves the particles, the laser weighs
+/// them, and resampling prefers the heavy ones. Without an initial pose the particles
+/// start everywhere, and the filter abstains until most of the belief is at one place.
+/// It finds the robot again after a kidnapping.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

@@ -5,10 +5,11 @@ use rusty_clients::{ClientArgs, run_from};
 use rusty_contract::Exit;
 use rusty_filters::scan_match::{ScanMatch, ScanMatchOptions};
 
-/// Odometry by matching scans: each scan is laid on the walls of a key scan
-/// (point-to-line ICP), and the wheels say where to begin and how far to trust
-/// it. Needs no map. Drifts, but from key scan to key scan only, and says by how
-/// much
+/// Estimate odometry by scan matching
+///
+/// Each scan is matched to the walls of a key scan (point-to-line ICP). The encoders
+/// give the initial guess and its uncertainty. No map is needed. The estimate drifts
+/// only from key scan to key scan, and its covariance grows accordingly.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

@@ -1,4 +1,4 @@
-//! `slam`: where the robot is and what the place looks like, without a map.
+//! `slam`: localises and maps without a given map.
 
 use clap::Parser;
 use rusty_clients::{ClientArgs, run_from};
@@ -6,11 +6,12 @@ use rusty_contract::Exit;
 use rusty_filters::gridmap::check_free;
 use rusty_filters::slam::{Slam, SlamOptions};
 
-/// Finds out where it is and what the place looks like, without a map: key scans
-/// are the nodes of a graph, matches between them its edges; where the robot comes
-/// back to a place that it knows, the whole path is bent into one piece
-/// (Probabilistic Robotics, chapter 11; Grisetti et al. 2010). Writes its map at the
-/// end with --save-map
+/// Localise and map with a pose graph, without a given map
+///
+/// Key scans are the nodes of the graph, and matches between them are its edges. When
+/// the robot returns to a known place, the loop is closed and the whole path is
+/// corrected (Probabilistic Robotics, chapter 11; Grisetti et al. 2010). With
+/// --save-map the map is written at the end.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

@@ -1,16 +1,18 @@
-//! `wander`: drives about by the laser alone.
+//! `wander`: drives through free space by the laser only.
 
 use clap::Parser;
 use rusty_clients::{ClientArgs, run_from};
 use rusty_contract::Exit;
 use rusty_filters::wander::{Options, Wander};
 
-/// Drives about without a map: straight on while there is room, then some other
-/// free direction. No command is given that could touch, before the next scan, a wall
-/// that its laser has met; where no beam points it sees nothing, and it counts on
-/// being answered within a scan. For a scenario with a script of kind "driver"; its
-/// role is driver. Where it is told the initial pose it also answers where it believes
-/// to be, which is dead reckoning
+/// Drive through free space without a map
+///
+/// The driver goes straight while the way is free, then turns to another free
+/// direction. It sends no command that could touch, before the next scan, a wall that
+/// its laser has hit. It does not see walls between the beams, and it assumes that
+/// commands take effect within the time of one scan. The scenario needs a script of
+/// kind "driver"; the role is driver. If it gets the initial pose, it also answers
+/// with dead reckoning.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

@@ -1,4 +1,4 @@
-//! `logger`: writes the run down as it happens.
+//! `logger`: writes the log of a run.
 
 use std::path::PathBuf;
 
@@ -7,8 +7,9 @@ use rusty_clients::{ClientArgs, run_witness};
 use rusty_contract::{Exit, errln, outln, output};
 use rusty_logger::{Logger, measure::Measure};
 
-/// Writes the log of a run (run.log in the run's folder or in --out), or reads
-/// one log and writes it again
+/// Write the log of a run, or read and rewrite a log
+///
+/// The log of a run is run.log in the run's folder or in --out.
 #[derive(Parser)]
 #[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 struct Cli {
@@ -21,38 +22,37 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Verb {
-    /// Measure how fast a log is written to a folder, beside a plain file of the
-    /// same length there
+    /// Measure the speed of log writing against a plain file
     ///
-    /// Writes the records of a run that never was, some times, reads them again,
-    /// and leaves nothing. The ratio is what to look at: both files are
-    /// written in turn, to the same folder, under the same load.
+    /// Writes the records of an artificial run several times, reads them, and removes
+    /// them. The result is a ratio: log and plain file have the same length and are
+    /// written in turns to the same folder under the same load.
     Measure(MeasureArgs),
 }
 
 #[derive(Args)]
 struct MeasureArgs {
-    /// Where to write
+    /// Folder to write to
     #[arg(default_value = ".", value_name = "FOLDER")]
     folder: PathBuf,
 
-    /// How many ticks
+    /// Number of ticks
     #[arg(long, default_value_t = 50_000, value_name = "N")]
     ticks: u64,
 
-    /// Beams of the scan in each tick; 0: no scans
+    /// Number of beams of the scan in each tick, 0 for no scans
     #[arg(long, default_value_t = 1080, value_name = "N")]
     beams: usize,
 
-    /// How often each way is gone; the fastest time of each counts
+    /// Repetitions of each measurement, of which the fastest counts
     #[arg(long, default_value_t = 3, value_name = "N")]
     rounds: usize,
 
-    /// Let the clock run until the disk says that it has everything
+    /// Include the time until the disk has stored everything
     #[arg(long)]
     sync: bool,
 
-    /// Print JSON
+    /// Print one JSON document on stdout
     #[arg(long)]
     json: bool,
 }

@@ -1,4 +1,4 @@
-//! `belief`: looks on while filters think.
+//! `belief`: shows the beliefs of filters during a run.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,29 +10,30 @@ use rusty_contract::{BeliefHeader, BeliefKind, Exit, RunName, errln, outln, outp
 use rusty_link::Onlooker;
 use serde::Serialize;
 
-/// Shows what the filters of a run hold possible, a line for each belief that
-/// comes: particles or histogram, how many poses, effective sample size, mean and
-/// spread.
+/// Show the beliefs of the filters of a run
 ///
-/// It has no part in the run: nobody waits for it, no bit depends on it, and what
-/// it is too slow for it does not see. Filters that hold one pose possible show
-/// nothing; their covariance is in their answers.
+/// Each belief is one line: particles or histogram, number of poses, effective sample
+/// size, mean and spread.
+///
+/// It does not participate in the run: the run does not wait for it, no bit depends on
+/// it, and it misses beliefs if it is too slow. Filters with a single pose publish
+/// no belief; their covariance is in their answers.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {
-    /// The run to look on at
+    /// Run to observe
     #[arg(long, value_name = "NAME")]
     run: RunName,
 
-    /// Only what this participant shows
+    /// Show the beliefs of this participant only
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
 
-    /// End after so many lines
+    /// End after N lines
     #[arg(long, value_name = "N")]
     lines: Option<u64>,
 
-    /// Print a JSON object a line
+    /// Print one JSON object per line
     #[arg(long)]
     json: bool,
 }
@@ -81,7 +82,7 @@ fn look_on(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
     let (mut poses, mut lines) = (Vec::new(), 0);
     let is_wanted = |lines| output::is_open() && cli.lines.is_none_or(|most| lines < most);
     while !stop.load(Ordering::Relaxed) && is_wanted(lines) {
-        // Asked before the look, so that the last words of a run are seen.
+        // Asked before the look, so that the last belief of a run is seen.
         let over = onlooker.is_over();
         let Some(header) = onlooker.wait(Duration::from_millis(50), &mut poses) else {
             if over {

@@ -1,4 +1,4 @@
-//! `score`: compares estimates with the truth, and reports on the run.
+//! `score`: compares estimates with the truth and writes the report.
 
 use clap::{Args, Parser};
 use rusty_clients::{ClientArgs, witness::run_witness_from};
@@ -7,11 +7,14 @@ use rusty_contract::score::Within;
 use rusty_scorer::scorer::Scorer;
 use rusty_scorer::scoring::Yardstick;
 
-/// Scores every estimator of a run or of a log against the truth: a table on
-/// stdout, score.json, report.html (a page that needs nothing else), report.svg
-/// and report.png in the run's folder or in --out. On a log without --out it
-/// writes no file; with it, it draws the beliefs that the run's scorer left next
-/// to the log. docs/metrics.md explains each figure
+/// Score the estimators of a run or a log against the truth
+///
+/// The table goes to stdout. The run's folder or --out gets score.json, report.html
+/// (one self-contained page), report.svg and report.png. On a log, no file is written
+/// without --out; with it, the report also has the beliefs that the scorer of the run
+/// saved next to the log. docs/metrics.md explains each figure.
+///
+/// The robot is found if the errors stay within --within-m and --within-deg for --hold-s.
 #[derive(Parser)]
 #[command(version)]
 struct Cli {
@@ -23,22 +26,21 @@ struct Cli {
 }
 
 #[derive(Args)]
-#[command(next_help_heading = "What estimates are judged by")]
+#[command(next_help_heading = "Scoring thresholds")]
 struct JudgedBy {
-    /// Call a filter consistent whose errors (NEES) or innovations (NIS) are as
-    /// large as this share of right filters' are
+    /// Confidence level of the consistency tests (NEES and NIS)
     #[arg(long, default_value_t = 0.95, value_name = "0..1", value_parser = level)]
     level: f64,
 
-    /// The robot is found within this distance, m,
+    /// Position error at which the robot counts as found, m
     #[arg(long, default_value_t = 0.25, value_name = "METRES", value_parser = positive)]
     within_m: f64,
 
-    /// and this heading error, degrees,
+    /// Heading error at which the robot counts as found, degrees
     #[arg(long, default_value_t = 10.0, value_name = "DEGREES", value_parser = angle)]
     within_deg: f64,
 
-    /// for at least this long, s
+    /// Time that both errors must stay within the limits, s
     #[arg(long, default_value_t = 1.0, value_name = "SECONDS", value_parser = duration)]
     hold_s: f64,
 }

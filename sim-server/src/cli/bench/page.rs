@@ -1,4 +1,4 @@
-//! What `bench page` takes.
+//! The arguments of `bench page`.
 
 use std::path::PathBuf;
 
@@ -7,32 +7,32 @@ use clap::Args;
 /// `bench page`.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-Every bench runs in a process of its own, with its usual arguments. With --write,
-what they measured is kept in docs/benchmarks/latest.json beside the page, and
-explanations are taken from docs/benchmarks/notes.md there (a heading `## KEY` for
-each goal or bench).
+Every benchmark runs in a separate process with its usual arguments. With --write,
+the measurements are kept next to the page in benchmarks/latest.json. Explanations
+are read from benchmarks/notes.md, with a heading `## KEY` for each goal or
+benchmark. `rusty-peers --json` (see tests/peers) writes the FILE of --peers.
 
 Examples:
   sim-server bench page --write docs/benchmarks.md      measure all, write the page
   sim-server bench page --write docs/benchmarks.md --only scan
-                                                   scan again, the rest as it was
+                                                   measure the scan only, keep the rest
   sim-server bench page --write docs/benchmarks.md --from docs/benchmarks/latest.json
-                                                   after a change of the notes")]
+                                                   render again after editing the notes")]
 pub struct BenchPageArgs {
-    /// Write the page to this file, and the documents beside it [default: print
-    /// the page]
+    /// Write the page to this file and its data next to it
+    /// [default: print the page]
     #[arg(long, value_name = "PAGE")]
     pub write: Option<PathBuf>,
-    /// Measure nothing: take these documents
+    /// Use the data of this file instead of measuring
     #[arg(long, value_name = "FILE")]
     pub from: Option<PathBuf>,
-    /// Measure these alone; the others are as in --from, or as beside the page
+    /// Measure these only; keep the data of the others
     #[arg(long, value_delimiter = ',', value_name = "BENCH,…")]
     pub only: Vec<String>,
-    /// What `rusty-peers --json` printed (see tests/peers), to go on the page
+    /// Add the output of `rusty-peers --json` to the page
     #[arg(long, value_name = "FILE")]
     pub peers: Option<PathBuf>,
-    /// Measure for a short while: numbers that are no more than examples
+    /// Measure briefly; the numbers are examples only
     #[arg(long)]
     pub quick: bool,
 }

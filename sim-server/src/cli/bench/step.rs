@@ -1,4 +1,4 @@
-//! What `bench step` takes.
+//! The arguments of `bench step`.
 
 use clap::Args;
 
@@ -7,10 +7,10 @@ use super::BenchCommonArgs;
 /// `bench step`.
 #[derive(Args, Clone, Debug)]
 pub struct BenchStepArgs {
-    /// For how long, s
+    /// Duration of the measurement, s
     #[arg(long, default_value_t = 3.0, value_name = "SECONDS")]
     pub seconds: f64,
-    /// What all share.
+    /// Common options.
     #[command(flatten)]
     pub common: BenchCommonArgs,
 }

@@ -1,4 +1,4 @@
-//! What `bench sweep` takes.
+//! The arguments of `bench sweep`.
 
 use std::num::NonZeroUsize;
 
@@ -9,13 +9,13 @@ use super::BenchCommonArgs;
 /// `bench sweep`.
 #[derive(Args, Clone, Debug)]
 pub struct BenchSweepArgs {
-    /// For how long, s
+    /// Duration of the measurement, s
     #[arg(long, default_value_t = 6.0, value_name = "SECONDS")]
     pub seconds: f64,
-    /// Workers beside the one [default: one per processor]
+    /// Workers to compare with one [default: one per processor]
     #[arg(long, value_name = "N")]
     pub jobs: Option<NonZeroUsize>,
-    /// What all share.
+    /// Common options.
     #[command(flatten)]
     pub common: BenchCommonArgs,
 }
