@@ -9,7 +9,7 @@
 //! The server locks the file `lock` in the folder for as long as it lives. The
 //! kernel drops the lock with the process, so a free lock means that the run is
 //! dead. The lock is in the same file system as the memory: containers that share
-//! the memory share the lock, and containers that do not see none of both.
+//! the memory share the lock, and other containers see neither.
 
 use std::fs::{self, File};
 use std::io::Write as _;

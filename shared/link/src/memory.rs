@@ -10,7 +10,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use rustix::fs::{FallocateFlags, fallocate, statvfs};
+use rustix::fs::{FallocateFlags, StatVfs, fallocate, statvfs};
 use rustix::io::Errno;
 
 use crate::LinkError;
@@ -59,13 +59,13 @@ pub(crate) fn free_bytes() -> u64 {
 /// # Errors
 /// [`LinkError::NoRoom`] if they are not.
 pub(crate) fn ensure_room(needed_bytes: u64) -> Result<(), LinkError> {
+    let Ok(room) = statvfs(SHARED_MEMORY) else { return Ok(()) };
+    let free_bytes = free_of(&room);
     // A file system without a limit has no size.
-    match statvfs(SHARED_MEMORY) {
-        Ok(room) if room.f_blocks > 0 && free_bytes() < needed_bytes => {
-            Err(LinkError::NoRoom { needed_bytes, free_bytes: free_bytes() })
-        }
-        _ => Ok(()),
+    if room.f_blocks > 0 && free_bytes < needed_bytes {
+        return Err(LinkError::NoRoom { needed_bytes, free_bytes });
     }
+    Ok(())
 }
 
 /// Allocates the pages that a run writes to the files in its folder.
@@ -86,7 +86,11 @@ pub(crate) fn reserve(folder: &Path) -> Result<(), LinkError> {
 }
 
 fn free_at(path: &str) -> u64 {
-    statvfs(path).map_or(0, |room| room.f_bavail.saturating_mul(room.f_frsize))
+    statvfs(path).map_or(0, |room| free_of(&room))
+}
+
+fn free_of(room: &StatVfs) -> u64 {
+    room.f_bavail.saturating_mul(room.f_frsize)
 }
 
 fn state_of(path: &'static str) -> MemoryState {
