@@ -1,11 +1,12 @@
-//! `cargo bench -p rusty-contract`: digest and seal of a frame, and the run
-//! digest of a tick.
+//! `cargo bench -p rusty-contract`: digest and seal of a frame, the run digest of
+//! a tick, and the four tags of a tick with one client.
 
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput};
+use rusty_contract::answer::Message;
 use rusty_contract::digest::RunDigest;
-use rusty_contract::{Estimate, Frame, Reply, TruthKey};
+use rusty_contract::{Answer, Estimate, Frame, ParticipantKey, Reply, TruthKey};
 use rusty_geometry::{EncoderTicks, SE2, Twist};
 
 fn frame(beams: usize) -> Box<Frame> {
@@ -39,6 +40,17 @@ fn main() {
         bencher.iter(|| {
             digest.absorb_frame(black_box(&frame), Some(pose));
             digest.absorb_replies(black_box(replies).into_iter());
+        });
+    });
+
+    let (mut frame, shared) = (frame, ParticipantKey::of_slot(&key, 0));
+    let mut answer = Answer::carrying(&Message::Reply(replies[0]));
+    criterion.bench_function("tags of a tick", |bencher| {
+        bencher.iter(|| {
+            black_box(&mut frame).sign(0, &shared.from_server);
+            let frame_is_signed = black_box(&frame).is_signed_for(0, &shared.from_server);
+            black_box(&mut answer).sign(&shared.to_server);
+            frame_is_signed & black_box(&answer).is_signed_by(&shared.to_server)
         });
     });
     criterion.final_summary();

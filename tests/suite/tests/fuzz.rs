@@ -110,7 +110,8 @@ macro_rules! targets {
 }
 
 targets!(
-    log, score, scenario, world, carmen, join, reply, brief, answer, answers, frame, tally, texts
+    log, score, scenario, world, carmen, join, reply, brief, answer, answers, frame, tally, texts,
+    table
 );
 
 #[test]

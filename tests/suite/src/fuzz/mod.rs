@@ -19,6 +19,7 @@ pub mod mutate;
 pub mod scenario;
 pub mod score;
 pub mod seeds;
+pub mod table;
 pub mod texts;
 pub mod world;
 
@@ -63,7 +64,7 @@ impl Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 13] = [
+pub const TARGETS: [Target; 14] = [
     Target {
         mend: Some(log::mend),
         words: &["null", "1e999", "nan", "\"kind\":", "simulated", "recorded"],
@@ -86,6 +87,7 @@ pub const TARGETS: [Target; 13] = [
         bytes_beside: 64 << 20,
         ..Target::new("texts", texts::texts, 15000)
     },
+    Target::new("table", table::table, 1500),
 ];
 
 /// The target of this name.
