@@ -366,15 +366,19 @@ fn the_page_of_world_files_has_every_key_and_an_example_that_can_be_used() {
     assert_eq!(written, real, "left: docs/worlds.md, right: the code");
 }
 
+/// The fenced blocks of a language on a page.
+fn blocks(page: &str, language: &str) -> Vec<String> {
+    let (page, fence) = (read(page), format!("```{language}\n"));
+    let blocks = page.split(&fence).skip(1);
+    blocks.map(|block| block.split("```").next().unwrap().to_owned()).collect()
+}
+
 #[test]
-fn the_tutorials_have_the_code_of_the_examples() {
-    let code = |page: &str, language: &str| {
-        let page = read(page);
-        let (_, code) = page.split_once(&format!("```{language}\n")).unwrap();
-        code.split("```").next().unwrap().to_owned()
-    };
-    let rust = code("docs/first-filter-rust.md", "rust");
-    assert_eq!(rust, read("clients/sdk/examples/01_first_estimator.rs"));
-    let python = code("docs/first-filter-python.md", "python");
-    assert_eq!(python, read("clients/python/examples/dead_reckoning.py"));
+fn the_tutorials_have_the_code_of_the_readme() {
+    for (page, language) in
+        [("docs/first-filter-rust.md", "rust"), ("docs/first-filter-python.md", "python")]
+    {
+        let code = blocks(page, language);
+        assert!(!code.is_empty() && code == blocks("README.md", language), "{page}");
+    }
 }
