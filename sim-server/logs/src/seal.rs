@@ -26,23 +26,15 @@ pub enum SealError {
     /// The key.
     #[error(transparent)]
     Key(#[from] BlindKeyError),
-    /// The operating system says no.
-    #[error("{path}: {error}")]
-    Io {
-        /// The file.
-        path: String,
-        /// What it said.
-        error: io::Error,
-    },
-    /// There is nothing left to take out.
+    /// An error of the operating system about a file.
+    #[error("{0}: {1}")]
+    Io(String, io::Error),
+    /// A log that is blind.
     #[error(
-        "{log} is blind already: it has no truth to take out; seal the log that it was made from, \
+        "{0} is blind already: it has no truth to take out; seal the log that it was made from, \
          or hand it out as it is"
     )]
-    Blind {
-        /// The log.
-        log: String,
-    },
+    Blind(String),
     /// Sealing would make what is damaged look whole.
     #[error(
         "{log}: {problem}; a blind log of it would look whole: restore the log first \
@@ -61,7 +53,7 @@ impl SealError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
-            Self::Field(_) | Self::Blind { .. } => Exit::Usage,
+            Self::Field(_) | Self::Blind(_) => Exit::Usage,
             _ => Exit::Failed,
         }
     }
@@ -152,7 +144,7 @@ impl Drop for Made {
 
 fn io_error(path: &Path) -> impl FnOnce(io::Error) -> SealError {
     let path = path.display().to_string();
-    move |error| SealError::Io { path, error }
+    move |error| SealError::Io(path, error)
 }
 
 fn check_paths(log: &Path, blind: &Path, key_file: &Path) -> Result<(), FieldError> {
@@ -177,7 +169,7 @@ fn look(log: &Path) -> Result<(BlindKey, Ending), SealError> {
     let damaged = |problem| SealError::Damaged { log: log.display().to_string(), problem };
     let mut reader = LogReader::open(log)?;
     if let Source::Blind { .. } = reader.header().source {
-        return Err(SealError::Blind { log: log.display().to_string() });
+        return Err(SealError::Blind(log.display().to_string()));
     }
     let mut key = BlindKey {
         header: reader.header().clone(),

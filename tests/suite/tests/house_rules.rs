@@ -132,7 +132,7 @@ fn pages_and_help_texts_use_plain_words() {
         None => path == "README.md",
         Some(("docs", page)) => page != "benchmarks.md" && page.ends_with(".md"),
         Some((folder, _)) => {
-            path.starts_with("sim-server/src/cli")
+            path.starts_with("sim-server/src/")
                 || (path.starts_with("clients/") && folder.ends_with("/src/bin"))
                 || path == "clients/sdk/src/args.rs"
         }

@@ -38,14 +38,13 @@ struct Cli {
     json: bool,
 }
 
-/// One line.
 #[derive(Serialize)]
 struct Line<'a> {
     tick: u64,
     time_s: f64,
     name: &'a str,
     kind: String,
-    /// Poses that came, and those that the filter has.
+    /// Poses that were received, and poses of the filter.
     count: u32,
     whole: u32,
     effective: f64,
@@ -58,7 +57,7 @@ struct Line<'a> {
 
 fn main() -> Exit {
     let cli = Cli::parse();
-    let exit = match look_on(&cli) {
+    let exit = match observe(&cli) {
         Ok(()) => Exit::Done,
         Err(e) => {
             errln!("belief: {e}");
@@ -68,7 +67,7 @@ fn main() -> Exit {
     output::finish("belief", exit)
 }
 
-fn look_on(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
+fn observe(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
@@ -82,7 +81,7 @@ fn look_on(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
     let (mut poses, mut lines) = (Vec::new(), 0);
     let is_wanted = |lines| output::is_open() && cli.lines.is_none_or(|most| lines < most);
     while !stop.load(Ordering::Relaxed) && is_wanted(lines) {
-        // Asked before the look, so that the last belief of a run is seen.
+        // Before the wait, so that the last belief of a run is seen.
         let over = onlooker.is_over();
         let Some(header) = onlooker.wait(Duration::from_millis(50), &mut poses) else {
             if over {

@@ -36,7 +36,7 @@ pub fn export(
     let owner = |n: &String| if n == "truth" { "truth.estimate".to_owned() } else { n.clone() };
     let columns = names.iter().map(owner).flat_map(|n| OF_EACH.map(|c| format!(",{n}.{c}")));
     sheet.head(format_args!("{TICK}{}", columns.collect::<String>()))?;
-    let (dt_s, mut ticks_with_truth) = (walk.dt_s(), 0);
+    let (dt_s, mut ticks_with_truth) = (walk.header.config.dt_s, 0);
     let mut stamps = StampOrder::default();
     let mut said = vec![false; names.len()];
     while let Some(record) = walk.tick()? {
@@ -51,12 +51,12 @@ pub fn export(
         }
         sheet.line(format_args!("{line}"))?;
     }
-    let lines = sheet.lines();
+    let lines = sheet.lines;
     let files = vec![Written { estimator: None, lines, path: sheet.finish()? }];
     let silent = names.into_iter().zip(said).filter(|(_, said)| !said);
     Ok(Exported {
         log: log.display().to_string(),
-        walked: walk.walked().clone(),
+        walked: walk.walked.clone(),
         ticks_with_truth,
         stamps,
         files,

@@ -1,21 +1,17 @@
 //! A log for other programs: trajectories for evo, a table for everything else.
 //!
-//! In reading order:
-//!
-//! * [`walk`]: the ticks of a log with the answers in effect, to wherever it ends;
-//! * [`sheet`]: a file that is there when it is complete, or not at all;
-//! * [`tum`]: trajectories in the format of the TUM RGB-D benchmark;
-//! * [`csv`]: all ticks as one table;
-//! * [`error`].
+//! In reading order: `walk` (the ticks of a log with the answers in effect), `sheet`
+//! (a file that is there when it is complete, or not at all), [`tum`] (trajectories
+//! in the format of the TUM RGB-D benchmark) and [`csv`] (all ticks as one table).
 
 pub mod csv;
-pub mod error;
-pub mod sheet;
+mod error;
+mod sheet;
 pub mod tum;
-pub mod walk;
+mod walk;
 
 pub use error::ExportError;
-pub use walk::{StampOrder, Walk, Walked};
+pub use walk::{StampOrder, Walked};
 
 use serde::Serialize;
 

@@ -14,18 +14,16 @@ use super::error::ExportError;
 pub struct Sheet {
     path: PathBuf,
     out: BufWriter<NamedTempFile>,
-    lines: u64,
+    /// Number of lines, without the heads.
+    pub lines: u64,
     force: bool,
 }
 
 impl Sheet {
     /// A file to be at `path`; with `force` also over one that is there.
-    ///
-    /// # Errors
-    /// [`ExportError`] if it must not, or cannot, be written.
     pub fn create(path: &Path, force: bool) -> Result<Self, ExportError> {
         if !force && path.exists() {
-            return Err(ExportError::InTheWay { path: path.display().to_string() });
+            return Err(ExportError::InTheWay(path.display().to_string()));
         }
         let folder = match path.parent() {
             Some(folder) if folder != Path::new("") => folder,
@@ -39,33 +37,18 @@ impl Sheet {
     }
 
     /// Adds a line that is not counted.
-    ///
-    /// # Errors
-    /// [`ExportError::Io`] if the disk says no.
     pub fn head(&mut self, text: Arguments<'_>) -> Result<(), ExportError> {
         let written = self.out.write_fmt(text).and_then(|()| self.out.write_all(b"\n"));
         written.map_err(ExportError::io(&self.path))
     }
 
     /// Adds a line.
-    ///
-    /// # Errors
-    /// [`ExportError::Io`] if the disk says no.
     pub fn line(&mut self, text: Arguments<'_>) -> Result<(), ExportError> {
         self.lines += 1;
         self.head(text)
     }
 
-    /// Lines so far.
-    #[must_use]
-    pub fn lines(&self) -> u64 {
-        self.lines
-    }
-
     /// Leaves no file, and none that was there before if it may be replaced.
-    ///
-    /// # Errors
-    /// [`ExportError`] if the disk says no.
     pub fn discard(self) -> Result<(), ExportError> {
         if !self.force {
             return Ok(());
@@ -79,9 +62,6 @@ impl Sheet {
     }
 
     /// Puts the file in its place; says where that is.
-    ///
-    /// # Errors
-    /// [`ExportError`] if somebody else put one there, or the disk says no.
     pub fn finish(self) -> Result<String, ExportError> {
         let Self { path, out, force, .. } = self;
         let shown = path.display().to_string();
@@ -90,7 +70,7 @@ impl Sheet {
         match put {
             Ok(_) => Ok(shown),
             Err(e) if e.error.kind() == std::io::ErrorKind::AlreadyExists => {
-                Err(ExportError::InTheWay { path: shown })
+                Err(ExportError::InTheWay(shown))
             }
             Err(e) => Err(ExportError::io(&path)(e.error)),
         }

@@ -67,7 +67,7 @@ impl Tum {
         let (files, ticks_with_truth, stamps) = done?;
         let wrote = |name: &String| files.iter().any(|w| w.estimator.as_ref() == Some(name));
         let without = walk.names().into_iter().filter(|name| !wrote(name)).collect();
-        let (log, walked) = (log.display().to_string(), walk.walked().clone());
+        let (log, walked) = (log.display().to_string(), walk.walked.clone());
         Ok(Exported { log, walked, ticks_with_truth, stamps, files, without })
     }
 
@@ -83,7 +83,7 @@ impl Tum {
         let mut of_truth = sheet(&format!("{TRUTH}.tum"))?;
         let estimators = names.iter().map(|name| sheet(&file_name(name)));
         let mut sheets = estimators.collect::<Result<Vec<Sheet>, _>>()?;
-        let (dt_s, mut stamps) = (walk.dt_s(), StampOrder::default());
+        let (dt_s, mut stamps) = (walk.header.config.dt_s, StampOrder::default());
         while let Some(record) = walk.tick()? {
             let (time_s, truth) = (record.time_s(dt_s), truth(&record));
             if let Some(pose) = &truth {
@@ -99,11 +99,11 @@ impl Tum {
                 }
             }
         }
-        let truths = of_truth.lines();
+        let truths = of_truth.lines;
         let mut files = Vec::new();
         let all = std::iter::once((None, of_truth)).chain(names.into_iter().map(Some).zip(sheets));
         for (estimator, sheet) in all {
-            match sheet.lines() {
+            match sheet.lines {
                 // A trajectory of another log must not be taken for this one's.
                 0 => sheet.discard()?,
                 lines => files.push(Written { estimator, lines, path: sheet.finish()? }),

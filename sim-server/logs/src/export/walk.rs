@@ -15,10 +15,11 @@ use super::error::ExportError;
 pub struct Walk<'s> {
     log: String,
     reader: LogReader,
-    header: LogHeader,
+    pub header: LogHeader,
     effects: Effects,
     stop: &'s AtomicBool,
-    walked: Walked,
+    /// How far the walk is, and where it ended.
+    pub walked: Walked,
 }
 
 /// Where a walk ended.
@@ -55,7 +56,6 @@ impl StampOrder {
 
 impl Walked {
     /// Nothing of the log is missing or suspect.
-    #[must_use]
     pub fn is_whole(&self) -> bool {
         self.damaged_records == 0 && self.cut.is_none()
     }
@@ -63,9 +63,6 @@ impl Walked {
 
 impl<'s> Walk<'s> {
     /// At the start of a log. `stop` ends the walk with an error.
-    ///
-    /// # Errors
-    /// [`ExportError::Log`] if it is none.
     pub fn open(log: &Path, stop: &'s AtomicBool) -> Result<Self, ExportError> {
         let reader = LogReader::open(log)?;
         let header = reader.header().clone();
@@ -75,24 +72,14 @@ impl<'s> Walk<'s> {
     }
 
     /// Names of those that answer, in roster order.
-    #[must_use]
     pub fn names(&self) -> Vec<String> {
         self.header.answering().map(|p| p.name.clone()).collect()
     }
 
-    /// Time step of the run, s.
-    #[must_use]
-    pub fn dt_s(&self) -> f64 {
-        self.header.config.dt_s
-    }
-
     /// The next tick; `None` after the last complete one.
-    ///
-    /// # Errors
-    /// [`ExportError`] if the log cannot be read, or the walk is to stop.
     pub fn tick(&mut self) -> Result<Option<TickRecord>, ExportError> {
         if self.stop.load(Ordering::Relaxed) {
-            return Err(ExportError::Interrupted { log: self.log.clone() });
+            return Err(ExportError::Interrupted(self.log.clone()));
         }
         match self.reader.read()? {
             Read::Tick(entry) => {
@@ -119,16 +106,9 @@ impl<'s> Walk<'s> {
         let estimate = |e: &Estimate| e.pose_in_world.is_finite();
         self.effects.replies().map(move |reply| reply.estimate().copied().filter(estimate))
     }
-
-    /// Where it ended.
-    #[must_use]
-    pub fn walked(&self) -> &Walked {
-        &self.walked
-    }
 }
 
 /// The true pose of a tick, where it is known and made of numbers.
-#[must_use]
 pub fn truth(record: &TickRecord) -> Option<SE2> {
     record.pose_in_world().filter(SE2::is_finite)
 }

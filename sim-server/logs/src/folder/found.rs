@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{FolderError, Marker, is_living, names_in};
+use super::{FolderError, FolderProblem, Marker, is_living, names_in};
 
 /// A run that was found by its folder.
 #[derive(Clone, Debug, Serialize)]
@@ -37,10 +37,14 @@ impl FoundRun {
 /// The runs whose folders are in this one, by name. Links are not followed.
 ///
 /// # Errors
-/// [`FolderError::Io`] if the folder is there and cannot be read.
+/// [`FolderError`] if the folder is there and cannot be read.
 pub fn runs_in(dir: &Path) -> Result<Vec<FoundRun>, FolderError> {
     let names = match names_in(dir) {
-        Err(FolderError::Io { error, .. }) if error.kind() == ErrorKind::NotFound => Vec::new(),
+        Err(FolderError { problem: FolderProblem::Io(error), .. })
+            if error.kind() == ErrorKind::NotFound =>
+        {
+            Vec::new()
+        }
         names => names?,
     };
     let found = names.into_iter().filter_map(|name| {

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::{FlockOperation, flock};
 
-pub use error::FolderError;
+pub use error::{FolderError, FolderProblem};
 pub use found::{FoundRun, runs_in};
 use marker::MARKER;
 pub use marker::{Marker, RunEnd};
@@ -35,16 +35,16 @@ impl OldRun {
     /// # Errors
     /// [`FolderError`] names what is in the way.
     pub fn open(path: &Path) -> Result<Self, FolderError> {
-        let shown = || path.display().to_string();
+        let refused = FolderError::at(path);
         let Some(marker) = Marker::of(path) else {
-            return Err(FolderError::NotARun { path: shown() });
+            return Err(refused(FolderProblem::NotARun));
         };
         let lock = lock_of(path)?;
         if lock.as_ref().is_some_and(|file| !try_lock(file)) {
-            return Err(FolderError::InUse { path: shown(), run: marker.run });
+            return Err(refused(FolderProblem::InUse(marker.run)));
         }
         match names_in(path)?.into_iter().find(|name| !marker.covers(name)) {
-            Some(file) => Err(FolderError::Foreign { path: shown(), file }),
+            Some(file) => Err(refused(FolderProblem::Foreign(file))),
             None => Ok(Self { path: path.to_owned(), _lock: lock }),
         }
     }
@@ -53,17 +53,17 @@ impl OldRun {
     /// the rest is still the folder of a run. Links are removed, not followed.
     ///
     /// # Errors
-    /// [`FolderError::Io`] names what could not be removed.
+    /// [`FolderError`] names what could not be removed.
     pub fn clear(&self) -> Result<(), FolderError> {
         let mut names = names_in(&self.path)?;
         names.sort_by_key(|name| name == MARKER);
         for path in names.iter().map(|name| self.path.join(name)) {
-            let found = fs::symlink_metadata(&path).map_err(FolderError::io(&path))?;
+            let found = fs::symlink_metadata(&path).map_err(FolderError::at(&path))?;
             let removed = match found.is_dir() {
                 true => fs::remove_dir_all(&path),
                 false => fs::remove_file(&path),
             };
-            removed.map_err(FolderError::io(&path))?;
+            removed.map_err(FolderError::at(&path))?;
         }
         Ok(())
     }
@@ -71,10 +71,10 @@ impl OldRun {
     /// Removes the folder with everything in it.
     ///
     /// # Errors
-    /// [`FolderError::Io`] names what could not be removed.
+    /// [`FolderError`] names what could not be removed.
     pub fn remove(self) -> Result<(), FolderError> {
         self.clear()?;
-        fs::remove_dir(&self.path).map_err(FolderError::io(&self.path))
+        fs::remove_dir(&self.path).map_err(FolderError::at(&self.path))
     }
 }
 
@@ -93,32 +93,31 @@ impl FreeFolder {
     /// # Errors
     /// [`FolderError`] names what is in the way.
     pub fn check(path: &Path, force: bool, played: Option<&Path>) -> Result<Self, FolderError> {
-        let shown = || path.display().to_string();
+        let refused = FolderError::at(path);
         let free = |old| Ok(Self { path: path.to_owned(), old });
         // Participants are told of it in JSON.
         if std::path::absolute(path).is_ok_and(|whole| whole.to_str().is_none()) {
-            return Err(FolderError::NotText { path: shown() });
+            return Err(refused(FolderProblem::NotText));
         }
         match fs::metadata(path) {
             Err(e) if e.kind() == ErrorKind::NotFound => return free(None),
-            Err(e) => return Err(FolderError::io(path)(e)),
-            Ok(found) if !found.is_dir() => return Err(FolderError::NotAFolder { path: shown() }),
+            Err(e) => return Err(refused(e.into())),
+            Ok(found) if !found.is_dir() => return Err(refused(FolderProblem::NotAFolder)),
             Ok(_) => {}
         }
         let Some(file) = names_in(path)?.into_iter().next() else { return free(None) };
         if let (Ok(real), Some(log)) = (fs::canonicalize(path), played)
             && fs::canonicalize(log).is_ok_and(|log| log.starts_with(real))
         {
-            let log = log.display().to_string();
-            return Err(FolderError::HoldsLog { path: shown(), log });
+            return Err(refused(FolderProblem::HoldsLog(log.display().to_string())));
         }
         let Some(marker) = Marker::of(path) else {
-            return Err(FolderError::Foreign { path: shown(), file });
+            return Err(refused(FolderProblem::Foreign(file)));
         };
         match force {
             true => OldRun::open(path).map(Some).and_then(free),
-            false if is_living(path) => Err(FolderError::InUse { path: shown(), run: marker.run }),
-            false => Err(FolderError::HoldsRun { path: shown(), run: marker.run }),
+            false if is_living(path) => Err(refused(FolderProblem::InUse(marker.run))),
+            false => Err(refused(FolderProblem::HoldsRun(marker.run))),
         }
     }
 
@@ -129,21 +128,21 @@ impl FreeFolder {
     pub fn take(self, marker: Marker) -> Result<RunFolder, FolderError> {
         let Self { path, old } = self;
         let made = !path.exists();
-        fs::create_dir_all(&path).map_err(FolderError::io(&path))?;
+        fs::create_dir_all(&path).map_err(FolderError::at(&path))?;
         // Participants may run in another folder than the server.
-        let path = fs::canonicalize(&path).map_err(FolderError::io(&path))?;
+        let path = fs::canonicalize(&path).map_err(FolderError::at(&path))?;
         old.iter().try_for_each(OldRun::clear)?;
         let at = path.join(MARKER);
         let file = File::create_new(&at).map_err(|e| match (e.kind(), Marker::of(&path)) {
             (ErrorKind::AlreadyExists, Some(Marker { run, .. })) => {
-                FolderError::InUse { path: path.display().to_string(), run }
+                FolderError::at(&path)(FolderProblem::InUse(run))
             }
-            _ => FolderError::io(&at)(e),
+            _ => FolderError::at(&at)(e),
         })?;
         let folder = RunFolder { path, file, marker, made, has_begun: false };
         // A list of runs may hold it for an instant.
         let locked = flock(&folder.file, FlockOperation::LockExclusive);
-        locked.map_err(|e| FolderError::io(&at)(e.into()))?;
+        locked.map_err(std::io::Error::from).map_err(FolderError::at(&at))?;
         folder.write()?;
         Ok(folder)
     }
@@ -176,7 +175,7 @@ impl RunFolder {
     /// Writes down how the run ended.
     ///
     /// # Errors
-    /// [`FolderError::Io`] if the marker cannot be written.
+    /// [`FolderError`] if the marker cannot be written.
     pub fn end(mut self, end: RunEnd) -> Result<(), FolderError> {
         self.marker.end = Some(end);
         self.write()
@@ -187,7 +186,7 @@ impl RunFolder {
     fn write(&self) -> Result<(), FolderError> {
         let json = serde_json::to_vec(&self.marker).map_err(std::io::Error::from);
         let written = json.and_then(|json| self.file.write_all_at(&json, 0));
-        written.map_err(FolderError::io(&self.path.join(MARKER)))
+        written.map_err(FolderError::at(&self.path.join(MARKER)))
     }
 }
 
@@ -213,7 +212,7 @@ fn lock_of(folder: &Path) -> Result<Option<File>, FolderError> {
     let path = folder.join(MARKER);
     match File::options().read(true).write(true).open(&path) {
         Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
-        opened => opened.map(Some).map_err(FolderError::io(&path)),
+        opened => opened.map(Some).map_err(FolderError::at(&path)),
     }
 }
 
@@ -223,10 +222,10 @@ fn try_lock(file: &File) -> bool {
 
 /// The names in a folder, in order.
 fn names_in(folder: &Path) -> Result<Vec<String>, FolderError> {
-    let entries = fs::read_dir(folder).map_err(FolderError::io(folder))?;
+    let entries = fs::read_dir(folder).map_err(FolderError::at(folder))?;
     let names = entries.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()));
-    let mut names: Vec<String> =
-        names.collect::<Result<_, _>>().map_err(FolderError::io(folder))?;
+    let names: std::io::Result<Vec<String>> = names.collect();
+    let mut names = names.map_err(FolderError::at(folder))?;
     names.sort();
     Ok(names)
 }

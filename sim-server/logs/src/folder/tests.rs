@@ -41,7 +41,9 @@ fn a_folder_holds_one_run_and_is_replaced_as_a_whole() {
     let path = place.path().join("a/lab");
     a_run(&path);
     fs::write(path.join("score.json"), "old").unwrap();
-    assert!(matches!(check(&path, false), Err(FolderError::HoldsRun { run, .. }) if run == "lab"));
+    assert!(
+        matches!(check(&path, false), Err(FolderError { problem: FolderProblem::HoldsRun(run), .. }) if run == "lab")
+    );
     assert_eq!(fs::read(path.join("score.json")).unwrap(), b"old");
     let free = check(&path, true).unwrap();
     assert!(path.join("score.json").exists(), "looking removes nothing");
@@ -49,7 +51,10 @@ fn a_folder_holds_one_run_and_is_replaced_as_a_whole() {
     assert_eq!(names_in(&path).unwrap(), ["run.json"]);
     // Its lock is held for as long as the run lasts.
     for force in [false, true] {
-        assert!(matches!(check(&path, force), Err(FolderError::InUse { .. })));
+        assert!(matches!(
+            check(&path, force),
+            Err(FolderError { problem: FolderProblem::InUse(_), .. })
+        ));
     }
     assert!(runs_in(place.path().join("a").as_path()).unwrap()[0].living);
     drop(folder);
@@ -63,7 +68,10 @@ fn two_that_find_a_folder_free_do_not_both_take_it() {
     let path = place.path().join("lab");
     let [first, second] = [(); 2].map(|()| check(&path, false).unwrap());
     let _taken = first.take(marker()).unwrap();
-    assert!(matches!(second.take(marker()), Err(FolderError::InUse { .. })));
+    assert!(matches!(
+        second.take(marker()),
+        Err(FolderError { problem: FolderProblem::InUse(_), .. })
+    ));
     assert!(path.join("run.json").exists());
 }
 
@@ -79,7 +87,9 @@ fn what_no_run_wrote_is_never_removed() {
     for file in ["notes", "mapping.txt", "report.docx", "mapper.rs", ".hidden"] {
         fs::write(path.join(file), "mine").unwrap();
         let refused = check(&path, true).err();
-        assert!(matches!(refused, Some(FolderError::Foreign { file: f, .. }) if f == file));
+        assert!(
+            matches!(refused, Some(FolderError { problem: FolderProblem::Foreign(f), .. }) if f == file)
+        );
         assert!(OldRun::open(&path).is_err());
         fs::remove_file(path.join(file)).unwrap();
     }
@@ -89,9 +99,15 @@ fn what_no_run_wrote_is_never_removed() {
     check(&other, false).unwrap();
     fs::write(other.join("run.json"), "{}").unwrap();
     for force in [false, true] {
-        assert!(matches!(check(&other, force), Err(FolderError::Foreign { .. })));
+        assert!(matches!(
+            check(&other, force),
+            Err(FolderError { problem: FolderProblem::Foreign(_), .. })
+        ));
     }
-    assert!(matches!(check(&other.join("run.json"), true), Err(FolderError::NotAFolder { .. })));
+    assert!(matches!(
+        check(&other.join("run.json"), true),
+        Err(FolderError { problem: FolderProblem::NotAFolder, .. })
+    ));
 }
 
 #[test]
@@ -105,7 +121,7 @@ fn a_log_that_is_read_stays_whatever_is_forced() {
     for (folder, force) in [(path.clone(), false), (path, true), (place.path().join("link"), true)]
     {
         let refused = FreeFolder::check(&folder, force, Some(&log));
-        assert!(matches!(refused, Err(FolderError::HoldsLog { .. })));
+        assert!(matches!(refused, Err(FolderError { problem: FolderProblem::HoldsLog(_), .. })));
     }
 }
 

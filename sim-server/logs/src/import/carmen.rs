@@ -19,7 +19,7 @@
 
 use rusty_contract::MAX_BEAMS;
 
-use super::error::{BadField, ImportError, excerpt};
+use super::error::{ImportError, excerpt};
 
 /// Farthest coordinate of a pose, metres: a world reaches 1000 km from its
 /// origin, and needs room around the path.
@@ -72,10 +72,6 @@ pub(super) struct Fields<'a> {
 
 /// Reads a line. The ranges of a scan go to `ranges_m`, metres; +∞ is allowed
 /// there and means that nothing came back.
-///
-/// # Errors
-/// [`ImportError::Field`] or [`ImportError::FieldCount`], naming `path`, `line`
-/// and field.
 pub(super) fn parse<'a>(
     path: &'a str,
     line: u64,
@@ -118,7 +114,7 @@ impl<'a> Fields<'a> {
             if range_m.is_nan() || range_m < 0.0 {
                 let name = format!("range of beam {beam}");
                 let problem = "is no distance";
-                return Err(self.error(name, range_m.to_string(), problem, MEND));
+                return Err(self.error(&name, &range_m.to_string(), problem, MEND));
             }
             ranges_m.push(range_m);
         }
@@ -129,7 +125,7 @@ impl<'a> Fields<'a> {
             // Two fields back: the stamp, then host and logger's stamp.
             self.field -= 2;
             let found = stamps.measured_s.to_string();
-            return Err(self.error("stamp".to_owned(), found, "is no time", MEND));
+            return Err(self.error("stamp", &found, "is no time", MEND));
         }
         Ok(Message::Flaser { pose, odometry, stamps })
     }
@@ -143,7 +139,7 @@ impl<'a> Fields<'a> {
             Ok(n) => return Ok(n),
             Err(_) => "is no whole number",
         };
-        Err(self.error("number of beams".to_owned(), word.to_owned(), problem, MEND))
+        Err(self.error("number of beams", word, problem, MEND))
     }
 
     /// Checks how many fields there are, the ones already taken included.
@@ -152,14 +148,12 @@ impl<'a> Fields<'a> {
         if found == expected {
             return Ok(());
         }
-        Err(ImportError::FieldCount {
-            path: self.path.to_owned(),
-            line: self.line,
-            message: self.message,
-            found,
-            expected,
-            form,
-        })
+        let problem = format!(
+            "{} has {found} fields after its name, {expected} are needed ({form}); the line is cut \
+             off or mixed up: correct or delete it",
+            self.message
+        );
+        Err(ImportError::line(self.path, self.line, problem))
     }
 
     fn word(&mut self) -> &'a str {
@@ -169,10 +163,7 @@ impl<'a> Fields<'a> {
 
     fn number(&mut self, name: &dyn std::fmt::Display) -> Result<f64, ImportError> {
         let word = self.word();
-        word.parse().map_err(|_| {
-            let name = name.to_string();
-            self.error(name, word.to_owned(), "is no number", MEND)
-        })
+        word.parse().map_err(|_| self.error(&name.to_string(), word, "is no number", MEND))
     }
 
     fn pose(&mut self, names: [&'static str; 3]) -> Result<Triple, ImportError> {
@@ -188,7 +179,7 @@ impl<'a> Fields<'a> {
                 continue;
             };
             let remedy = "correct or delete the line, or shift the log's origin (metres, radians)";
-            return Err(self.error(name.to_owned(), value.to_string(), problem, remedy));
+            return Err(self.error(name, &value.to_string(), problem, remedy));
         }
         Ok(pose)
     }
@@ -200,24 +191,9 @@ impl<'a> Fields<'a> {
         Ok(Stamps { measured_s, logged_s })
     }
 
-    fn error(
-        &self,
-        name: String,
-        found: String,
-        problem: &'static str,
-        remedy: &'static str,
-    ) -> ImportError {
-        ImportError::Field {
-            path: self.path.to_owned(),
-            line: self.line,
-            field: Box::new(BadField {
-                message: self.message,
-                field: self.field,
-                name,
-                found: excerpt(&found),
-                problem,
-                remedy,
-            }),
-        }
+    fn error(&self, name: &str, found: &str, problem: &str, remedy: &str) -> ImportError {
+        let (message, field, found) = (self.message, self.field, excerpt(found));
+        let problem = format!("{message} field {field} ({name}) = {found:?}: {problem}; {remedy}");
+        ImportError::line(self.path, self.line, problem)
     }
 }

@@ -1,12 +1,14 @@
 //! From a recording to a run log on disk.
 
-use std::fs::File;
+use std::fs::Permissions;
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
 
 use rusty_contract::log::{LogError, LogWriter, TickRef, Trailer};
 use rusty_contract::{Frame, Reply, RunDigest, TruthKey};
 use rusty_geometry::Twist;
+use tempfile::{Builder, NamedTempFile};
 
 use super::plan::{Plan, plan};
 use super::preview::Preview;
@@ -60,7 +62,7 @@ pub fn import_carmen(
     let open = || Recording::open(input, preview.has_echoes());
     let mut recording = open()?;
     let survey = look(&mut recording, &preview, &mut progress)?;
-    progress.pass(recording.line());
+    progress.pass(recording.lines.line);
     if !survey.has_odometry() {
         return Err(no_odometry(input, &survey));
     }
@@ -68,7 +70,7 @@ pub fn import_carmen(
     let mount = survey.mount();
     let mut recording = open()?;
     let driven = drive(&mut recording, mount, survey.ranges.max().m, &mut progress)?;
-    progress.pass(recording.line());
+    progress.pass(recording.lines.line);
 
     let plan = plan(input, options.writer, &survey, &driven)?;
     if options.strict && !plan.report.findings.is_empty() {
@@ -77,7 +79,7 @@ pub fn import_carmen(
     }
     let mut recording = open()?;
     write(&mut recording, output, &plan, mount, &mut progress)?;
-    progress.pass(recording.line());
+    progress.pass(recording.lines.line);
     Ok(plan.report)
 }
 
@@ -85,7 +87,8 @@ fn check_two_files(input: &Path, output: &Path) -> Result<(), ImportError> {
     // A path that cannot be resolved is told where it is opened.
     match (input.canonicalize(), output.canonicalize()) {
         (Ok(from), Ok(to)) if from == to => {
-            Err(ImportError::SameFile { path: output.display().to_string() })
+            let problem = "input and output are the same file; give the run log another name";
+            Err(ImportError::file(output, problem))
         }
         _ => Ok(()),
     }
@@ -103,7 +106,12 @@ fn no_odometry(input: &Path, survey: &Survey) -> ImportError {
         let types: Vec<&str> = survey.skipped.keys().take(8).map(String::as_str).collect();
         hint += &format!("; what stands there is {}", types.join(", "));
     }
-    ImportError::NoOdometry { path: input.display().to_string(), lines: survey.lines, hint }
+    let problem = format!(
+        "no odometry in {} lines (no ODOM message, no FLASER with an odometry pose of its \
+         own){hint}; import a CARMEN log with ODOM lines",
+        survey.lines
+    );
+    ImportError::file(input, problem)
 }
 
 /// Reads the recording once more and writes the run log.
@@ -114,8 +122,7 @@ fn write(
     mount: Mount,
     progress: &mut Progress<'_>,
 ) -> Result<(), ImportError> {
-    let partial = Partial::create(output)?;
-    let buffer = BufWriter::with_capacity(1 << 16, partial.file(output)?);
+    let buffer = BufWriter::with_capacity(1 << 16, create(output)?);
     let mut log = LogWriter::new(buffer, output, &plan.header)?;
     let mut wheels = Wheels::new(mount);
     let mut ticks = Ticks::new(plan);
@@ -129,16 +136,21 @@ fn write(
             ticks.write(&mut log, &tick, ranges_m)?;
         }
     }
-    if ticks.done != plan.header.config.ticks || recording.line() != plan.report.lines {
-        return Err(ImportError::Changed { path: recording.path().to_owned() });
+    if ticks.done != plan.header.config.ticks || recording.lines.line != plan.report.lines {
+        let problem = "the file changed while it was read; import it again when it is complete";
+        return Err(ImportError::file(Path::new(&recording.lines.path), problem));
     }
     let buffer = log.finish(ticks.trailer())?;
-    let synced = buffer
-        .into_inner()
-        .map_err(std::io::IntoInnerError::into_error)
-        .and_then(|file| file.sync_all());
-    synced.map_err(|error| LogError::Io { path: output.display().to_string(), error })?;
-    partial.commit(output)
+    let synced =
+        buffer.into_inner().map_err(std::io::IntoInnerError::into_error).and_then(|file| {
+            file.as_file().sync_all()?;
+            Ok(file)
+        });
+    let file =
+        synced.map_err(|error| LogError::Io { path: output.display().to_string(), error })?;
+    let renamed = file.persist(output);
+    renamed.map_err(|e| failed(output, "renaming the finished run log", &e.error))?;
+    Ok(())
 }
 
 /// The ticks written so far.
@@ -197,52 +209,24 @@ impl Ticks {
     }
 }
 
-/// A file under another name; removed unless it is committed.
-struct Partial {
-    path: PathBuf,
-    keep: bool,
+/// Creates the run log in its folder under another name; it is removed unless it is
+/// renamed.
+fn create(output: &Path) -> Result<NamedTempFile, ImportError> {
+    if output.file_name().is_none() {
+        return Err(ImportError::file(
+            output,
+            "the path names no file; give the path of a run log",
+        ));
+    }
+    let folder = output.parent().filter(|folder| *folder != Path::new(""));
+    let created = Builder::new()
+        .prefix(".import-")
+        .permissions(Permissions::from_mode(0o666))
+        .tempfile_in(folder.unwrap_or(Path::new(".")));
+    created.map_err(|e| failed(output, "creating the run log", &e))
 }
 
-impl Partial {
-    /// Picks a name beside `output`, so that renaming stays on one disk.
-    fn create(output: &Path) -> Result<Self, ImportError> {
-        let Some(name) = output.file_name() else {
-            return Err(ImportError::Output {
-                path: output.display().to_string(),
-                action: "naming the run log",
-                error: std::io::Error::other("the path names no file"),
-            });
-        };
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(name);
-        hidden.push(format!(".{}.partial", std::process::id()));
-        Ok(Self { path: output.with_file_name(hidden), keep: false })
-    }
-
-    fn file(&self, output: &Path) -> Result<File, ImportError> {
-        File::create(&self.path).map_err(|error| ImportError::Output {
-            path: output.display().to_string(),
-            action: "creating the run log",
-            error,
-        })
-    }
-
-    fn commit(mut self, output: &Path) -> Result<(), ImportError> {
-        std::fs::rename(&self.path, output).map_err(|error| ImportError::Output {
-            path: output.display().to_string(),
-            action: "renaming the finished run log",
-            error,
-        })?;
-        self.keep = true;
-        Ok(())
-    }
-}
-
-impl Drop for Partial {
-    fn drop(&mut self) {
-        if !self.keep {
-            // Nothing is left to do about a file that cannot be removed.
-            let _ = std::fs::remove_file(&self.path);
-        }
-    }
+fn failed(output: &Path, action: &str, error: &std::io::Error) -> ImportError {
+    let problem = format!("{action}: {error}; choose a folder that can be written to");
+    ImportError::file(output, problem)
 }

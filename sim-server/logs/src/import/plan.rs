@@ -32,9 +32,6 @@ pub(super) struct Plan {
 }
 
 /// Makes header and report, and checks the configuration.
-///
-/// # Errors
-/// [`ImportError::Config`] where a run with this configuration is not allowed.
 pub(super) fn plan(
     input: &Path,
     writer: &str,
@@ -56,9 +53,7 @@ pub(super) fn plan(
         world: world(stem, drive.around_m),
         kidnappings: Vec::new(),
     };
-    config
-        .check()
-        .map_err(|error| ImportError::Config { path: input.display().to_string(), error })?;
+    config.check().map_err(|error| ImportError::file(input, error))?;
     let file = input.file_name().unwrap_or_default();
     let header = LogHeader {
         writer: writer.to_owned(),

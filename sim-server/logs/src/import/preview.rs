@@ -124,16 +124,13 @@ pub(super) struct Preview {
 
 impl Preview {
     /// Reads the whole file.
-    ///
-    /// # Errors
-    /// [`ImportError`] names line and field.
     pub(super) fn read(path: &Path, progress: &mut Progress<'_>) -> Result<Self, ImportError> {
         let (mut lines, mut ranges_m) = (Lines::open(path)?, Vec::new());
         let mut preview = Self::default();
         while lines.advance()? {
-            let line = lines.line();
+            let line = lines.line;
             progress.at(line);
-            match parse(lines.path(), line, lines.text(), &mut ranges_m)? {
+            match parse(&lines.path, line, &lines.text, &mut ranges_m)? {
                 Message::Param { name, value } => preview.params.set(name, value),
                 Message::Odom { pose, stamps } => preview.odom(pose, stamps.measured_s),
                 Message::Flaser { pose, stamps, .. } => {
@@ -143,7 +140,7 @@ impl Preview {
                 Message::Blank | Message::Other(_) => {}
             }
         }
-        preview.lines = lines.line();
+        preview.lines = lines.line;
         Ok(preview)
     }
 

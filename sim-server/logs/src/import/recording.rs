@@ -16,7 +16,7 @@ use std::path::Path;
 use rusty_geometry::SE2;
 
 use super::carmen::{MEND, Message, Stamps, Triple, parse};
-use super::error::{BadField, ImportError, excerpt};
+use super::error::{ImportError, excerpt};
 use super::lines::Lines;
 
 /// How many unknown types of message are told apart.
@@ -55,13 +55,15 @@ impl Event<'_> {
 
 /// A CARMEN log, read event by event.
 pub(super) struct Recording {
-    lines: Lines,
+    pub(super) lines: Lines,
     ranges_m: Vec<f64>,
     /// First pose of the scan before, until an `ODOM` line follows.
     fresh_scan: Option<Triple>,
     has_echoes: bool,
-    skipped: BTreeMap<String, u64>,
-    two_times: u64,
+    /// Types of messages that are not read, with their numbers.
+    pub(super) skipped: BTreeMap<String, u64>,
+    /// Readings and scans whose two stamps differ.
+    pub(super) two_times: u64,
 }
 
 impl Recording {
@@ -77,31 +79,11 @@ impl Recording {
         })
     }
 
-    /// The log's path, for messages.
-    pub(super) fn path(&self) -> &str {
-        self.lines.path()
-    }
-
-    /// How many lines were read.
-    pub(super) fn line(&self) -> u64 {
-        self.lines.line()
-    }
-
-    /// Messages of types that are not read, and how many of each.
-    pub(super) fn skipped(&self) -> &BTreeMap<String, u64> {
-        &self.skipped
-    }
-
-    /// Readings and scans whose two stamps differ.
-    pub(super) fn two_times(&self) -> u64 {
-        self.two_times
-    }
-
     /// The next event, or `None` at the end of the file.
     pub(super) fn next_event(&mut self) -> Result<Option<Event<'_>>, ImportError> {
         while self.lines.advance()? {
-            let (path, line) = (self.lines.path(), self.lines.line());
-            match parse(path, line, self.lines.text(), &mut self.ranges_m)? {
+            let (path, line) = (&self.lines.path, self.lines.line);
+            match parse(path, line, &self.lines.text, &mut self.ranges_m)? {
                 Message::Blank | Message::Param { .. } => {}
                 Message::Other(name) => count(&mut self.skipped, name),
                 Message::Odom { pose, stamps } => return self.odom(pose, stamps).map(Some),
@@ -122,23 +104,13 @@ impl Recording {
     }
 
     fn odom(&mut self, pose: Triple, stamps: Stamps) -> Result<Event<'static>, ImportError> {
-        let (stamp_s, line) = (stamps.measured_s, self.lines.line());
+        let (stamp_s, line) = (stamps.measured_s, self.lines.line);
         if self.fresh_scan.take() == Some(pose) && self.has_echoes {
             return Ok(Event::Anchor { pose: se2(pose), line });
         }
         if !stamp_s.is_finite() {
-            return Err(ImportError::Field {
-                path: self.lines.path().to_owned(),
-                line,
-                field: Box::new(BadField {
-                    message: "ODOM",
-                    field: 7,
-                    name: "stamp".to_owned(),
-                    found: stamp_s.to_string(),
-                    problem: "is no time",
-                    remedy: MEND,
-                }),
-            });
+            let problem = format!("ODOM field 7 (stamp) = \"{stamp_s}\": is no time; {MEND}");
+            return Err(ImportError::line(&self.lines.path, line, problem));
         }
         self.two_times += u64::from(stamp_s != stamps.logged_s);
         Ok(Event::Reading { pose: se2(pose), stamp_s, line })

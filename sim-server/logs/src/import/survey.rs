@@ -58,14 +58,14 @@ pub(super) fn look(
         ranges: Ranges::new(params.laser_max_m),
         ..Survey::default()
     };
-    let path = recording.path().to_owned();
+    let path = recording.lines.path.clone();
     while let Some(event) = recording.next_event()? {
         progress.at(event.line());
         survey.take(&event, &path)?;
     }
-    survey.lines = recording.line();
-    survey.two_times = recording.two_times();
-    survey.skipped = recording.skipped().clone();
+    survey.lines = recording.lines.line;
+    survey.two_times = recording.two_times;
+    survey.skipped = recording.skipped.clone();
     Ok(survey)
 }
 
@@ -109,13 +109,14 @@ impl Survey {
             self.beams = ranges_m.len();
         }
         if ranges_m.len() != self.beams {
-            return Err(ImportError::BeamsChange {
-                path: path.to_owned(),
-                line,
-                found: ranges_m.len(),
-                first_line: self.first_scan_line,
-                first: self.beams,
-            });
+            let problem = format!(
+                "FLASER has {} beams, the first scan (line {}) has {}; a run has one LiDAR: split \
+                 the recording where the number changes",
+                ranges_m.len(),
+                self.first_scan_line,
+                self.beams
+            );
+            return Err(ImportError::line(path, line, problem));
         }
         Ok(())
     }

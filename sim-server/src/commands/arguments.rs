@@ -1,0 +1,191 @@
+//! Arguments that several commands share, and the output that they select.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use clap::Args;
+use rusty_contract::suggest::did_you_mean;
+use rusty_contract::{FieldError, Participant, RunName, Sandbox, Scenario, errln, outln};
+use rusty_engine::run::Pace;
+use rusty_engine::scenario_file::{self, SetupError};
+use rusty_link::WaitPolicy;
+use serde::Serialize;
+
+use super::WrongUsage;
+
+/// The form of the results.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct Output {
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Output {
+    /// Prints a document in the form that was chosen.
+    pub fn print<T: Serialize + std::fmt::Display>(self, document: &T) {
+        self.print_with(document, || outln!("{document}"));
+    }
+
+    /// Prints a document that has its text printed by `text`.
+    pub fn print_with(self, document: &impl Serialize, text: impl FnOnce()) {
+        if !self.json {
+            return text();
+        }
+        match serde_json::to_string_pretty(document) {
+            Ok(json) => outln!("{json}"),
+            // Every document consists of numbers, text and lists.
+            Err(e) => errln!("sim-server: the document cannot be written: {e}"),
+        }
+    }
+}
+
+/// Options of every run.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+`{out}` in the COMMAND of --add is the run's folder. `control RUN step` or `resume`
+continues a paused run. Waiting by `spin` occupies one core per process.")]
+pub struct RunArgs {
+    /// Name of the run [default: the scenario's and a random suffix]
+    #[arg(long, value_name = "NAME")]
+    pub run: Option<RunName>,
+    /// Folder for log, scores and report [default: runs/NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace the whole folder of a run that has ended
+    #[arg(long)]
+    pub force: bool,
+    /// Simulated speed, max, real or a factor such as 2.5
+    #[arg(long, default_value = "max", value_name = "P")]
+    pub pace: Pace,
+    /// Begin paused
+    #[arg(long)]
+    pub paused: bool,
+    /// Waiting method of all processes, balanced, spin or block
+    #[arg(long, default_value_t, value_name = "HOW")]
+    pub wait: WaitPolicy,
+    /// Time limit of an answer, s [default: the scenario's]
+    #[arg(long, value_name = "SECONDS")]
+    pub answer_timeout: Option<f64>,
+    /// Time limit of joining, s [default: the scenario's]
+    #[arg(long, value_name = "SECONDS")]
+    pub join_timeout: Option<f64>,
+    /// Add an estimator, and start it if COMMAND is given
+    #[arg(long, value_name = "NAME[=COMMAND]")]
+    pub add: Vec<String>,
+    /// Confine started participants that hold no key to the truth
+    /// [default: the scenario's] [possible values: none, if-possible, required]
+    #[arg(long, value_name = "HOW")]
+    pub sandbox: Option<Sandbox>,
+    /// Leave a participant out
+    #[arg(long, value_name = "NAME")]
+    pub without: Vec<String>,
+    #[command(flatten)]
+    pub output: Output,
+    /// Show no progress
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// The scenario and the changes to it.
+#[derive(Args, Clone, Debug)]
+pub struct ScenarioArgs {
+    /// apartment, patrol, figure-eight, hallway, driver or a file
+    #[arg(default_value = "apartment")]
+    pub scenario: String,
+    /// Seed of all noise, a number or random [default: the scenario's]
+    #[arg(long, value_parser = seed_or_random, allow_hyphen_values = true)]
+    pub seed: Option<u64>,
+    /// Number of ticks [default: the scenario's]
+    #[arg(long)]
+    pub ticks: Option<u64>,
+    /// Change a field, e.g. robot.slip_std=0.05
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub changes: Vec<String>,
+}
+
+impl RunArgs {
+    /// Applies `--add`, `--without` and `--sandbox`.
+    pub fn change_roster(&self, roster: &mut Vec<Participant>) -> Result<()> {
+        for name in &self.without {
+            let before = roster.len();
+            roster.retain(|p| p.name != *name);
+            if roster.len() == before {
+                let names: Vec<&str> = roster.iter().map(|p| p.name.as_str()).collect();
+                let hint = did_you_mean(name, names.iter().copied());
+                let remedy = format!("use one of: {}{hint}", names.join(", "));
+                bail!(FieldError::new("--without", name, "is not there", remedy));
+            }
+        }
+        self.add.iter().for_each(|text| scenario_file::add_estimator(roster, text));
+        for participant in roster.iter_mut().filter(|p| !p.role.holds_key()) {
+            participant.sandbox = self.sandbox.unwrap_or(participant.sandbox);
+        }
+        Scenario::check_roster(roster).map_err(|error| {
+            let path = "participants".to_owned();
+            SetupError::Scenario { path, error }.into()
+        })
+    }
+}
+
+/// Refuses to replace a file without `--force`. Devices and pipes are written to,
+/// not replaced.
+pub fn check_free(path: &Path, force: bool) -> Result<()> {
+    if !force && std::fs::metadata(path).is_ok_and(|found| found.is_file()) {
+        let path = path.display();
+        bail!(WrongUsage(format!(
+            "{path} is there already; give another path, or replace it with --force"
+        )));
+    }
+    Ok(())
+}
+
+/// Reads a seed.
+pub fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("a seed is a whole number from 0 to {}", u64::MAX))
+}
+
+/// Reads a seed, or draws one from the operating system for `random`.
+pub fn seed_or_random(text: &str) -> Result<u64, String> {
+    if text == "random" {
+        return getrandom::u64().map_err(|e| format!("no random numbers: {e}; give a number"));
+    }
+    seed(text).map_err(|e| format!("{e}, or random"))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::commands::Cli;
+    use clap::Parser as _;
+
+    #[test]
+    fn a_seed_out_of_range_is_refused_with_the_range() {
+        for verb in ["launch", "umbmark", "fork x --at 1"] {
+            let parse = |seed: &str| {
+                let words = ["sim-server"].into_iter().chain(verb.split(' '));
+                Cli::try_parse_from(words.chain(["--seed", seed]))
+            };
+            assert!(parse("18446744073709551615").is_ok());
+            for seed in ["-1", "1.5", "18446744073709551616"] {
+                let error = parse(seed).err().unwrap().to_string();
+                assert!(error.contains("--seed") && error.contains(seed), "{error}");
+                assert!(error.contains("from 0 to 18446744073709551615"), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn random_seeds_of_runs_use_64_bits_and_differ() {
+        let drawn: Vec<u64> = (0..64).map(|_| super::seed_or_random("random").unwrap()).collect();
+        let set = drawn.iter().fold((0, u64::MAX), |(or, and), seed| (or | seed, and & seed));
+        // Each bit was once 1 and once 0, but for one case in 2^57.
+        assert_eq!(set, (u64::MAX, 0), "{drawn:x?}");
+        for (verb, taken) in
+            [("launch", true), ("serve", true), ("fork x --at 1", true), ("umbmark", false)]
+        {
+            let words = ["sim-server"].into_iter().chain(verb.split(' '));
+            let parsed = Cli::try_parse_from(words.chain(["--seed", "random"]));
+            assert_eq!(parsed.is_ok(), taken, "{verb}");
+        }
+    }
+}

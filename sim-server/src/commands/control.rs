@@ -1,0 +1,69 @@
+//! `control`: pause, step, resume or stop a running server.
+
+use std::time::Duration;
+
+use anyhow::Result;
+use clap::{Args, Subcommand};
+use rusty_contract::config::check_seconds;
+use rusty_contract::control::{ControlReply, ControlRequest};
+use rusty_contract::{Exit, RunName, errln, outln};
+
+use super::arguments::Output;
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+No control request changes a bit of the run. `step` replies when its ticks are
+complete.")]
+pub struct ControlArgs {
+    /// Name of the run, as in the first line of the server
+    pub run: RunName,
+    /// Request to send
+    #[command(subcommand)]
+    pub wish: ControlVerb,
+    /// Time limit of the reply, s
+    #[arg(long, default_value_t = 60.0, value_name = "SECONDS", global = true)]
+    pub timeout: f64,
+    /// Print one JSON document on stdout
+    #[arg(long, global = true)]
+    pub json: bool,
+}
+
+#[derive(Subcommand, Clone, Copy, Debug)]
+pub enum ControlVerb {
+    /// Print the state of the run
+    Status,
+    /// Pause after the current tick
+    Pause,
+    /// Advance by TICKS ticks, then pause
+    Step {
+        /// Number of ticks
+        #[arg(default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        ticks: u64,
+    },
+    /// Resume at the previous pace
+    Resume,
+    /// Stop the run after the current tick, like Ctrl-C
+    Stop,
+}
+
+pub fn run(args: &ControlArgs) -> Result<Exit> {
+    check_seconds("--timeout", args.timeout)?;
+    let request = match args.wish {
+        ControlVerb::Status => ControlRequest::Status,
+        ControlVerb::Pause => ControlRequest::Pause,
+        ControlVerb::Step { ticks } => ControlRequest::Step(ticks),
+        ControlVerb::Resume => ControlRequest::Resume,
+        ControlVerb::Stop => ControlRequest::Stop,
+    };
+    match rusty_link::control(&args.run, request, Duration::from_secs_f64(args.timeout))? {
+        ControlReply::Status(status) => Output { json: args.json }.print_with(&status, || {
+            let how = if status.paused { "paused" } else { "running" };
+            outln!("{}: {how}, {} of {} ticks", status.run, status.ticks_done, status.ticks);
+        }),
+        ControlReply::Refused(why) => {
+            errln!("sim-server: run {}: {why}", args.run);
+            return Ok(Exit::Failed);
+        }
+    }
+    Ok(Exit::Done)
+}

@@ -1,0 +1,151 @@
+//! `export`: write a log for other programs.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::{Args, Subcommand};
+use rusty_contract::{Exit, errln, outln};
+use rusty_logs::export::tum::Tum;
+use rusty_logs::export::{Exported, StampOrder, csv};
+
+use super::arguments::Output;
+use super::stop_flag;
+
+const AFTER_TUM: &str = "\
+A line is a pose: timestamp tx ty tz qx qy qz qw, in s and m. tz, qx and qy are 0.
+Each number has the fewest digits that read back to the same bits. The output
+folder is created if necessary.
+
+truth.tum has every tick with a known true pose. NAME.tum has the ticks of an
+estimator that `score` scores: those with a true pose and an estimate in effect
+(with a modelled compute time, an answer takes effect after that time). So each
+line of NAME.tum has a line of truth.tum with the same timestamp, and evo measures
+the figures of score.json. Recordings with repeated timestamps are an exception:
+evo pairs by time and takes the first.
+  sim-server export tum runs/NAME/run.log -o tum
+  evo_ape tum tum/truth.tum tum/dead-reckoning.tum
+  evo_rpe tum tum/truth.tum tum/dead-reckoning.tum --delta 1 --delta_unit m
+
+A log without true poses (e.g. a blind log) has no truth.tum, and all its estimates
+are written. This is reported on stderr; the exit code is 0, because nothing of
+the log is lost. Of a truncated or damaged log the readable part is exported; the
+exit code is 3.";
+
+const AFTER_CSV: &str = "\
+A line per tick has tick, time_s, the encoder counts, the command, the true pose,
+and for every participant that answers, the pose in effect and its reported
+variances (the diagonal of the covariance in m², m², rad², in the frame of the
+estimate). Missing values are empty. Angles are in rad, in (-π, π].
+
+  sim-server export csv runs/NAME/run.log -o run.csv";
+
+#[derive(Args, Clone, Debug)]
+pub struct ExportArgs {
+    /// Output format
+    #[command(subcommand)]
+    pub what: ExportVerb,
+}
+
+#[derive(Subcommand, Clone, Debug)]
+pub enum ExportVerb {
+    /// Export the true and estimated trajectories for evo
+    Tum(ExportTumArgs),
+    /// Export all ticks as one table
+    Csv(ExportCsvArgs),
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = AFTER_TUM)]
+pub struct ExportTumArgs {
+    /// Log to read
+    pub log: PathBuf,
+    /// Folder to write to [default: tum, next to the log]
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
+    pub path: Option<PathBuf>,
+    /// Also write estimates of ticks without a true pose
+    #[arg(long)]
+    pub all: bool,
+    /// Replace existing files
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = AFTER_CSV)]
+pub struct ExportCsvArgs {
+    /// Log to read
+    pub log: PathBuf,
+    /// File to write [default: LOG with the extension .csv]
+    #[arg(short = 'o', long = "output", value_name = "FILE")]
+    pub path: Option<PathBuf>,
+    /// Replace an existing file
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+pub fn run(args: &ExportArgs) -> Result<Exit> {
+    let stop = stop_flag()?;
+    let (exported, output, wants_truth) = match &args.what {
+        ExportVerb::Tum(args) => {
+            let folder = args.path.clone().unwrap_or_else(|| args.log.with_file_name("tum"));
+            let tum = Tum { all: args.all, force: args.force };
+            (tum.export(&args.log, &folder, &stop)?, args.output, true)
+        }
+        ExportVerb::Csv(args) => {
+            let out = args.path.clone().unwrap_or_else(|| args.log.with_extension("csv"));
+            (csv::export(&args.log, &out, args.force, &stop)?, args.output, false)
+        }
+    };
+    report_problems(&exported, wants_truth);
+    output.print_with(&exported, || print(&exported, wants_truth));
+    Ok(if exported.walked.is_whole() { Exit::Done } else { Exit::Lost })
+}
+
+fn report_problems(exported: &Exported, wants_truth: bool) {
+    let log = &exported.log;
+    if wants_truth && exported.ticks_with_truth == 0 {
+        errln!("{log}: no tick has a known true pose: the estimates are written, no truth.tum");
+    }
+    for name in &exported.without {
+        errln!("{log}: {name} answered no pose that can be written");
+    }
+    if let Some(cut) = &exported.walked.cut {
+        errln!("{log}: {cut}; its complete ticks are exported");
+    }
+    if exported.walked.damaged_records > 0 {
+        let damaged = exported.walked.damaged_records;
+        errln!("{log}: the checksums of {damaged} records fail; their values are suspect");
+    }
+    let StampOrder { stamps_repeated: repeated, stamps_backwards: backwards, .. } = exported.stamps;
+    if wants_truth && repeated > 0 {
+        errln!(
+            "{log}: {repeated} ticks have the stamp of the tick before, and evo confuses poses of \
+             one stamp; import the recording again, or measure with `score --log {log}`"
+        );
+    }
+    if wants_truth && backwards > 0 {
+        errln!("{log}: {backwards} ticks have an earlier stamp than the tick before");
+    }
+}
+
+fn print(exported: &Exported, wants_truth: bool) {
+    let ticks = exported.walked.ticks;
+    outln!("ticks     {ticks}, {} with a known truth", exported.ticks_with_truth);
+    for file in &exported.files {
+        outln!("written   {} ({} lines)", file.path, file.lines);
+    }
+    let of = |is: fn(Option<&str>) -> bool| {
+        exported.files.iter().find(|f| is(f.estimator.as_deref())).map(|f| &f.path)
+    };
+    if let (true, Some(truth), Some(estimate)) = (
+        wants_truth && exported.stamps.stamps_repeated == 0,
+        of(|e| e.is_none()),
+        of(|e| e.is_some()),
+    ) {
+        outln!("measure   evo_ape tum {truth} {estimate}");
+    }
+}

@@ -1,0 +1,161 @@
+//! `runs`: list or remove the folders of runs.
+
+use std::path::{Component, Path, PathBuf};
+
+use anyhow::Result;
+use clap::{Args, Subcommand};
+use rusty_contract::{Exit, FieldError, outln};
+use rusty_logs::folder::{FoundRun, OldRun, runs_in};
+use serde_json::json;
+
+use super::arguments::Output;
+
+const AFTER_HELP: &str = "\
+The folder of a run has a file run.json with name, scenario, seed, start and end of
+the run, and the names of the files that it may write. Folders of earlier versions,
+which have a run.log only, are listed as well.
+
+Examples:
+  sim-server runs                        list the runs in ./runs
+  sim-server runs remove lab night-2     remove two runs";
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = AFTER_HELP, args_conflicts_with_subcommands = true)]
+pub struct RunsArgs {
+    /// Action [default: list the runs]
+    #[command(subcommand)]
+    pub what: Option<RunsVerb>,
+    /// Folder with the folders of runs
+    #[arg(default_value = "runs", value_name = "DIR")]
+    pub dir: PathBuf,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+#[derive(Subcommand, Clone, Debug)]
+pub enum RunsVerb {
+    /// Remove the folders of runs that have ended
+    Remove(RemoveArgs),
+}
+
+#[derive(Args, Clone, Debug)]
+pub struct RemoveArgs {
+    /// Names of the folders, as `runs` lists them
+    #[arg(required = true, value_name = "NAME")]
+    pub names: Vec<String>,
+    /// Folder with the folders of runs
+    #[arg(long = "in", default_value = "runs", value_name = "DIR")]
+    pub dir: PathBuf,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+pub fn run(args: &RunsArgs) -> Result<Exit> {
+    match &args.what {
+        Some(RunsVerb::Remove(args)) => remove(args),
+        None => list(args),
+    }
+}
+
+fn list(args: &RunsArgs) -> Result<Exit> {
+    let found = runs_in(&args.dir)?;
+    args.output.print_with(&found, || print(&args.dir, &found));
+    Ok(Exit::Done)
+}
+
+fn print(dir: &Path, found: &[FoundRun]) {
+    if found.is_empty() {
+        return outln!("no runs in {}", dir.display());
+    }
+    let wide = |of: fn(&FoundRun) -> &str| found.iter().map(|run| of(run).len()).max().unwrap_or(0);
+    let names = wide(|run| &run.name).max(4);
+    let scenarios = wide(|run| &run.marker.scenario).max(8);
+    outln!(
+        "{:names$}  {:scenarios$}  {:>10}  {:>8}  {:32}  {:16}  {:>9}  state",
+        "name",
+        "scenario",
+        "seed",
+        "ticks",
+        "digest",
+        "started (UTC)",
+        "size"
+    );
+    for run in found {
+        let end = run.marker.end.as_ref();
+        outln!(
+            "{:names$}  {:scenarios$}  {:>10}  {:>8}  {:32}  {:16}  {:>6.1} MB  {}",
+            run.name,
+            run.marker.scenario,
+            run.marker.seed.map_or_else(|| "-".to_owned(), |seed| seed.to_string()),
+            end.map_or_else(|| "-".to_owned(), |end| end.ticks.to_string()),
+            end.map_or("-", |end| &end.digest),
+            date_and_time(run.marker.started_unix_s),
+            run.bytes as f64 / 1e6,
+            run.state()
+        );
+    }
+}
+
+/// Every folder is looked at before the first one is removed.
+fn remove(args: &RemoveArgs) -> Result<Exit> {
+    let open = |name: &String| open(&args.dir, name);
+    let all: Vec<OldRun> = args.names.iter().map(open).collect::<Result<_, _>>()?;
+    all.into_iter().try_for_each(OldRun::remove)?;
+    args.output.print_with(&json!({ "removed": args.names }), || {
+        args.names.iter().for_each(|name| outln!("removed {}", args.dir.join(name).display()));
+    });
+    Ok(Exit::Done)
+}
+
+/// The folder of a run that may be removed: in `dir`, and not a link to another
+/// place.
+fn open(dir: &Path, name: &str) -> Result<OldRun> {
+    let mut parts = Path::new(name).components();
+    let is_name = matches!((parts.next(), parts.next()), (Some(Component::Normal(_)), None));
+    let path = dir.join(name);
+    let refused = |problem: &str| {
+        let remedy = "give a name that `sim-server runs` lists";
+        anyhow::Error::from(FieldError::new("NAME", name, problem, remedy))
+    };
+    if !is_name {
+        return Err(refused("is not the name of a folder"));
+    }
+    match path.symlink_metadata() {
+        Ok(found) if found.is_dir() => Ok(OldRun::open(&path)?),
+        Ok(found) if found.is_symlink() => Err(refused("is a link, and links are not followed")),
+        Ok(_) => Err(refused("is a file, not the folder of a run")),
+        Err(_) => Err(refused(&format!("is not in {}", dir.display()))),
+    }
+}
+
+/// Seconds since 1970 as date and time in UTC (days to civil date: H. Hinnant,
+/// *chrono-Compatible Low-Level Date Algorithms*).
+fn date_and_time(unix_s: u64) -> String {
+    let (days, minutes) = (unix_s / 86_400 + 719_468, unix_s / 60 % 1440);
+    let (era, of_era) = (days / 146_097, days % 146_097);
+    let year = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year + year / 4 - year / 100);
+    let from_march = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * from_march + 2) / 5 + 1;
+    let month = if from_march < 10 { from_march + 3 } else { from_march - 9 };
+    let year = year + 400 * era + u64::from(month <= 2);
+    format!("{year}-{month:02}-{day:02} {:02}:{:02}", minutes / 60, minutes % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_become_the_date_of_the_calendar() {
+        // Values of `date -u -d @N '+%F %H:%M'`.
+        for (unix_s, text) in [
+            (0, "1970-01-01 00:00"),
+            (951_782_400, "2000-02-29 00:00"),
+            (1_709_251_199, "2024-02-29 23:59"),
+            (4_107_542_400, "2100-03-01 00:00"),
+        ] {
+            assert_eq!(date_and_time(unix_s), text);
+        }
+    }
+}
