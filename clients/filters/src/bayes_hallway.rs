@@ -43,7 +43,13 @@ const SIDES_RAD: f64 = FRAC_PI_4;
 /// A cell with less than this share of the mode's mass is beyond its peak.
 const PEAK_SHARE: f64 = 0.05;
 
-/// What the filter believes.
+/// Localise in a corridor by its doors with a histogram filter
+///
+/// The filter (Probabilistic Robotics, chapters 2 and 4) is for a corridor along x
+/// with recessed doors, the world "hallway". Its belief is over cells along the
+/// corridor and over both headings, and is uniform at the start. It needs the map
+/// and no initial pose. After one door the belief has a peak at each door; the
+/// distance to the next door selects one.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// What is believed of the wheels.
@@ -54,17 +60,12 @@ pub struct Options {
     #[arg(long, value_name = "METRES", default_value_t = 0.05, value_parser = length)]
     pub cell_m: f64,
 
-    /// A look at a wall takes a door for none, or none for a door, with this
-    /// probability
+    /// Probability that a look at a wall is wrong
     #[arg(long, value_name = "P", default_value_t = 0.05, value_parser = error)]
     pub look_error: f64,
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        Self { odometry: OdometryNoise::default(), cell_m: 0.05, look_error: 0.05 }
-    }
-}
+crate::numbers::default_of_command_line!(Options);
 
 fn length(text: &str) -> Result<f64, String> {
     number(text, |v| (0.001..=10.0).contains(&v), "a length from 0.001 to 10")
@@ -191,13 +192,11 @@ impl BayesHallway {
 
     /// The belief: the cells of a robot that faces east, west to east, then those
     /// of one that faces west.
-    #[must_use]
     pub fn histogram(&self) -> &Histogram {
         &self.histogram
     }
 
     /// The corridor that it is in.
-    #[must_use]
     pub fn corridor(&self) -> &Corridor {
         &self.corridor
     }
@@ -218,7 +217,6 @@ impl BayesHallway {
 
     /// The mean of the likeliest peak, and the covariance of the whole belief
     /// around it (of τ, truth = pose ⊞ τ).
-    #[must_use]
     pub fn estimate(&self) -> (SE2, Matrix3<f64>) {
         let (cells, belief) = (self.corridor.doors.len(), self.histogram.cells());
         let mode = self.histogram.mode();
@@ -248,7 +246,9 @@ impl BayesHallway {
 }
 
 impl Filter for BayesHallway {
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+    const SHOWS_BELIEF: bool = true;
+
+    fn update(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.ticks());
         if let Some(ranges_m) = tick.ranges_m() {
             self.scan(ranges_m);

@@ -5,7 +5,7 @@ use rusty_geometry::{DiffDrive, Scan, tick_length};
 
 use super::*;
 use crate::Random;
-use crate::localiser::told_tests::told;
+use crate::told_tests::told;
 
 fn start() -> Start {
     Start { map: Some(rusty_geometry::hallway().spec().clone()), ..told("bayes-hallway") }

@@ -54,7 +54,6 @@ pub struct Parts {
 
 impl Parts {
     /// All four added up.
-    #[must_use]
     pub fn sum(&self) -> f64 {
         self.hit + self.short + self.max + self.rand
     }
@@ -69,7 +68,6 @@ const FAR: f64 = 9.0;
 impl BeamModel {
     /// What the data sheet says: σ and dropout. That one reading in fifty is
     /// wrong in a way that no sheet speaks of is a belief of ours.
-    #[must_use]
     pub fn of_lidar(lidar: &LidarConfig) -> Self {
         let (z_short, z_rand) = (0.01, 0.01);
         let z_max = lidar.dropout.clamp(1e-3, 1.0 - z_short - z_rand - 1e-3);
@@ -86,7 +84,6 @@ impl BeamModel {
     /// What each of the four parts by itself says of a reading `range_m` where
     /// the map promises `expected_m`: a density in 1/m below `range_max_m`, a
     /// probability from there on. Readings below 0 have none.
-    #[must_use]
     pub fn parts(&self, range_m: f64, expected_m: f64, range_max_m: f64) -> Parts {
         let nothing_there = expected_m >= range_max_m;
         if range_m >= range_max_m {
@@ -103,14 +100,12 @@ impl BeamModel {
 
     /// p(z | x, m): the mixture's density of a reading, or the probability of
     /// one of z_max, see [`parts`](Self::parts).
-    #[must_use]
     pub fn density(&self, range_m: f64, expected_m: f64, range_max_m: f64) -> f64 {
         self.weighted(range_m, expected_m, range_max_m).sum()
     }
 
     /// How likely it is that the reading came about in each of the four ways:
     /// the e of Table 6.2. They add up to 1, or are 0 where nothing explains it.
-    #[must_use]
     pub fn responsibilities(&self, range_m: f64, expected_m: f64, range_max_m: f64) -> Parts {
         let Parts { hit, short, max, rand } = self.weighted(range_m, expected_m, range_max_m);
         let sum = hit + short + max + rand;

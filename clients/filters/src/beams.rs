@@ -28,7 +28,6 @@ pub struct Endpoint {
 
 impl Beams {
     /// The beams of this laser.
-    #[must_use]
     pub fn new(lidar: &LidarConfig) -> Self {
         let fan = lidar.fan();
         Self {
@@ -39,20 +38,17 @@ impl Beams {
     }
 
     /// Direction of beam `k` in the sensor frame, of length 1.
-    #[must_use]
     pub fn direction(&self, k: usize) -> Vector2<f64> {
         self.directions[k]
     }
 
     /// How many there are.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.directions.len()
     }
 
     /// Whether a range is one: neither the longest, which means that nothing came
     /// back, nor a number that no distance has.
-    #[must_use]
     pub fn is_hit(&self, range_m: f64) -> bool {
         range_m > 0.0 && range_m < self.range_max_m
     }

@@ -76,7 +76,6 @@ pub struct LearningWheels {
 
 impl LearningWheels {
     /// Begins with counts of zero and nothing learned.
-    #[must_use]
     pub fn new(drive: DiffDrive, noise: OdometryNoise) -> Self {
         let unknown = Vector4::from(UNKNOWN);
         Self {
@@ -91,7 +90,6 @@ impl LearningWheels {
     }
 
     /// a, b, c (rad/m) and l (m) as believed, and their covariance.
-    #[must_use]
     pub fn errors(&self) -> (&Vector4<f64>, &Matrix4<f64>) {
         (&self.errors, &self.covariance)
     }
@@ -106,13 +104,11 @@ impl LearningWheels {
     }
 
     /// The motion since the last scan.
-    #[must_use]
     pub fn since_scan(&self) -> Motion {
         self.seen(&self.since_scan).0
     }
 
     /// The motion since the last key scan.
-    #[must_use]
     pub fn since_key(&self) -> Motion {
         self.seen(&self.since_key).0
     }

@@ -46,7 +46,6 @@ pub struct Sides {
 
 impl Sides {
     /// Finds them.
-    #[must_use]
     pub fn of_scan(extraction: &Extraction, beams: &Beams, ranges_m: &[f64]) -> Self {
         let segments = extraction.segments(beams, ranges_m);
         let quarter = std::f64::consts::FRAC_PI_2;
@@ -63,7 +62,6 @@ impl Sides {
     }
 
     /// The doors beside the robot.
-    #[must_use]
     pub fn doors(&self, beams: &Beams, ranges_m: &[f64]) -> Doors {
         let beside = |side: &Option<Segment>| {
             let line = side.as_ref()?.line;
@@ -143,14 +141,12 @@ impl Corridor {
     }
 
     /// x of the middle of a cell, world frame, m.
-    #[must_use]
     pub fn x_m(&self, cell: usize) -> f64 {
         self.from_x_m + (cell as f64 + 0.5) * self.cell_m
     }
 
     /// p(doors | cell) of a robot that faces east or west, if a look at a wall
     /// errs with probability `error`.
-    #[must_use]
     pub fn likelihood(&self, doors: &Doors, cell: usize, east: bool, error: f64) -> f64 {
         let [north, south] = self.doors[cell];
         let (left, right) = if east { (north, south) } else { (south, north) };
@@ -205,14 +201,12 @@ pub struct Across {
 impl Across {
     /// What a robot knows before its first scan: nothing but that it is between
     /// the walls and drives along them.
-    #[must_use]
     pub fn anywhere(width_m: f64) -> Self {
         let (left_variance, turned_variance) = (width_m * width_m / 12.0, 0.1);
         Self { left_m: 0.0, turned_rad: 0.0, left_variance, turned_variance }
     }
 
     /// What the walls of a scan say of it; `None` if none was seen.
-    #[must_use]
     pub fn of_sides(sides: &Sides, width_m: f64) -> Option<Self> {
         let quarter = std::f64::consts::FRAC_PI_2;
         let of = |side: &Segment, bearing_rad: f64, sign: f64| Self {
@@ -244,7 +238,6 @@ impl Across {
 
     /// Which part of a way of the body is along the corridor, and which to the
     /// left, m.
-    #[must_use]
     pub fn along_and_left_m(&self, way_m: Vector2<f64>) -> [f64; 2] {
         let (s, c) = trig::sin_cos(self.turned_rad);
         [c * way_m.x - s * way_m.y, s * way_m.x + c * way_m.y]

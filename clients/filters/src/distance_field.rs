@@ -28,14 +28,12 @@ pub struct DistanceField {
 
 impl DistanceField {
     /// The distances to the walls of a floor plan.
-    #[must_use]
     pub fn of_world(world: &World, frame: GridFrame) -> Self {
         let distance = |cell| world.distance_to_nearest(frame.centre(cell)) as f32;
         Self { frame, distances_m: (0..frame.cells()).map(distance).collect() }
     }
 
     /// The distances to the occupied cells of a map.
-    #[must_use]
     pub fn of_map(map: &OccupancyMap) -> Self {
         let squares = squares_to(map, |cell| *cell == Cell::Occupied);
         let cell_m = map.frame.cell_m;

@@ -37,14 +37,19 @@ use rusty_geometry::{EncoderTicks, SE2};
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
 use crate::lines::{Extraction, Segment};
 use crate::numbers::{number, positive};
-use crate::tangent::{estimate, right_jacobian, symmetric};
+use crate::tangent::{estimate, placed, right_jacobian, symmetric};
 use crate::{Beams, Odometry, OdometryNoise};
 
 /// The smallest σ that is believed of a range, m: a laser without any error
 /// would leave nothing to divide by.
 const LEAST_RANGE_STD_M: f64 = 1e-4;
 
-/// What the filter believes.
+/// Localise on a floor plan with an extended Kalman filter
+///
+/// The EKF (Probabilistic Robotics, chapter 7) predicts from the encoders, finds
+/// the straight walls in each scan, matches them to the map, and corrects. It
+/// needs the initial pose. Without a map it only predicts. It answers every tick
+/// with a pose and a covariance, and reports the innovation (NIS) of each scan.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// What is believed of the wheels.
@@ -58,51 +63,38 @@ pub struct Options {
 
 /// What is believed of the walls in a scan, and of the start.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
-#[command(next_help_heading = "What is believed of walls and start")]
+#[command(next_help_heading = "Walls and start")]
 pub struct WallOptions {
-    /// Standard deviation of a range, m [default: what the laser's maker says]
+    /// Standard deviation of a range, m [default: the data sheet's]
     #[arg(long, value_name = "METRES", value_parser = positive)]
     pub range_std_m: Option<f64>,
 
-    /// The fewest points of a piece of wall
+    /// Minimum number of points of a wall
     #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u64).range(3..))]
     pub min_points: u64,
 
-    /// The shortest piece of wall, m
+    /// Minimum length of a wall, m
     #[arg(long, value_name = "METRES", default_value_t = 0.4, value_parser = positive)]
     pub min_length_m: f64,
 
-    /// A right match is let through with this probability
+    /// Probability that the gate accepts a correct match
     #[arg(long, value_name = "P", default_value_t = 0.999, value_parser = probability)]
     pub gate: f64,
 
-    /// So much of a piece must lie where the map has a wall
+    /// Minimum share of a wall piece that the map must cover
     #[arg(long, value_name = "SHARE", default_value_t = 0.75, value_parser = probability)]
     pub covered: f64,
 
-    /// Standard deviation of the start, each way, m
+    /// Standard deviation of the start, each axis, m
     #[arg(long, value_name = "METRES", default_value_t = 0.02, value_parser = positive)]
     pub start_std_m: f64,
 
-    /// Standard deviation of the first heading, degrees
+    /// Standard deviation of the initial heading, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 1.0, value_parser = positive)]
     pub start_std_deg: f64,
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        let walls = WallOptions {
-            range_std_m: None,
-            min_points: 6,
-            min_length_m: 0.4,
-            gate: 0.999,
-            covered: 0.75,
-            start_std_m: 0.02,
-            start_std_deg: 1.0,
-        };
-        Self { odometry: OdometryNoise::default(), walls }
-    }
-}
+crate::numbers::default_of_command_line!(Options);
 
 fn probability(text: &str) -> Result<f64, String> {
     number(text, |v| v > 0.0 && v < 1.0, "a number between 0 and 1")
@@ -167,8 +159,8 @@ impl Ekf {
     pub fn advance(&mut self, ticks: EncoderTicks) {
         self.odometry.advance(ticks);
         let motion = self.odometry.take();
-        self.covariance = symmetric(&motion.propagate(&self.covariance));
-        self.pose_in_world = self.pose_in_world.compose(&motion.now_in_then);
+        (self.pose_in_world, self.covariance) =
+            placed(&self.pose_in_world, &self.covariance, &motion);
     }
 
     /// Corrects by the scan that was taken at the end of the tick (Table 7.3):
@@ -201,22 +193,18 @@ impl Ekf {
     }
 
     /// The believed pose of the body in the world frame.
-    #[must_use]
     pub fn pose_in_world(&self) -> SE2 {
         self.pose_in_world
     }
 
     /// Covariance (m, m, rad) of the error τ: truth = [`pose_in_world`](Self::pose_in_world) ⊞ τ.
-    #[must_use]
     pub fn covariance(&self) -> Matrix3<f64> {
         self.covariance
     }
 }
 
 impl Filter for Ekf {
-    const SHOWS_BELIEF: bool = false;
-
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+    fn update(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.ticks());
         let innovation = tick.ranges_m().and_then(|ranges_m| self.scan(ranges_m));
         Estimate { innovation, ..estimate(&self.pose_in_world, &self.covariance) }.into()
@@ -225,7 +213,6 @@ impl Filter for Ekf {
 
 /// Pose and covariance after an update, in Joseph's form; `None` where a number is
 /// not finite.
-#[must_use]
 pub fn updated(
     pose_in_world: &SE2,
     covariance: &Matrix3<f64>,

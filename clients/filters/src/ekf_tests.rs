@@ -8,7 +8,7 @@ use rusty_geometry::{DiffDrive, Scan, Twist, World};
 
 use super::*;
 use crate::Random;
-use crate::localiser::told_tests::told;
+use crate::told_tests::told;
 
 fn start(map: bool, initial_pose: Option<SE2>) -> Start {
     let map = map.then(|| rusty_geometry::apartment().spec().clone());

@@ -3,7 +3,7 @@
 //!
 //! Source: B. Yamauchi, *A frontier-based approach for autonomous exploration*
 //! (IEEE CIRA 1997). The map is an occupancy grid ([`crate::occupancy_grid`]) from
-//! the poses of the filter that it carries ([`Localiser`]); [`crate::frontiers`]
+//! the poses of scan matching ([`crate::scan_match`]); [`crate::frontiers`]
 //! finds the edges of what is known; the way to the nearest is found over free
 //! cells and followed like any other ([`crate::planning`], [`crate::pilot`]).
 //!
@@ -24,18 +24,19 @@ use std::path::PathBuf;
 
 use clap::Args;
 use nalgebra::Point2;
-use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Reply, Start, errln};
-use rusty_geometry::{EncoderTicks, SE2, Twist};
+use rusty_clients::ClientError;
+use rusty_contract::{Start, errln};
+use rusty_geometry::{SE2, Twist};
 
+use crate::driver::{Driver, Task};
 use crate::frontiers::{Frontier, frontiers};
-use crate::localiser::Localiser;
 use crate::numbers::positive;
 use crate::occupancy_grid::InverseModel;
 use crate::pilot::{Pilot, Progress};
 use crate::planning::{Chart, Room, Routes, Unknown};
+use crate::scan_match::{ScanMatch, ScanMatchOptions};
 use crate::surroundings::Caution;
-use crate::{Beams, Cell, OccupancyGrid, OccupancyMap};
+use crate::{Beams, Cell, OccupancyGrid, OccupancyMap, OdometryNoise};
 
 /// So many scans are in the map before anything is concluded from it.
 const FIRST_SCANS: u32 = 10;
@@ -56,19 +57,24 @@ const TRIED_M: f64 = 0.5;
 /// scan can shut the robot in.
 const LAST_LOOKS: u32 = 3;
 
-/// What an explorer wants.
+/// Explore an unknown world by its frontiers
+///
+/// The driver maps what its laser sees and drives to the nearest frontier of the
+/// map, until no reachable frontier is left (Yamauchi 1997). It localises by scan
+/// matching, like `scan-match`, and does not use the map of the scenario. The
+/// scenario needs a script of kind "driver"; the role is driver. With --save it
+/// writes its map at the end.
 #[derive(Args, Clone, Debug)]
 pub struct Options {
-    /// Where the map goes at the end: STEM.pgm and STEM.yaml, as map_server of ROS
-    /// reads them [default: nowhere]
+    /// Save the map as STEM.pgm and STEM.yaml
     #[arg(long, value_name = "STEM")]
     pub save: Option<PathBuf>,
 
-    /// The smallest frontier, m: what is narrower is no opening
+    /// Minimum size of a frontier, m
     #[arg(long, value_name = "METRES", default_value_t = 0.3, value_parser = positive)]
     pub frontier_m: f64,
 
-    /// Distance from walls that it likes to keep, m
+    /// Preferred distance from walls, m
     #[arg(long, value_name = "METRES", default_value_t = 0.4, value_parser = positive)]
     pub liked_m: f64,
 
@@ -79,33 +85,27 @@ pub struct Options {
     /// What is believed of a reading
     #[command(flatten)]
     pub model: InverseModel,
+
+    /// The wheels.
+    #[command(flatten)]
+    pub wheels: OdometryNoise,
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        let (caution, model) = (Caution::default(), InverseModel::default());
-        Self { save: None, frontier_m: 0.3, liked_m: 0.4, caution, model }
-    }
-}
+crate::numbers::default_of_command_line!(Options);
 
 /// Drives to where its map ends.
 #[derive(Debug)]
-pub struct Explore<L> {
-    name: String,
-    dt_s: f64,
+pub struct Explore {
     options: Options,
-    localiser: L,
     beams: Beams,
-    pilot: Pilot,
     room: Room,
     grid: OccupancyGrid,
     /// Place on the edge of the known that it is on its way to.
     target: Option<Point2<f64>>,
     /// Places that were tried.
     tried: Vec<Point2<f64>>,
-    look_ticks: u64,
+    dt_s: f64,
     since_look: u64,
-    ticks: u64,
     /// How often in a row there was no way to anywhere.
     in_vain: u32,
     done_at: Option<u64>,
@@ -115,83 +115,37 @@ pub struct Explore<L> {
     problem: Option<ClientError>,
 }
 
-impl<L: Localiser> Explore<L> {
-    /// Begins where it stands, with nothing known, and a filter that says where
-    /// that is.
-    #[must_use]
-    pub fn new(start: &Start, options: &Options, localiser: L) -> Self {
-        Self {
-            name: start.name.clone(),
-            dt_s: start.dt_s,
-            localiser,
-            beams: Beams::new(&start.lidar),
-            pilot: Pilot::new(start, &options.caution),
-            room: Room::on_cells(start, &options.caution, options.liked_m, options.model.cell_m),
-            grid: OccupancyGrid::new(options.model),
-            options: options.clone(),
-            target: None,
-            tried: Vec::new(),
-            look_ticks: (LOOK_S / start.dt_s).ceil() as u64,
-            since_look: 0,
-            ticks: 0,
-            in_vain: 0,
-            done_at: None,
-            left: 0,
-            problem: None,
-        }
-    }
+/// Makes a driver that explores, with nothing known.
+pub fn driver(start: &Start, options: Options) -> Driver<ScanMatch, Explore> {
+    let matching = ScanMatchOptions { wheels: options.wheels, ..ScanMatchOptions::default() };
+    let (filter, caution) = (ScanMatch::new(start, &matching), options.caution);
+    let task = Explore {
+        beams: Beams::new(&start.lidar),
+        room: Room::on_cells(start, &caution, options.liked_m, options.model.cell_m),
+        grid: OccupancyGrid::new(options.model),
+        options,
+        target: None,
+        tried: Vec::new(),
+        dt_s: start.dt_s,
+        since_look: 0,
+        in_vain: 0,
+        done_at: None,
+        left: 0,
+        problem: None,
+    };
+    Driver::new(start, &caution, filter, task)
+}
 
-    /// A tick: encoder counts and, if there is one, the scan at its end. The
-    /// answer to it.
-    pub fn step(&mut self, ticks: EncoderTicks, ranges_m: Option<&[f64]>) -> Reply {
-        self.ticks += 1;
-        self.localiser.advance(ticks);
-        let innovation = ranges_m.and_then(|ranges_m| self.localiser.scan(ranges_m));
-        self.pilot.tick(ticks, ranges_m);
-        let pose = self.localiser.pose_in_world();
-        if let Some(ranges_m) = ranges_m {
-            let ranges_m = believed(ranges_m, self.beams.range_max_m);
-            let added = self.grid.add(&pose, &ranges_m, &self.beams);
-            // The map stays as it was, and it is said at the end why.
-            if let (Err(e), None) = (added, &self.problem) {
-                let time_s = self.ticks as f64 * self.dt_s;
-                self.problem = Some(ClientError::Unusable(format!("{time_s:.2} s: {e}")));
-            }
-        }
-        let command = self.command(&pose, ranges_m.is_some());
-        Reply::Both(self.localiser.estimate(innovation), command)
-    }
-
-    fn command(&mut self, pose: &SE2, has_scan: bool) -> Twist {
-        if self.done_at.is_some() || self.grid.scans() < FIRST_SCANS {
-            return Twist::default();
-        }
-        self.since_look += 1;
-        let (command, progress) = self.pilot.command(pose, WITHIN_M);
-        match (progress, self.target) {
-            (Progress::Arrived | Progress::Stuck, Some(target)) => {
-                self.tried.push(target);
-                self.target = None;
-            }
-            (Progress::NoWay, _) => self.target = None,
-            _ => {}
-        }
-        if has_scan && (self.target.is_none() || self.since_look >= self.look_ticks) {
-            self.look(pose);
-            self.since_look = 0;
-        }
-        command
-    }
-
+impl Explore {
     /// Looks at the map: on to the old target, to a new one, or done.
-    fn look(&mut self, pose: &SE2) {
+    fn look(&mut self, pilot: &mut Pilot, pose: &SE2) {
         let map = by_the_prior(&self.grid);
         let least_cells = (self.options.frontier_m / map.frame.cell_m).ceil() as usize;
         let edges = frontiers(&map, least_cells.max(1));
         let here = Point2::from(pose.translation());
         let chart = Chart::new(&map, Unknown::Shut, self.room);
         let Some(routes) = chart.routes_from(here) else {
-            return self.without_ways(edges.len());
+            return self.without_ways(pilot, edges.len());
         };
         let fresh = edges.iter().map(|f| self.fresh(&map, f));
         let goals = fresh.filter_map(|cells| goal(&cells, &map, &routes));
@@ -211,12 +165,12 @@ impl<L: Localiser> Explore<L> {
                 self.in_vain = 0;
                 let corners = chart.corners(&routes, goal.cell);
                 match self.target {
-                    Some(_) => self.pilot.follow_on(corners),
-                    None => self.pilot.follow(corners),
+                    Some(_) => pilot.follow_on(corners),
+                    None => pilot.follow(corners),
                 }
                 self.target = Some(goal.edge);
             }
-            None => self.without_ways(edges.len()),
+            None => self.without_ways(pilot, edges.len()),
         }
     }
 
@@ -229,23 +183,21 @@ impl<L: Localiser> Explore<L> {
         frontier.cells.iter().copied().filter(fresh).collect()
     }
 
-    fn without_ways(&mut self, left: usize) {
-        self.pilot.follow(Vec::new());
+    fn without_ways(&mut self, pilot: &mut Pilot, left: usize) {
+        pilot.follow(Vec::new());
         (self.target, self.left) = (None, left);
         self.in_vain += 1;
         if self.in_vain >= LAST_LOOKS {
-            self.done_at = Some(self.ticks);
+            self.done_at = Some(pilot.around().ticks());
         }
     }
 
     /// The map as it is now.
-    #[must_use]
     pub fn map(&self) -> OccupancyMap {
         self.grid.to_map()
     }
 
     /// In which tick no frontier was left, from 1.
-    #[must_use]
     pub fn done_at(&self) -> Option<u64> {
         self.done_at
     }
@@ -295,10 +247,9 @@ fn goal(edges: &[usize], map: &OccupancyMap, routes: &Routes) -> Option<Goal> {
     let mut best: Option<Goal> = None;
     // Every cell of a large frontier, with all around it, would be many.
     for &edge in edges.iter().step_by(1 + edges.len() / 40) {
-        let (column, row) = ((edge % frame.width) as i64, (edge / frame.width) as i64);
         let at = frame.centre(edge);
         for near in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy))) {
-            let Some(cell) = frame.index(column + near.0, row + near.1) else { continue };
+            let Some(cell) = frame.beside(edge, near) else { continue };
             let off_m = (frame.centre(cell) - at).norm();
             if off_m > NEAR_M {
                 continue;
@@ -313,34 +264,49 @@ fn goal(edges: &[usize], map: &OccupancyMap, routes: &Routes) -> Option<Goal> {
     best
 }
 
-impl<L: Localiser> Filter for Explore<L> {
-    const SHOWS_BELIEF: bool = false;
-
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
-        self.step(tick.ticks(), tick.ranges_m())
+impl Task for Explore {
+    fn command(&mut self, pilot: &mut Pilot, pose: &SE2, ranges_m: Option<&[f64]>) -> Twist {
+        if let Some(ranges_m) = ranges_m {
+            let ranges_m = believed(ranges_m, self.beams.range_max_m);
+            let added = self.grid.add(pose, &ranges_m, &self.beams);
+            // The map stays as it was, and the end of the run reports why.
+            if let (Err(e), None) = (added, &self.problem) {
+                let time_s = pilot.around().ticks() as f64 * self.dt_s;
+                self.problem = Some(ClientError::Unusable(format!("{time_s:.2} s: {e}")));
+            }
+        }
+        if self.done_at.is_some() || self.grid.scans() < FIRST_SCANS {
+            return Twist::default();
+        }
+        self.since_look += 1;
+        let (command, progress) = pilot.command(pose, WITHIN_M);
+        match (progress, self.target) {
+            (Progress::Arrived | Progress::Stuck, Some(target)) => {
+                self.tried.push(target);
+                self.target = None;
+            }
+            (Progress::NoWay, _) => self.target = None,
+            _ => {}
+        }
+        let look_ticks = (LOOK_S / self.dt_s).ceil() as u64;
+        if ranges_m.is_some() && (self.target.is_none() || self.since_look >= look_ticks) {
+            self.look(pilot, pose);
+            self.since_look = 0;
+        }
+        command
     }
 
-    /// Writes the map, and says what is in it.
-    fn finish(self) -> Result<(), ClientError> {
+    /// Writes the map, and prints a summary.
+    fn finish(self, name: &str, pilot: &Pilot) -> Result<(), ClientError> {
         let map = self.map();
         let free = map.cells.iter().filter(|cell| **cell == Cell::Free).count();
-        let (name, area_m2) = (&self.name, free as f64 * map.frame.cell_m * map.frame.cell_m);
-        let (when, ticks) = match self.done_at {
-            Some(ticks) => ("done in", ticks),
-            None => ("not done in", self.ticks),
-        };
-        let time_s = ticks as f64 * self.dt_s;
+        let area_m2 = free as f64 * map.frame.cell_m * map.frame.cell_m;
+        let (when, remark) = (pilot.when(self.done_at), pilot.around().remark());
         let left = self.left;
-        errln!(
-            "{name}: {when} {ticks} ticks ({time_s:.1} s), {area_m2:.1} m² free, {left} edges that \
-             cannot be reached{}",
-            self.pilot.remark()
-        );
-        match &self.options.save {
-            // An older map is better than none.
-            Some(_) if self.grid.known().is_none() => {}
-            Some(stem) => map.save(stem)?,
-            None => {}
+        errln!("{name}: {when}, {area_m2:.1} m² free, {left} edges that cannot be reached{remark}");
+        // An older map is better than none.
+        if let Some(stem) = self.options.save.filter(|_| self.grid.known().is_some()) {
+            map.save(&stem)?;
         }
         self.problem.map_or(Ok(()), Err)
     }

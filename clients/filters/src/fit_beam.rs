@@ -134,7 +134,6 @@ struct Causes {
 
 /// Fits the model to the readings, beginning with `guess`; `None` if there is no
 /// reading.
-#[must_use]
 pub fn fit(readings: &Readings, guess: BeamModel, criterion: Criterion) -> Option<BeamFit> {
     if readings.all.is_empty() {
         return None;

@@ -67,7 +67,6 @@ pub struct Systematic {
 
 impl Systematic {
     /// Whether it is more than chance.
-    #[must_use]
     pub fn is_there(&self) -> bool {
         self.value.abs() > 3.0 * self.std_error
     }
@@ -98,7 +97,6 @@ pub struct MotionFit {
 
 impl MotionFit {
     /// The numbers that the log tells, as flags of a filter.
-    #[must_use]
     pub fn flags(&self) -> String {
         let told = self.alphas.iter().enumerate().filter(|(_, a)| a.told == Told::Well);
         let flags = told.map(|(i, a)| format!("--alpha{} {:.3e}", i + 1, a.value));

@@ -4,6 +4,7 @@
 //! (IEEE CIRA 1997): cells at the edge of open space are grouped into regions by
 //! their neighbours; a region larger than the robot is a frontier.
 
+use crate::grid::NEIGHBOURS;
 use crate::{Cell, OccupancyMap};
 
 /// A region at the edge of what is known.
@@ -15,7 +16,6 @@ pub struct Frontier {
 
 /// The frontiers of a map that have this many cells or more, in the order of
 /// their first cell.
-#[must_use]
 pub fn frontiers(map: &OccupancyMap, least_cells: usize) -> Vec<Frontier> {
     let edge: Vec<bool> = (0..map.cells.len()).map(|cell| is_edge(map, cell)).collect();
     let mut seen = vec![false; edge.len()];
@@ -29,8 +29,8 @@ pub fn frontiers(map: &OccupancyMap, least_cells: usize) -> Vec<Frontier> {
         let mut next = 0;
         while let Some(cell) = cells.get(next).copied() {
             next += 1;
-            for (dx, dy) in AROUND {
-                if let Some(beside) = beside(map, cell, dx, dy)
+            for step in NEIGHBOURS {
+                if let Some(beside) = map.frame.beside(cell, step)
                     && edge[beside]
                     && !seen[beside]
                 {
@@ -48,23 +48,13 @@ pub fn frontiers(map: &OccupancyMap, least_cells: usize) -> Vec<Frontier> {
 
 /// Whether a cell is free and has one beside it, not across a corner, that
 /// nobody knows.
-#[must_use]
 pub fn is_edge(map: &OccupancyMap, cell: usize) -> bool {
-    let unknown = |(dx, dy): &(i64, i64)| {
+    let unknown = |step: &(i64, i64)| {
         // Beyond the map nobody knows anything.
-        beside(map, cell, *dx, *dy).is_none_or(|other| map.cells[other] == Cell::Unknown)
+        map.frame.beside(cell, *step).is_none_or(|other| map.cells[other] == Cell::Unknown)
     };
-    map.cells[cell] == Cell::Free && AROUND[..4].iter().any(unknown)
+    map.cells[cell] == Cell::Free && NEIGHBOURS[..4].iter().any(unknown)
 }
-
-fn beside(map: &OccupancyMap, cell: usize, dx: i64, dy: i64) -> Option<usize> {
-    let (column, row) = (cell % map.frame.width, cell / map.frame.width);
-    map.frame.index(column as i64 + dx, row as i64 + dy)
-}
-
-/// The neighbours of a cell, those across a corner last.
-const AROUND: [(i64, i64); 8] =
-    [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
 
 #[cfg(test)]
 mod tests {

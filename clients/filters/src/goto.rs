@@ -1,22 +1,20 @@
-//! A driver with a floor plan: to one place after the other, by its own estimate
-//! of where it is.
+//! A driver with a floor plan, to a list of waypoints.
 //!
 //! The plan becomes cells, ways are found over them ([`crate::planning`]) and
-//! followed ([`crate::pilot`]). Where the robot is, the filter that it carries
-//! says: [`Localiser`]. It never sees the truth, and answers each tick with its
-//! estimate and the command for the next.
+//! followed ([`crate::pilot`]). The pose comes from an EKF.
 
 use std::str::FromStr;
 
 use clap::Args;
 use nalgebra::Point2;
-use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Reply, Start, errln};
-use rusty_geometry::{EncoderTicks, SE2, Twist, World};
+use rusty_clients::ClientError;
+use rusty_contract::{Start, errln};
+use rusty_geometry::{SE2, Twist, World};
 use thiserror::Error;
 
 use crate::OccupancyMap;
-use crate::localiser::Localiser;
+use crate::driver::{Driver, Task};
+use crate::ekf::{self, Ekf};
 use crate::numbers::positive;
 use crate::pilot::{Pilot, Progress};
 use crate::planning::{Chart, Room, Unknown};
@@ -55,40 +53,44 @@ impl FromStr for Waypoint {
     }
 }
 
-/// Where to go, and how.
+/// Drive to a list of waypoints on a floor plan
+///
+/// The driver uses its own pose estimate (an EKF on straight walls, like `ekf`). The
+/// default waypoints are the middle of every room of the Apartment and back. It sends
+/// no command that could touch, before the next scan, a wall that its laser has hit.
+/// It does not see walls between the beams, and it assumes that commands take effect
+/// within the time of one scan. At the end it prints the number of waypoints reached
+/// and of ticks used. The scenario needs a script of kind "driver"; the role is driver.
 #[derive(Args, Clone, Debug)]
 // Whoever flattens these beside those of a filter has two of this name.
 #[group(skip)]
 pub struct Options {
-    /// A place to go to, m, world frame; give it once for each [default: in the
-    /// Apartment the middle of every room, and back to the start]
+    /// Waypoint in the world frame, m, repeatable
     #[arg(long = "waypoint", value_name = "X,Y", allow_hyphen_values = true)]
     pub waypoints: Vec<Waypoint>,
 
-    /// It has been at a waypoint when it was this near to it, or to the middle of the
-    /// nearest cell with enough room, m
+    /// Distance at which a waypoint counts as reached, m
     #[arg(long, value_name = "METRES", default_value_t = 0.15, value_parser = positive)]
     pub within_m: f64,
 
-    /// Distance from walls that it likes to keep, m
+    /// Preferred distance from walls, m
     #[arg(long, value_name = "METRES", default_value_t = 0.5, value_parser = positive)]
     pub liked_m: f64,
 
-    /// Side of the cells that ways are found over, m
+    /// Side of a cell for path planning, m
     #[arg(long, value_name = "METRES", default_value_t = 0.05, value_parser = positive)]
     pub cell_m: f64,
 
     /// How careful it is.
     #[command(flatten)]
     pub caution: Caution,
+
+    /// The filter.
+    #[command(flatten)]
+    pub ekf: ekf::Options,
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        let caution = Caution::default();
-        Self { waypoints: Vec::new(), within_m: 0.15, liked_m: 0.5, cell_m: 0.05, caution }
-    }
-}
+crate::numbers::default_of_command_line!(Options);
 
 /// Why it cannot begin.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -222,11 +224,7 @@ fn chart(name: &str, world: &World, start: &Start, options: &Options) -> Result<
 
 /// Goes from place to place.
 #[derive(Debug)]
-pub struct Goto<L> {
-    name: String,
-    dt_s: f64,
-    localiser: L,
-    pilot: Pilot,
+pub struct Goto {
     plan: Plan,
     within_m: f64,
     next: usize,
@@ -234,113 +232,69 @@ pub struct Goto<L> {
     planned: bool,
     tries: u32,
     missed: usize,
-    ticks: u64,
     /// When it was done.
     done_at: Option<u64>,
 }
 
-impl<L: Localiser> Goto<L> {
-    /// Begins, with a filter that says where it is, which is made when there is
-    /// somewhere to go.
-    ///
-    /// # Errors
-    /// [`GotoError`], as text: no map, no pose, nowhere to go, no way there; or the
-    /// filter's.
-    pub fn new(
-        start: &Start,
-        options: &Options,
-        localiser: impl FnOnce(&Start) -> Result<L, ClientError>,
-    ) -> Result<Self, ClientError> {
-        let plan = Plan::new(start, options).map_err(|e| ClientError::Unusable(e.to_string()))?;
-        Ok(Self {
-            name: start.name.clone(),
-            dt_s: start.dt_s,
-            localiser: localiser(start)?,
-            pilot: Pilot::new(start, &options.caution),
-            plan,
-            within_m: options.within_m,
-            next: 0,
-            planned: false,
-            tries: 0,
-            missed: 0,
-            ticks: 0,
-            done_at: None,
-        })
-    }
+/// Makes a driver to waypoints.
+///
+/// # Errors
+/// [`GotoError`], as text: no map, no pose, no waypoint, no way there; or the
+/// filter's.
+pub fn driver(start: &Start, options: Options) -> Result<Driver<Ekf, Goto>, ClientError> {
+    let plan = Plan::new(start, &options).map_err(|e| ClientError::Unusable(e.to_string()))?;
+    let within_m = options.within_m;
+    let task = Goto { plan, within_m, next: 0, planned: false, tries: 0, missed: 0, done_at: None };
+    Ok(Driver::new(start, &options.caution, Ekf::new(start, &options.ekf)?, task))
+}
 
-    /// A tick: encoder counts and, if there is one, the scan at its end. The
-    /// answer to it.
-    pub fn step(&mut self, ticks: EncoderTicks, ranges_m: Option<&[f64]>) -> Reply {
-        self.ticks += 1;
-        self.localiser.advance(ticks);
-        let innovation = ranges_m.and_then(|ranges_m| self.localiser.scan(ranges_m));
-        self.pilot.tick(ticks, ranges_m);
-        let pose = self.localiser.pose_in_world();
-        let command = self.command(&pose);
-        Reply::Both(self.localiser.estimate(innovation), command)
-    }
-
-    fn command(&mut self, pose: &SE2) -> Twist {
-        let Some(to) = self.plan.waypoints.get(self.next).copied() else {
-            return Twist::default();
-        };
-        if !self.planned {
-            let way = self.plan.chart.way(Point2::from(pose.translation()), to);
-            self.pilot.follow(way.unwrap_or_default());
-            (self.planned, self.tries) = (true, self.tries + 1);
-        }
-        let (command, progress) = self.pilot.command(pose, self.within_m);
-        match progress {
-            Progress::Under => {}
-            Progress::Arrived => self.go_on(),
-            Progress::Stuck | Progress::NoWay if self.tries < TRIES => self.planned = false,
-            Progress::Stuck | Progress::NoWay => {
-                self.missed += 1;
-                self.go_on();
-            }
-        }
-        command
-    }
-
-    fn go_on(&mut self) {
+impl Goto {
+    fn go_on(&mut self, ticks: u64) {
         (self.next, self.planned, self.tries) = (self.next + 1, false, 0);
         if self.next == self.plan.waypoints.len() {
-            self.done_at = Some(self.ticks);
+            self.done_at = Some(ticks);
         }
     }
 
     /// How many waypoints it believes to have been at.
-    #[must_use]
     pub fn reached(&self) -> usize {
         self.next - self.missed
     }
 
     /// In which tick it was done, from 1.
-    #[must_use]
     pub fn done_at(&self) -> Option<u64> {
         self.done_at
     }
 }
 
-impl<L: Localiser> Filter for Goto<L> {
-    const SHOWS_BELIEF: bool = false;
-
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
-        self.step(tick.ticks(), tick.ranges_m())
+impl Task for Goto {
+    fn command(&mut self, pilot: &mut Pilot, pose: &SE2, _: Option<&[f64]>) -> Twist {
+        let Some(to) = self.plan.waypoints.get(self.next).copied() else {
+            return Twist::default();
+        };
+        if !self.planned {
+            let way = self.plan.chart.way(Point2::from(pose.translation()), to);
+            pilot.follow(way.unwrap_or_default());
+            (self.planned, self.tries) = (true, self.tries + 1);
+        }
+        let (command, progress) = pilot.command(pose, self.within_m);
+        match progress {
+            Progress::Under => {}
+            Progress::Arrived => self.go_on(pilot.around().ticks()),
+            Progress::Stuck | Progress::NoWay if self.tries < TRIES => self.planned = false,
+            Progress::Stuck | Progress::NoWay => {
+                self.missed += 1;
+                self.go_on(pilot.around().ticks());
+            }
+        }
+        command
     }
 
-    /// Says how far it came.
-    fn finish(self) -> Result<(), ClientError> {
-        let (reached, all, name) = (self.reached(), self.plan.waypoints.len(), &self.name);
-        let (when, ticks) = match self.done_at {
-            Some(ticks) => ("done in", ticks),
-            None => ("not done in", self.ticks),
-        };
-        let time_s = ticks as f64 * self.dt_s;
-        errln!(
-            "{name}: {reached} of {all} waypoints, {when} {ticks} ticks ({time_s:.1} s){}",
-            self.pilot.remark()
-        );
+    /// Prints how many waypoints were reached.
+    fn finish(self, name: &str, pilot: &Pilot) -> Result<(), ClientError> {
+        let (reached, all) = (self.reached(), self.plan.waypoints.len());
+        let (when, remark) = (pilot.when(self.done_at), pilot.around().remark());
+        errln!("{name}: {reached} of {all} waypoints, {when}{remark}");
         Ok(())
     }
 }
@@ -348,17 +302,14 @@ impl<L: Localiser> Filter for Goto<L> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::OdometryNoise;
-    use crate::localiser::Reckoning;
     use crate::surroundings::tests::start;
     use rusty_geometry::{apartment, hallway};
 
     fn begin(told: &Start, waypoints: &[&str]) -> Result<usize, String> {
         let waypoints = waypoints.iter().map(|w| w.parse().unwrap()).collect();
         let options = Options { waypoints, ..Options::default() };
-        let reckoning = |told: &Start| Ok(Reckoning::new(told, OdometryNoise::default()));
-        let begun = Goto::new(told, &options, reckoning);
-        begun.map(|g| g.plan.waypoints.len()).map_err(|e| e.to_string())
+        let begun = driver(told, options);
+        begun.map(|driver| driver.task.plan.waypoints.len()).map_err(|e| e.to_string())
     }
 
     #[test]
@@ -375,8 +326,7 @@ mod tests {
         let why = begin(&start(&hallway(), SE2::new(1.0, 0.8, 0.0)), &[]).unwrap_err();
         assert!(why.contains("no tour of \"hallway\"") && why.contains("--waypoint"), "{why}");
         let options = Options { cell_m: 0.001, ..Options::default() };
-        let reckoning = |told: &Start| Ok(Reckoning::new(told, OdometryNoise::default()));
-        let why = Goto::new(&told, &options, reckoning).unwrap_err().to_string();
+        let why = driver(&told, options).unwrap_err().to_string();
         assert!(
             why.contains("12 m × 9 m in cells of 0.001 m") && why.contains("--cell-m"),
             "{why}"

@@ -16,10 +16,13 @@ pub struct GridFrame {
     pub height: usize,
 }
 
+/// Steps to the eight neighbours of a cell, those across a corner last.
+pub const NEIGHBOURS: [(i64, i64); 8] =
+    [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
+
 impl GridFrame {
     /// The smallest grid of such cells that covers `bounds` (x and y from, x and
     /// y to, m) and `margin_m` around it; its corner is a multiple of `cell_m`.
-    #[must_use]
     pub fn covering(bounds: [f64; 4], margin_m: f64, cell_m: f64) -> Self {
         let from = |v: f64| ((v - margin_m) / cell_m).floor();
         let to = |v: f64| ((v + margin_m) / cell_m).ceil();
@@ -33,28 +36,29 @@ impl GridFrame {
     }
 
     /// How many cells.
-    #[must_use]
     pub fn cells(&self) -> usize {
         self.width * self.height
     }
 
     /// Column and row of a point, which may lie outside.
-    #[must_use]
     pub fn column_row(&self, point: Point2<f64>) -> (i64, i64) {
         let offset = (point - self.origin_m) / self.cell_m;
         (offset.x.floor() as i64, offset.y.floor() as i64)
     }
 
     /// Number of the cell in a column and row, if there is one.
-    #[must_use]
     pub fn index(&self, column: i64, row: i64) -> Option<usize> {
         let (width, height) = (self.width as i64, self.height as i64);
         let inside = (0..width).contains(&column) && (0..height).contains(&row);
         inside.then_some((row * width + column) as usize)
     }
 
+    /// Number of the cell that is this many columns and rows from another.
+    pub fn beside(&self, cell: usize, (columns, rows): (i64, i64)) -> Option<usize> {
+        self.index((cell % self.width) as i64 + columns, (cell / self.width) as i64 + rows)
+    }
+
     /// Number of the cell that a point is in.
-    #[must_use]
     pub fn cell_at(&self, point: Point2<f64>) -> Option<usize> {
         if !(point.x.is_finite() && point.y.is_finite()) {
             return None;
@@ -64,7 +68,6 @@ impl GridFrame {
     }
 
     /// Centre of a cell, world frame, m.
-    #[must_use]
     pub fn centre(&self, cell: usize) -> Point2<f64> {
         let (column, row) = (cell % self.width, cell / self.width);
         let along = |count: usize| (count as f64 + 0.5) * self.cell_m;

@@ -46,30 +46,49 @@ impl std::str::FromStr for Poses {
     }
 }
 
-/// What is mapped, and where the map goes.
+/// Build an occupancy grid from scans and poses
+///
+/// The map is written at the end. Each beam marks the cells that it crosses as free
+/// and its last cell as occupied; each cell sums the log odds. The poses must be
+/// right: a heading error of one degree doubles a wall at 5 m, 9 cm apart.
+///
+/// With --poses odometry, gridmap is an ordinary estimator, in a run or on a log: it
+/// maps with the poses of its odometry, which drift, and answers them. --poses NAME
+/// maps with the estimates of another filter. --poses truth shows the best possible
+/// map, which no robot can have. These two need access to the truth: a log (with
+/// --key-file if it is blind), or in a run the role of a scorer.
+///
+/// The noise of the wheels (--alpha1 to --alpha4) does not change the map. It sets the
+/// covariance of the answers with --poses odometry and has no other effect.
+///
+///   gridmap --log run.log --poses mcl --save map
+///   gridmap --log intel.log --poses truth --until 1326 --save intel
 #[derive(Args, Clone, Debug)]
+#[command(verbatim_doc_comment)]
 pub struct Options {
-    /// Poses to map with: `odometry` (its own: drifts), or on a log `truth`, or
-    /// the name of a participant whose answers the log holds
+    /// Source of the poses, odometry, truth or a participant
     #[arg(long, value_name = "WHOSE", default_value = "odometry")]
     pub poses: Poses,
 
-    /// Where the map goes: STEM.pgm and STEM.yaml, as map_server of ROS reads
-    /// them, and STEM.png, a picture
+    /// Save the map as STEM.pgm, STEM.yaml and STEM.png
     #[arg(long, value_name = "STEM")]
     pub save: PathBuf,
 
-    /// Map from so many seconds after the start
+    /// Start of mapping after the start of the run, s
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds)]
     pub from: f64,
 
-    /// and until so many [default: to the end]
+    /// End of mapping after the start of the run, s
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub until: Option<f64>,
 
     /// What is believed of a reading
     #[command(flatten)]
     pub model: InverseModel,
+
+    /// The wheels.
+    #[command(flatten)]
+    pub noise: OdometryNoise,
 }
 
 /// Collects scans into a grid, and writes it down.
@@ -95,7 +114,6 @@ pub fn check_free(args: &ClientArgs, stem: &Path) -> Result<(), ClientError> {
 
 impl Mapper {
     /// Begins with nothing known.
-    #[must_use]
     pub fn new(start: &Start, options: &Options) -> Self {
         Self {
             options: options.clone(),
@@ -205,11 +223,10 @@ pub struct GridMap {
 
 impl GridMap {
     /// Begins where it is told that the robot starts, or in the world's origin.
-    #[must_use]
-    pub fn new(start: &Start, options: &Options, noise: OdometryNoise) -> Self {
+    pub fn new(start: &Start, options: &Options) -> Self {
         Self {
             mapper: Mapper::new(start, options),
-            odometry: Odometry::new(start.robot.drive, noise),
+            odometry: Odometry::new(start.robot.drive, options.noise),
             start_in_world: start.initial_pose.unwrap_or_default(),
             problem: None,
         }
@@ -217,9 +234,7 @@ impl GridMap {
 }
 
 impl Filter for GridMap {
-    const SHOWS_BELIEF: bool = false;
-
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+    fn update(&mut self, tick: &Tick<'_>) -> Reply {
         let motion = *self.odometry.advance(tick.ticks());
         let pose = self.start_in_world.compose(&motion.now_in_then);
         if self.problem.is_none() {
@@ -282,11 +297,6 @@ impl GridMapOf {
 }
 
 impl Witness for GridMapOf {
-    fn start(_: &Start, _: &Brief, args: &ClientArgs) -> Result<Self, ClientError> {
-        let text = format!("{}: begins with options of its own", args.name());
-        Err(ClientError::Unusable(text))
-    }
-
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         let pose = match self.place {
             None => step.truth,
@@ -299,9 +309,6 @@ impl Witness for GridMapOf {
 
     fn finish(self, ending: Ending) -> Result<Exit, ClientError> {
         errln!("{}", self.mapper.finish()?);
-        Ok(match ending {
-            Ending::Broken | Ending::LogCut => Exit::Lost,
-            Ending::Told(_) | Ending::LogEnd => Exit::Done,
-        })
+        Ok(ending.exit())
     }
 }

@@ -24,7 +24,6 @@ pub struct Histogram {
 impl Histogram {
     /// A belief with these weights, made to sum to 1; all the same where that is
     /// impossible.
-    #[must_use]
     pub fn new(weights: Vec<f64>) -> Self {
         let mut histogram = Self { cells: weights };
         if !histogram.normalise() {
@@ -35,7 +34,6 @@ impl Histogram {
     }
 
     /// The mass of each cell.
-    #[must_use]
     pub fn cells(&self) -> &[f64] {
         &self.cells
     }
@@ -95,7 +93,6 @@ impl Histogram {
     }
 
     /// The cell with the most mass, the first of equal ones.
-    #[must_use]
     pub fn mode(&self) -> usize {
         let more = |best: usize, cell: usize| self.cells[cell] > self.cells[best];
         (0..self.cells.len()).fold(0, |best, cell| if more(best, cell) { cell } else { best })

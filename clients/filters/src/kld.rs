@@ -15,7 +15,6 @@ use rusty_geometry::SE2;
 
 /// How many particles for `bins` occupied bins, an error of `epsilon`, and the
 /// quantile `z` of the normal law.
-#[must_use]
 pub fn sample_size(bins: usize, epsilon: f64, z: f64) -> usize {
     if bins < 2 {
         return 1;
@@ -49,7 +48,6 @@ pub struct Bins {
 
 impl Bins {
     /// Bins with sides of `side_m`, `turns` of them to a full turn.
-    #[must_use]
     pub fn new(side_m: f64, turns: u32) -> Self {
         let turns = i64::from(turns.max(1));
         Self {

@@ -7,13 +7,13 @@
 //! crate cannot name.
 //!
 //! Everything is deterministic: random numbers come from named streams of a
-//! seed on the command line ([`random`]), and transcendental functions from
+//! seed on the command line ([`Random`]), and transcendental functions from
 //! [`rusty_geometry::trig`]. So a filter gives the same answers live, on a log,
 //! on a replay, and on another machine. Products of matrices whose size is known
 //! only at run time are written out: the library's use whatever instructions the
 //! processor has.
 //!
-//! What they share, in reading order: [`random`]; [`motion`], [`beams`]
+//! What they share, in reading order: [`motion`], [`beams`]
 //! and [`beam_model`], what a filter believes of wheels, of the laser's geometry and
 //! of its readings; [`grid`], [`occupancy`] and [`distance_field`], maps of cells,
 //! and [`map_server`], the files they are kept in; [`tangent`], covariances of poses.
@@ -25,17 +25,16 @@
 //! [`occupancy_grid`] ([`ray_walk`], [`map_picture`]); [`bayes_hallway`], on a
 //! [`histogram`] and what a [`corridor`] shows.
 //!
-//! The drivers: [`surroundings`] keeps a robot off the walls, [`steering`] finds a
-//! free way, [`localiser`] is what they ask where they are; [`wander`] needs no
-//! more. [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them:
-//! [`goto`] on a map that is given, [`explore`] on one that it makes, to its
-//! [`frontiers`].
+//! The drivers: [`driver`] is the loop of all. [`surroundings`] keeps a robot off the
+//! walls, [`steering`] finds a free way; [`wander`] needs no more than [`reckoning`].
+//! [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them: [`goto`]
+//! on a map that is given, [`explore`] on one that it makes, to its [`frontiers`].
 //!
 //! The numbers of the models, from logs: [`fit_beam`], [`fit_motion`].
 
-pub mod random;
-
 mod numbers;
+#[cfg(test)]
+mod told_tests;
 
 pub mod beam_model;
 pub mod beams;
@@ -74,7 +73,8 @@ pub mod bayes_hallway;
 pub mod corridor;
 pub mod histogram;
 
-pub mod localiser;
+pub mod driver;
+pub mod reckoning;
 pub mod steering;
 pub mod surroundings;
 pub mod wander;
@@ -100,4 +100,4 @@ pub use map_server::MapFileError;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
 pub use occupancy_grid::OccupancyGrid;
-pub use random::Random;
+pub use rusty_clients::Random;

@@ -116,13 +116,11 @@ impl Ends {
     }
 
     /// How many there are.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.count
     }
 
     /// Root of their mean squared distance from the body, m; 0 of none.
-    #[must_use]
     pub fn rms_m(&self) -> f64 {
         let ends = self.x_m.iter().zip(&self.y_m).take(self.count);
         let sum: f64 = ends.map(|(x, y)| f64::from(*x * *x + *y * *y)).sum();
@@ -134,7 +132,6 @@ impl LikelihoodField {
     /// The field of a floor plan, in cells of `cell_m` (larger ones, and blurred
     /// by as much, where these would be too many), and with `blur_m` of doubt
     /// about where the ends are beside the laser's own σ.
-    #[must_use]
     pub fn of_world(
         world: &World,
         model: &BeamModel,
@@ -154,7 +151,6 @@ impl LikelihoodField {
     }
 
     /// The field of a map of cells, on those cells.
-    #[must_use]
     pub fn of_map(
         map: &OccupancyMap,
         distances: &DistanceField,
@@ -193,21 +189,18 @@ impl LikelihoodField {
     }
 
     /// σ of a hit in this field, m.
-    #[must_use]
     pub fn sigma_m(&self) -> f64 {
         self.mixture.sigma_m
     }
 
     /// ln p of an end at this distance from an obstacle, before it was made a
     /// number of steps.
-    #[must_use]
     pub fn log_at_distance(&self, distance_m: f64) -> f64 {
         trig::ln(self.mixture.density(distance_m))
     }
 
     /// What ln p of a beam is on average at the right pose: hits are normal with
     /// σ, the rest lies anywhere.
-    #[must_use]
     pub fn expected_log(&self) -> f64 {
         let (count, mut sum, mut mass) = (400, 0.0, 0.0);
         for k in 0..count {
@@ -221,21 +214,18 @@ impl LikelihoodField {
     }
 
     /// Σ ln p over the ends of a scan, seen from a body at `pose`.
-    #[must_use]
     pub fn log_likelihood(&self, ends: &Ends, pose: &SE2) -> f64 {
         let (s, c) = trig::sin_cos(pose.theta());
         self.log_of_steps(self.steps_of_scan(ends, &pose.translation(), s, c), ends.count())
     }
 
     /// ln p of `count` ends that come to so many 256ths of a step together.
-    #[must_use]
     pub fn log_of_steps(&self, steps: u32, count: usize) -> f64 {
         self.base_log * count as f64 + self.step_log / f64::from(PARTS) * f64::from(steps)
     }
 
     /// The steps of all ends together, in parts of 256, seen from a body at `position` (m) with
     /// this sine and cosine of its heading.
-    #[must_use]
     pub fn steps_of_scan(&self, ends: &Ends, position: &Vector2<f64>, sin: f64, cos: f64) -> u32 {
         let per_cell = 1.0 / self.frame.cell_m;
         let offset = (position - self.frame.origin_m.coords) * per_cell;

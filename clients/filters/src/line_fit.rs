@@ -50,7 +50,6 @@ pub struct Ray {
 
 impl Ray {
     /// Where it ended, m.
-    #[must_use]
     pub fn end(&self) -> Vector2<f64> {
         self.direction * self.range_m
     }
@@ -58,7 +57,6 @@ impl Ray {
 
 impl Line {
     /// The unit normal n.
-    #[must_use]
     pub fn normal(&self) -> Vector2<f64> {
         let (s, c) = trig::sin_cos(self.alpha_rad);
         Vector2::new(c, s)
@@ -66,7 +64,6 @@ impl Line {
 
     /// The range at which a beam in this direction meets the line, m; `None` for
     /// one that points along it or away.
-    #[must_use]
     pub fn range_m(&self, direction: &Vector2<f64>) -> Option<f64> {
         meets(&self.normal(), self.rho_m, direction)
     }
@@ -74,7 +71,6 @@ impl Line {
     /// The most likely line through the ends of `rays`, whose ranges have
     /// independent errors of `range_std_m`. `None` for fewer than two, for rays
     /// that no line explains, and for lines through the origin.
-    #[must_use]
     pub fn fit(rays: &[Ray], range_std_m: f64) -> Option<Self> {
         let (mut alpha_rad, mut rho_m) = guess(rays)?;
         let mut information = Matrix2::zeros();
@@ -106,7 +102,6 @@ impl Line {
 
     /// The greatest distance of a range from what the line predicts, m; infinite
     /// where a ray does not meet it at all.
-    #[must_use]
     pub fn worst_m(&self, rays: &[Ray]) -> f64 {
         let normal = self.normal();
         let error_m = |ray: &Ray| match meets(&normal, self.rho_m, &ray.direction) {
@@ -121,7 +116,6 @@ impl Line {
     ///
     /// A point s along the line (the normal turned to the left) is off by
     /// δρ − s δα.
-    #[must_use]
     pub fn firm_point(&self) -> (Point2<f64>, f64) {
         let [alpha, both, rho] = [(0, 0), (0, 1), (1, 1)].map(|at| self.covariance[at]);
         let s_m = if alpha > 0.0 { both / alpha } else { 0.0 };
@@ -132,7 +126,6 @@ impl Line {
 
     /// The same line in the frame in which this one's has the pose `frame`. The
     /// normal keeps its direction in the plane; so ρ may become negative.
-    #[must_use]
     pub fn seen_from(&self, frame: &SE2) -> Self {
         let alpha_rad = wrap_angle(self.alpha_rad + frame.theta());
         let (s, c) = trig::sin_cos(alpha_rad);

@@ -54,7 +54,6 @@ impl MapLine {
     }
 
     /// Which share of the way between two points near the line has a wall on it.
-    #[must_use]
     pub fn covered(&self, from: &Point2<f64>, to: &Point2<f64>) -> f64 {
         let (a, b) = (self.along_m(from), self.along_m(to));
         let (low, high) = (a.min(b), a.max(b));
@@ -64,7 +63,6 @@ impl MapLine {
 
     /// How `segment` differs from this line if the body is at `pose_in_world` with
     /// covariance `covariance` (of τ, truth = pose ⊞ τ).
-    #[must_use]
     pub fn innovation(
         &self,
         segment: &Segment,
@@ -116,7 +114,6 @@ pub struct LineInnovation {
 
 impl LineInnovation {
     /// νᵀ S⁻¹ ν; infinite where S cannot be inverted.
-    #[must_use]
     pub fn nis(&self) -> f64 {
         let inverse = self.s.try_inverse();
         inverse.map_or(f64::INFINITY, |inverse| self.nu.dot(&(inverse * self.nu)))
@@ -142,7 +139,6 @@ pub struct Gate {
 impl Gate {
     /// The gate that lets through a right match with this probability: the
     /// quantile of χ² with two degrees, −2 ln(1 − p).
-    #[must_use]
     pub fn of_probability(probability: f64, covered: f64) -> Self {
         Self { nis: -2.0 * trig::ln(1.0 - probability), covered }
     }
@@ -150,7 +146,6 @@ impl Gate {
 
 impl LineMap {
     /// The lines of these walls.
-    #[must_use]
     pub fn new(plan: &WorldSpec) -> Self {
         let mut lines: Vec<MapLine> = Vec::new();
         for wall in plan.to_walls() {
@@ -168,7 +163,6 @@ impl LineMap {
 
     /// The one line that `segment` can be, seen from `pose_in_world`; `None` if
     /// there is none, or more than one.
-    #[must_use]
     pub fn match_of(
         &self,
         segment: &Segment,

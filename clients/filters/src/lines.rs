@@ -67,7 +67,6 @@ pub struct Segment {
 
 impl Segment {
     /// Distance between its ends, m.
-    #[must_use]
     pub fn length_m(&self) -> f64 {
         (self.to - self.from).norm()
     }
@@ -75,7 +74,6 @@ impl Segment {
 
 impl Extraction {
     /// The straight walls of a scan, in the order of the beams.
-    #[must_use]
     pub fn segments(&self, beams: &Beams, ranges_m: &[f64]) -> Vec<Segment> {
         let (mut rays, mut pieces) = (rays(beams, ranges_m), Vec::new());
         self.split(&rays, 0, rays.len(), &mut pieces);

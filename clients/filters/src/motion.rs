@@ -25,34 +25,30 @@ use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta, trig};
 
 use crate::numbers::number;
 
-/// α₁ to α₄ of the odometry motion model, for motions of one tick.
+/// α₁ to α₄ of the odometry motion model, for motions of one tick. The defaults are
+/// for wheels 0.16 m apart that slip by 2 % of each tick's way, independently:
+/// α₁ = σ², α₂ = σ²/ℓ², α₃ = σ²/2, α₄ = σ²ℓ²/4.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
-#[command(next_help_heading = "What is believed of the wheels (Probabilistic Robotics, Table 5.6)")]
+#[command(next_help_heading = "Motion model (Probabilistic Robotics, Table 5.6)")]
 pub struct OdometryNoise {
     /// Variance of a turn per turn², both of one tick
-    #[arg(long, value_name = "A1", default_value_t = Self::default().alpha1, value_parser = alpha)]
+    #[arg(long, value_name = "A1", default_value_t = 4e-4, value_parser = alpha)]
     pub alpha1: f64,
 
     /// Variance of a turn per distance², rad²/m²
-    #[arg(long, value_name = "A2", default_value_t = Self::default().alpha2, value_parser = alpha)]
+    #[arg(long, value_name = "A2", default_value_t = 0.0156, value_parser = alpha)]
     pub alpha2: f64,
 
     /// Variance of a distance per distance²
-    #[arg(long, value_name = "A3", default_value_t = Self::default().alpha3, value_parser = alpha)]
+    #[arg(long, value_name = "A3", default_value_t = 2e-4, value_parser = alpha)]
     pub alpha3: f64,
 
     /// Variance of a distance per turn², m²/rad²
-    #[arg(long, value_name = "A4", default_value_t = Self::default().alpha4, value_parser = alpha)]
+    #[arg(long, value_name = "A4", default_value_t = 2.6e-6, value_parser = alpha)]
     pub alpha4: f64,
 }
 
-impl Default for OdometryNoise {
-    /// Wheels 0.16 m apart that slip by 2 % of each tick's way, independently:
-    /// α₁ = σ², α₂ = σ²/ℓ², α₃ = σ²/2, α₄ = σ²ℓ²/4.
-    fn default() -> Self {
-        Self { alpha1: 4e-4, alpha2: 0.0156, alpha3: 2e-4, alpha4: 2.6e-6 }
-    }
-}
+crate::numbers::default_of_command_line!(OdometryNoise);
 
 fn alpha(text: &str) -> Result<f64, String> {
     number(text, |v| (0.0..=MOST_ALPHA).contains(&v), "a number from 0 to 1000000")
@@ -64,7 +60,6 @@ const MOST_ALPHA: f64 = 1e6;
 impl OdometryNoise {
     /// Covariance (m, m, rad) of the error of one tick's motion `step` (the
     /// twist of an arc), in the tangent space at its end.
-    #[must_use]
     pub fn of_step(&self, step: &Vector3<f64>) -> Matrix3<f64> {
         let (trans_m, rot_rad) = (step.x, 0.5 * step.z);
         let (trans2, rot2) = (trans_m * trans_m, rot_rad * rot_rad);
@@ -104,14 +99,12 @@ impl Motion {
 
     /// The covariance of a pose with covariance `before` (in its own tangent
     /// space) after this motion.
-    #[must_use]
     pub fn propagate(&self, before: &Matrix3<f64>) -> Matrix3<f64> {
         carried(before, &self.now_in_then) + self.covariance
     }
 }
 
 /// A covariance in the tangent space at a pose, in that at `pose ∘ motion`.
-#[must_use]
 pub fn carried(covariance: &Matrix3<f64>, motion: &SE2) -> Matrix3<f64> {
     let ad = motion.inverse().adjoint();
     ad * covariance * ad.transpose()
@@ -128,7 +121,6 @@ pub struct Odometry {
 
 impl Odometry {
     /// Begins with counts of zero.
-    #[must_use]
     pub fn new(drive: DiffDrive, noise: OdometryNoise) -> Self {
         Self { drive, noise, last: EncoderTicks::default(), since: Motion::default() }
     }
@@ -143,7 +135,6 @@ impl Odometry {
     }
 
     /// The motion since the last [`take`](Self::take).
-    #[must_use]
     pub fn so_far(&self) -> &Motion {
         &self.since
     }

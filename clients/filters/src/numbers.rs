@@ -1,5 +1,23 @@
-//! Numbers on a command line: what fits is taken, and whoever gives something else
-//! is told what would.
+//! Numbers on a command line: valid ones, and the defaults.
+
+/// Implements `Default` for options: the values of an empty command line.
+macro_rules! default_of_command_line {
+    ($options:ty) => {
+        impl Default for $options {
+            fn default() -> Self {
+                $crate::numbers::of_empty_command_line()
+            }
+        }
+    };
+}
+pub(crate) use default_of_command_line;
+
+/// The options of an empty command line.
+pub(crate) fn of_empty_command_line<O: clap::Args>() -> O {
+    let command = O::augment_args(clap::Command::new("default"));
+    let matches = command.get_matches_from(["default"]);
+    O::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
+}
 
 /// A number for which `fits` holds; what is `wanted` is said of any other text.
 pub(crate) fn number(text: &str, fits: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
@@ -24,6 +42,28 @@ pub(crate) fn seconds(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::*;
+    use clap::{Args, Command};
+
+    fn check<O: Args>() {
+        let command = rusty_clients::ClientArgs::augment_args(Command::new("filter"));
+        O::augment_args(command).debug_assert();
+    }
+
+    #[test]
+    fn no_command_line_has_an_option_twice() {
+        check::<bayes_hallway::Options>();
+        check::<ekf::Options>();
+        check::<explore::Options>();
+        check::<fit_beam::Options>();
+        check::<fit_motion::Options>();
+        check::<goto::Options>();
+        check::<gridmap::Options>();
+        check::<mcl::Options>();
+        check::<scan_match::ScanMatchOptions>();
+        check::<slam::SlamOptions>();
+        check::<wander::Options>();
+    }
 
     #[test]
     fn what_fits_is_taken_and_the_rest_is_told_what_would() {

@@ -26,14 +26,12 @@ pub struct OccupancyMap {
 
 impl OccupancyMap {
     /// A map of which nothing is known.
-    #[must_use]
     pub fn unknown(frame: GridFrame) -> Self {
         Self { frame, cells: vec![Cell::Unknown; frame.cells()] }
     }
 
     /// The walls of a floor plan: a cell with a piece of wall in it is occupied,
     /// all others are free, those behind the walls included.
-    #[must_use]
     pub fn of_world(world: &World, margin_m: f64, cell_m: f64) -> Self {
         let frame = GridFrame::covering(world.bounds(), margin_m, cell_m);
         let mut cells = vec![Cell::Free; frame.cells()];
@@ -52,7 +50,6 @@ impl OccupancyMap {
     }
 
     /// What is known of the cell at a point; beyond the map nothing is.
-    #[must_use]
     pub fn at(&self, point: nalgebra::Point2<f64>) -> Cell {
         self.frame.cell_at(point).map_or(Cell::Unknown, |cell| self.cells[cell])
     }

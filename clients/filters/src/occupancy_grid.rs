@@ -104,7 +104,6 @@ pub struct OccupancyGrid {
 
 impl OccupancyGrid {
     /// A grid before anything was seen.
-    #[must_use]
     pub fn new(model: InverseModel) -> Self {
         let (origin_m, cell_m) = (Point2::origin(), model.cell_m);
         Self {
@@ -119,25 +118,21 @@ impl OccupancyGrid {
     }
 
     /// Where its cells lie now.
-    #[must_use]
     pub fn frame(&self) -> &GridFrame {
         &self.frame
     }
 
     /// How many scans are in it.
-    #[must_use]
     pub fn scans(&self) -> u32 {
         self.scans
     }
 
     /// Log odds of a cell, 0 where nothing is known.
-    #[must_use]
     pub fn log_odds(&self, cell: usize) -> f64 {
         f64::from(self.log_odds[cell]) / ONE
     }
 
     /// How probable a cell is to be occupied.
-    #[must_use]
     pub fn probability(&self, cell: usize) -> f64 {
         1.0 / (1.0 + trig::exp(-self.log_odds(cell)))
     }
@@ -278,7 +273,6 @@ impl OccupancyGrid {
 
     /// The part of the grid of which something is known, as a frame, with the
     /// columns and rows at which it begins; `None` if nothing is.
-    #[must_use]
     pub fn known(&self) -> Option<([usize; 2], GridFrame)> {
         let width = self.frame.width;
         let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
@@ -300,7 +294,6 @@ impl OccupancyGrid {
 
     /// The map: what is more probable than 0.65 to be occupied is, what is less
     /// than 0.196 is free, as in the files of ROS. As large as what is known.
-    #[must_use]
     pub fn to_map(&self) -> OccupancyMap {
         let Some(([right, up], frame)) = self.known() else {
             return OccupancyMap::unknown(GridFrame { width: 1, height: 1, ..self.frame });

@@ -75,7 +75,6 @@ pub enum Progress {
 
 impl Pilot {
     /// Without a way.
-    #[must_use]
     pub fn new(start: &Start, caution: &Caution) -> Self {
         Self {
             around: Surroundings::new(start, caution),
@@ -109,16 +108,18 @@ impl Pilot {
         (self.got_to_m, self.goes_on) = (0.0, true);
     }
 
-    /// What to say at the end of a run without a single scan.
-    #[must_use]
-    pub fn remark(&self) -> &'static str {
-        self.around.remark()
+    /// The obstacles around the robot.
+    pub fn around(&self) -> &Surroundings {
+        &self.around
     }
 
-    /// Whether a scan came lately, without which it does not drive.
-    #[must_use]
-    pub fn sees(&self) -> bool {
-        self.around.knows()
+    /// Returns the ticks and the time until `done_at`, for the message at the end.
+    pub(crate) fn when(&self, done_at: Option<u64>) -> String {
+        let (word, ticks) = match done_at {
+            Some(ticks) => ("done in", ticks),
+            None => ("not done in", self.around.ticks()),
+        };
+        format!("{word} {ticks} ticks ({:.1} s)", ticks as f64 * self.dt_s)
     }
 
     /// The command for the next tick, and what the way has come to, for a robot
@@ -148,7 +149,7 @@ impl Pilot {
         }
         let wanted = pursue(aim, &self.caution);
         let given = self.around.limit(wanted);
-        if wanted.v_m_s == 0.0 || given.v_m_s >= HINDERED * wanted.v_m_s || !self.sees() {
+        if wanted.v_m_s == 0.0 || given.v_m_s >= HINDERED * wanted.v_m_s || !self.around.knows() {
             return given;
         }
         let need_m = aim.in_body.coords.norm().min(NEED_M);

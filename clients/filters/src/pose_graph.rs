@@ -74,7 +74,6 @@ impl Constraint {
     }
 
     /// χ² of its residual at these poses.
-    #[must_use]
     pub fn chi2(&self, poses: &[SE2]) -> f64 {
         let e = self.residual(poses);
         (e.transpose() * self.information * e).x
@@ -101,19 +100,16 @@ pub struct PoseGraph {
 
 impl PoseGraph {
     /// A graph of one pose.
-    #[must_use]
     pub fn new(first: SE2) -> Self {
         Self { poses: vec![first], constraints: Vec::new(), factor: None }
     }
 
     /// The poses, world frame.
-    #[must_use]
     pub fn poses(&self) -> &[SE2] {
         &self.poses
     }
 
     /// What was measured.
-    #[must_use]
     pub fn constraints(&self) -> &[Constraint] {
         &self.constraints
     }

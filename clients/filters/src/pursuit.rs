@@ -55,7 +55,6 @@ pub struct Aim {
 
 impl Aim {
     /// Direction of the aim, rad from ahead.
-    #[must_use]
     pub fn bearing_rad(&self) -> f64 {
         trig::atan2(self.in_body.y, self.in_body.x)
     }
@@ -64,7 +63,6 @@ impl Aim {
 impl Pursuit {
     /// Of a way with these corners. One without any is at its end where the
     /// robot stands.
-    #[must_use]
     pub fn new(corners: Vec<Point2<f64>>) -> Self {
         let mut along_m = Vec::with_capacity(corners.len());
         let mut sum_m = 0.0;
@@ -76,13 +74,11 @@ impl Pursuit {
     }
 
     /// How far along the way the robot is, m.
-    #[must_use]
     pub fn done_m(&self) -> f64 {
         self.done_m
     }
 
     /// Length of the way, m.
-    #[must_use]
     pub fn length_m(&self) -> f64 {
         self.along_m.last().copied().unwrap_or(0.0)
     }
@@ -129,7 +125,6 @@ impl Pursuit {
 }
 
 /// The command that leads to the aim.
-#[must_use]
 pub fn pursue(aim: &Aim, caution: &Caution) -> Twist {
     let bearing_rad = aim.bearing_rad();
     let most = caution.turn_rad_s;

@@ -43,7 +43,6 @@ pub struct RayWalk {
 impl RayWalk {
     /// The line from `from` to `to`, world frame, m. No cells if one of the two
     /// is not finite.
-    #[must_use]
     pub fn new(frame: &GridFrame, from: Point2<f64>, to: Point2<f64>) -> Self {
         let finite = [from, to].iter().all(|p| p.x.is_finite() && p.y.is_finite());
         let (begin, end) = (frame.column_row(from), frame.column_row(to));

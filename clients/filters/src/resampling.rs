@@ -8,7 +8,6 @@
 
 /// How many equally heavy particles these are worth: (Σ w)² / Σ w². 0 where
 /// nothing weighs anything.
-#[must_use]
 pub fn effective_size(weights: &[f64]) -> f64 {
     let (mut sum, mut squares) = (0.0, 0.0);
     for w in weights {

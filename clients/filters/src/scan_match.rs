@@ -70,20 +70,23 @@ fn share_of(found: &Result<(Fused, Match), NoMatch>) -> f64 {
     found.as_ref().map_or(0.0, |(_, found)| found.share)
 }
 
-/// How scans become motions.
+/// Estimate odometry by scan matching
+///
+/// Each scan is matched to the walls of a key scan (point-to-line ICP). The encoders
+/// give the initial guess and its uncertainty. No map is needed. The estimate drifts
+/// only from key scan to key scan, and its covariance grows accordingly.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
 pub struct ScanMatchOptions {
-    /// A new key scan after this way, m
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().key_distance_m, value_parser = positive)]
+    /// Distance between key scans, m
+    #[arg(long, value_name = "METRES", default_value_t = 0.75, value_parser = positive)]
     pub key_distance_m: f64,
 
-    /// A new key scan after this turn, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().key_turn_deg, value_parser = positive)]
+    /// Turn between key scans, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 40.0, value_parser = positive)]
     pub key_turn_deg: f64,
 
-    /// A new key scan where less than this share of the points matches and a fifth of
-    /// that way or turn is done; the match is then tried with wheels that slipped, too
-    #[arg(long, value_name = "0..1", default_value_t = Self::default().key_share, value_parser = share)]
+    /// Share of matching points below which a key scan follows
+    #[arg(long, value_name = "0..1", default_value_t = 0.7, value_parser = share)]
     pub key_share: f64,
 
     /// How scans are matched.
@@ -95,17 +98,7 @@ pub struct ScanMatchOptions {
     pub wheels: OdometryNoise,
 }
 
-impl Default for ScanMatchOptions {
-    fn default() -> Self {
-        Self {
-            key_distance_m: 0.75,
-            key_turn_deg: 40.0,
-            key_share: 0.7,
-            icp: IcpOptions::default(),
-            wheels: OdometryNoise::default(),
-        }
-    }
-}
+crate::numbers::default_of_command_line!(ScanMatchOptions);
 
 /// A scan that others are matched with.
 #[derive(Clone, Debug)]
@@ -143,7 +136,6 @@ pub struct Tracker {
 
 impl Tracker {
     /// Begins where the robot is, with counts of zero.
-    #[must_use]
     pub fn new(start: &Start, options: &ScanMatchOptions) -> Self {
         Self {
             options: *options,
@@ -156,13 +148,11 @@ impl Tracker {
     }
 
     /// How it matches.
-    #[must_use]
     pub fn laser(&self) -> &Laser {
         &self.laser
     }
 
     /// The motion from the last key scan to now.
-    #[must_use]
     pub fn since_key(&self) -> &Motion {
         &self.to_now
     }
@@ -279,7 +269,6 @@ pub struct ScanMatch {
 
 impl ScanMatch {
     /// Begins where it is told, or at the origin of a frame of its own.
-    #[must_use]
     pub fn new(start: &Start, options: &ScanMatchOptions) -> Self {
         Self {
             tracker: Tracker::new(start, options),
@@ -304,16 +293,13 @@ impl ScanMatch {
     }
 
     /// Where the robot is, world frame, and the covariance of the error τ.
-    #[must_use]
     pub fn pose(&self) -> (SE2, Matrix3<f64>) {
         placed(&self.key_in_world, &self.covariance, self.tracker.since_key())
     }
 }
 
 impl Filter for ScanMatch {
-    const SHOWS_BELIEF: bool = false;
-
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+    fn update(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.ticks());
         let told = tick.ranges_m().map(|ranges_m| self.scan(ranges_m)).unwrap_or_default();
         let (pose, covariance) = self.pose();

@@ -59,41 +59,40 @@ const SURE_RAD: f64 = 0.15;
 
 /// How loops are closed.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
-#[command(next_help_heading = "How loops are closed")]
+#[command(next_help_heading = "Loop closing")]
 pub struct LoopOptions {
-    /// Scans taken this near to each other may see the same walls, m
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().loop_distance_m, value_parser = positive)]
+    /// Maximum distance between the scans of a loop, m
+    #[arg(long, value_name = "METRES", default_value_t = 2.5, value_parser = positive)]
     pub loop_distance_m: f64,
 
-    /// Two key scans are a loop with at least so many others between them
-    #[arg(long, value_name = "SCANS", default_value_t = Self::default().loop_gap)]
+    /// Minimum number of key scans between those of a loop
+    #[arg(long, value_name = "SCANS", default_value_t = 6)]
     pub loop_gap: usize,
 
-    /// At most so many loops for each key scan; 0 closes none
-    #[arg(long, value_name = "LOOPS", default_value_t = Self::default().loops)]
+    /// Maximum number of loops of a key scan, 0 for none
+    #[arg(long, value_name = "LOOPS", default_value_t = 3)]
     pub loops: usize,
 
-    /// At least this share of the points must match
-    #[arg(long, value_name = "0..1", default_value_t = Self::default().loop_share, value_parser = share)]
+    /// Minimum share of matching points in a loop
+    #[arg(long, value_name = "0..1", default_value_t = 0.65, value_parser = share)]
     pub loop_share: f64,
 }
 
-impl Default for LoopOptions {
-    fn default() -> Self {
-        Self { loop_distance_m: 2.5, loop_gap: 6, loops: 3, loop_share: 0.65 }
-    }
-}
+crate::numbers::default_of_command_line!(LoopOptions);
 
-/// All options.
+/// Localise and map with a pose graph, without a given map
+///
+/// Key scans are the nodes of the graph, and matches between them are its edges. When
+/// the robot returns to a known place, the loop is closed and the whole path is
+/// corrected (Probabilistic Robotics, chapter 11; Grisetti et al. 2010). With
+/// --save-map the map is written at the end.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct SlamOptions {
-    /// Write the map at the end: STEM.pgm and STEM.yaml, as map_server of ROS reads
-    /// them, and STEM.png, a picture
+    /// Save the map as STEM.pgm, STEM.yaml and STEM.png
     #[arg(long, value_name = "STEM")]
     pub save_map: Option<PathBuf>,
 
-    /// Take in scans until so many seconds after the start; later ones are neither
-    /// matched nor mapped, and it goes on by the wheels [default: to the end]
+    /// End of the use of scans after the start of the run, s
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub until: Option<f64>,
 
@@ -136,7 +135,6 @@ pub struct Slam {
 impl Slam {
     /// Begins where it is told, or at the origin of a frame of its own. What it is
     /// told of walls it does not look at.
-    #[must_use]
     pub fn new(start: &Start, options: &SlamOptions) -> Self {
         Self {
             start: start.clone(),
@@ -261,20 +259,17 @@ impl Slam {
     }
 
     /// Where the robot is, world frame, and the covariance of the error τ.
-    #[must_use]
     pub fn pose(&self) -> (SE2, Matrix3<f64>) {
         let newest = self.graph.poses()[self.graph.poses().len() - 1];
         placed(&newest, &self.covariance, self.tracker.since_key())
     }
 
     /// The poses and what was measured between them.
-    #[must_use]
     pub fn graph(&self) -> &PoseGraph {
         &self.graph
     }
 
     /// How many loops were closed.
-    #[must_use]
     pub fn loops(&self) -> usize {
         self.graph.constraints().iter().filter(|c| c.kind == Kind::Loop).count()
     }
@@ -307,6 +302,7 @@ impl Slam {
             from: 0.0,
             until: None,
             model: self.options.model,
+            noise: self.options.front.wheels,
         };
         let (mut mapper, count) = (Mapper::new(&self.start, &grid), self.seen.len());
         let keys = self.graph.poses().iter().zip(&self.seen);
@@ -329,9 +325,7 @@ impl Slam {
 }
 
 impl Filter for Slam {
-    const SHOWS_BELIEF: bool = false;
-
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+    fn update(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.ticks());
         let is_wanted = self.takes_in(tick.time_s());
         let ranges_m = tick.ranges_m().filter(|_| is_wanted);

@@ -27,7 +27,6 @@ pub struct BlockMatrix {
 
 impl BlockMatrix {
     /// A matrix of zeros with so many blocks in a row.
-    #[must_use]
     pub fn zeros(blocks: usize) -> Self {
         Self { diagonal: vec![Matrix3::zeros(); blocks], below: vec![BTreeMap::new(); blocks] }
     }
@@ -44,7 +43,6 @@ impl BlockMatrix {
     }
 
     /// How many blocks are in a row.
-    #[must_use]
     pub fn blocks(&self) -> usize {
         self.diagonal.len()
     }
@@ -63,7 +61,6 @@ pub struct Cholesky {
 
 impl Cholesky {
     /// Factorises; `None` where the matrix is not positive definite.
-    #[must_use]
     pub fn of(matrix: &BlockMatrix) -> Option<Self> {
         let (order, mut columns) = eliminated(matrix);
         let mut place = vec![0; order.len()];
@@ -115,7 +112,6 @@ impl Cholesky {
     }
 
     /// A column of blocks of A⁻¹.
-    #[must_use]
     pub fn inverse_column(&self, block: usize) -> Vec<Matrix3<f64>> {
         let mut column = vec![Matrix3::zeros(); self.order.len()];
         for axis in 0..3 {
@@ -128,14 +124,12 @@ impl Cholesky {
     }
 
     /// The last block of A⁻¹ on the diagonal; `None` for a matrix without blocks.
-    #[must_use]
     pub fn last_of_inverse(&self) -> Option<Matrix3<f64>> {
         let inverse = self.diagonal.last()?.try_inverse()?;
         Some(inverse.transpose() * inverse)
     }
 
     /// How many blocks L has below its diagonal.
-    #[must_use]
     pub fn filled(&self) -> usize {
         self.columns.iter().map(Vec::len).sum()
     }

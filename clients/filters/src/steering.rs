@@ -44,7 +44,6 @@ fn sector_rad(k: i32) -> f64 {
 /// The direction, rad from ahead, nearest to `wanted_rad` in which the robot can
 /// go `need_m`, and how far it can; where there is none, the one in which it can
 /// go farthest.
-#[must_use]
 pub fn free_direction(around: &Surroundings, wanted_rad: f64, need_m: f64) -> (f64, f64) {
     let clear = |rad: f64| (rad, around.clear_towards_m(rad, COMFORT_M));
     // The wanted one itself is no sector's centre.
@@ -73,7 +72,6 @@ pub fn sectors(around: &Surroundings) -> impl Iterator<Item = (f64, f64)> + '_ {
 
 /// A command that turns the robot into this direction, rad from ahead, while it
 /// drives; on the spot where that is far.
-#[must_use]
 pub fn towards(bearing_rad: f64, caution: &Caution) -> Twist {
     let most = caution.turn_rad_s;
     let omega_rad_s = (TURN_PER_S * bearing_rad).clamp(-most, most);
@@ -83,7 +81,6 @@ pub fn towards(bearing_rad: f64, caution: &Caution) -> Twist {
 
 /// The admissible command into this direction, rad from ahead. A direction may be
 /// free and the arc into it not, as beside the post of a door: then it turns first.
-#[must_use]
 pub fn steer(around: &Surroundings, bearing_rad: f64, caution: &Caution) -> Twist {
     let wanted = towards(bearing_rad, caution);
     let given = around.limit(wanted);

@@ -38,30 +38,26 @@ const STRAIGHT_PER_M: f64 = 1e-7;
 
 /// How careful a driver is.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
-#[command(next_help_heading = "How careful it drives")]
+#[command(next_help_heading = "Safety")]
 pub struct Caution {
-    /// Space to leave around the body, m: more than what a range may be wrong by
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().margin_m, value_parser = positive)]
+    /// Margin around the body, m
+    #[arg(long, value_name = "METRES", default_value_t = 0.06, value_parser = positive)]
     pub margin_m: f64,
 
-    /// For how long a scan is remembered, s
-    #[arg(long, value_name = "SECONDS", default_value_t = Self::default().memory_s, value_parser = positive)]
+    /// Time for which a scan is remembered, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0, value_parser = positive)]
     pub memory_s: f64,
 
-    /// Fastest, m/s
-    #[arg(long, value_name = "SPEED", default_value_t = Self::default().speed_m_s, value_parser = positive)]
+    /// Maximum speed, m/s
+    #[arg(long, value_name = "SPEED", default_value_t = 0.5, value_parser = positive)]
     pub speed_m_s: f64,
 
-    /// Fastest turn, rad/s
-    #[arg(long, value_name = "RATE", default_value_t = Self::default().turn_rad_s, value_parser = positive)]
+    /// Maximum turn rate, rad/s
+    #[arg(long, value_name = "RATE", default_value_t = 1.5, value_parser = positive)]
     pub turn_rad_s: f64,
 }
 
-impl Default for Caution {
-    fn default() -> Self {
-        Self { margin_m: 0.06, memory_s: 2.0, speed_m_s: 0.5, turn_rad_s: 1.5 }
-    }
-}
+crate::numbers::default_of_command_line!(Caution);
 
 /// The points that the last scans met, and the body among them.
 #[derive(Clone, Debug)]
@@ -89,7 +85,6 @@ pub struct Surroundings {
 
 impl Surroundings {
     /// Of a robot that has not seen anything yet.
-    #[must_use]
     pub fn new(start: &Start, caution: &Caution) -> Self {
         let ticks = |time_s: f64| (time_s / start.dt_s).ceil() as u64;
         // A recording does not say when its scans are.
@@ -137,26 +132,27 @@ impl Surroundings {
     }
 
     /// Where the odometry has the body, in a frame that is nobody else's.
-    #[must_use]
     pub fn pose_in_odometry(&self) -> SE2 {
         self.pose_in_odometry
     }
 
+    /// Number of ticks so far.
+    pub fn ticks(&self) -> u64 {
+        self.now
+    }
+
     /// What to say at the end of a run without a single scan; else nothing.
-    #[must_use]
     pub fn remark(&self) -> &'static str {
         if self.has_seen { "" } else { "; no scan came, without which it stands: set scan_every" }
     }
 
     /// Whether a scan came lately.
-    #[must_use]
     pub fn knows(&self) -> bool {
         self.scans.back().is_some_and(|(at, _)| self.now - at < self.fresh_ticks)
     }
 
     /// How far the robot can go under `twist` until body and margin meet a
     /// point, m, no more than 3; 0 where nothing is known.
-    #[must_use]
     pub fn clear_m(&self, twist: Twist) -> f64 {
         if !self.knows() || twist.v_m_s == 0.0 {
             return 0.0;
@@ -172,7 +168,6 @@ impl Surroundings {
 
     /// The same straight in the direction `bearing_rad` from ahead, for a body
     /// with `more_m` of additional margin.
-    #[must_use]
     pub fn clear_towards_m(&self, bearing_rad: f64, more_m: f64) -> f64 {
         if !self.knows() {
             return 0.0;
@@ -190,7 +185,6 @@ impl Surroundings {
     /// slowed down, curvature kept, until what it drives before another scan can
     /// have been answered is clear. A turn on the spot moves no disc and is
     /// always admissible; what is no number is not.
-    #[must_use]
     pub fn limit(&self, twist: Twist) -> Twist {
         let twist = self.drive.limit(twist, self.wheel_limit_rad_s);
         if twist.v_m_s == 0.0 {
@@ -209,7 +203,6 @@ impl Surroundings {
 /// How far a disc of `radius_m`, which starts at the origin towards +x on a
 /// circle of this curvature, goes until it meets `point`; infinite if it never
 /// does. A disc that has the point in it already goes nowhere but away from it.
-#[must_use]
 pub fn clear_along_m(point: Point2<f64>, curvature_per_m: f64, radius_m: f64) -> f64 {
     let square = point.coords.norm_squared();
     let inside = square < radius_m * radius_m;

@@ -21,7 +21,6 @@ fn ad(tau: &Vector3<f64>) -> Matrix3<f64> {
 
 /// J_r(τ): exp(τ + δ) = exp(τ) ∘ exp(J_r(τ) δ) for small δ. In the same way,
 /// 1 − (1 − cos θ)/θ² · ad + (θ − sin θ)/θ³ · ad².
-#[must_use]
 pub fn right_jacobian(tau: &Vector3<f64>) -> Matrix3<f64> {
     let (ad, theta_rad) = (ad(tau), tau.z);
     let half = trig::sinc(0.5 * theta_rad);
@@ -34,7 +33,6 @@ pub fn right_jacobian(tau: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// J_r⁻¹(τ): log(exp(τ) ∘ exp(δ)) = τ + J_r⁻¹(τ) δ for small δ.
-#[must_use]
 pub fn right_jacobian_inverse(tau: &Vector3<f64>) -> Matrix3<f64> {
     let ad = ad(tau);
     let half_rad = 0.5 * tau.z;
@@ -49,7 +47,6 @@ pub fn right_jacobian_inverse(tau: &Vector3<f64>) -> Matrix3<f64> {
 
 /// A belief about the motion to now, seen from another guess of it: mean and
 /// covariance of the τ with truth = `guess` ⊞ τ.
-#[must_use]
 pub fn seen_from(belief: &Motion, guess: &SE2) -> (Vector3<f64>, Matrix3<f64>) {
     let mean = belief.now_in_then.boxminus(guess);
     let j = right_jacobian_inverse(&mean);
@@ -57,7 +54,6 @@ pub fn seen_from(belief: &Motion, guess: &SE2) -> (Vector3<f64>, Matrix3<f64>) {
 }
 
 /// One motion after another, with independent errors.
-#[must_use]
 pub fn chained(first: &Motion, second: &Motion) -> Motion {
     Motion {
         now_in_then: first.now_in_then * second.now_in_then,
@@ -66,14 +62,12 @@ pub fn chained(first: &Motion, second: &Motion) -> Motion {
 }
 
 /// A motion from an uncertain pose: where it ends, and how sure that is.
-#[must_use]
 pub fn placed(from: &SE2, covariance: &Matrix3<f64>, motion: &Motion) -> (SE2, Matrix3<f64>) {
     (*from * motion.now_in_then, symmetric(&motion.propagate(covariance)))
 }
 
 /// A symmetric matrix without its negative part, and without the last digits in
 /// which its halves differ.
-#[must_use]
 pub fn at_least_zero(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     let mut eigen = symmetric(matrix).symmetric_eigen();
     eigen.eigenvalues.apply(|value| *value = value.max(0.0));
@@ -81,7 +75,6 @@ pub fn at_least_zero(matrix: &Matrix3<f64>) -> Matrix3<f64> {
 }
 
 /// The mean of a matrix and its transpose.
-#[must_use]
 pub fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     (matrix + matrix.transpose()) * 0.5
 }
@@ -92,7 +85,6 @@ fn rows(covariance: &Matrix3<f64>) -> [f64; 9] {
 }
 
 /// The answer that says a pose, world frame, and the covariance of its error τ.
-#[must_use]
 pub fn estimate(pose_in_world: &SE2, covariance: &Matrix3<f64>) -> Estimate {
     Estimate::new(*pose_in_world).with_covariance(rows(covariance))
 }

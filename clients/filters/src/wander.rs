@@ -9,11 +9,13 @@
 //! door is found from the middle of a room.
 
 use clap::Args;
-use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Reply, Start, errln};
-use rusty_geometry::{EncoderTicks, Twist, wrap_angle};
+use rusty_clients::ClientError;
+use rusty_contract::{Start, errln};
+use rusty_geometry::{SE2, Twist, wrap_angle};
 
-use crate::localiser::{Localiser, Reckoning};
+use crate::driver::{Driver, Task};
+use crate::pilot::Pilot;
+use crate::reckoning::Reckoning;
 use crate::steering::{free_direction, sectors, steer};
 use crate::surroundings::{Caution, Surroundings};
 use crate::{OdometryNoise, Random};
@@ -24,10 +26,17 @@ const END_M: f64 = 0.35;
 /// A wish is kept for 5 to 15 s.
 const KEPT_S: [f64; 2] = [5.0, 15.0];
 
-/// What a wanderer believes and wants.
+/// Drive through free space without a map
+///
+/// The driver goes straight while the way is free, then turns to another free
+/// direction. It sends no command that could touch, before the next scan, a wall that
+/// its laser has hit. It does not see walls between the beams, and it assumes that
+/// commands take effect within the time of one scan. The scenario needs a script of
+/// kind "driver"; the role is driver. If it gets the initial pose, it also answers
+/// with dead reckoning.
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Seed of where it wishes to go
+    /// Seed of the random headings
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
 
@@ -43,11 +52,6 @@ pub struct Options {
 /// Drives about.
 #[derive(Debug)]
 pub struct Wander {
-    name: String,
-    around: Surroundings,
-    reckoning: Reckoning,
-    /// Whether the pose means something to others.
-    placed: bool,
     caution: Caution,
     random: Random,
     dt_s: f64,
@@ -58,46 +62,24 @@ pub struct Wander {
     course_rad: f64,
 }
 
+/// Makes a driver that wanders. It begins without a wish: the first scan makes one.
+pub fn driver(start: &Start, options: Options) -> Driver<Reckoning, Wander> {
+    let task = Wander {
+        caution: options.caution,
+        random: Random::new(options.seed, 1),
+        dt_s: start.dt_s,
+        wish_rad: 0.0,
+        keep_ticks: 0,
+        course_rad: 0.0,
+    };
+    let filter = Reckoning::new(start, options.odometry);
+    Driver::new(start, &options.caution, filter, task)
+}
+
 impl Wander {
-    /// Begins without a wish: the first scan makes one.
-    #[must_use]
-    pub fn new(start: &Start, options: &Options) -> Self {
-        Self {
-            name: start.name.clone(),
-            around: Surroundings::new(start, &options.caution),
-            reckoning: Reckoning::new(start, options.odometry),
-            placed: start.initial_pose.is_some(),
-            caution: options.caution,
-            random: Random::new(options.seed, 1),
-            dt_s: start.dt_s,
-            wish_rad: 0.0,
-            keep_ticks: 0,
-            course_rad: 0.0,
-        }
-    }
-
-    /// The command for the next tick, from the counts and the scan at the end of
-    /// this one.
-    pub fn command(&mut self, ticks: EncoderTicks, ranges_m: Option<&[f64]>) -> Twist {
-        self.around.tick(ticks, ranges_m);
-        let heading_rad = self.around.pose_in_odometry().theta();
-        self.keep_ticks = self.keep_ticks.saturating_sub(1);
-        if ranges_m.is_some() {
-            let wished_rad = wrap_angle(self.wish_rad - heading_rad);
-            if self.keep_ticks == 0 || self.around.clear_towards_m(wished_rad, 0.0) < END_M {
-                self.wish(heading_rad);
-            }
-            let wished_rad = wrap_angle(self.wish_rad - heading_rad);
-            let (free_rad, _) = free_direction(&self.around, wished_rad, END_M);
-            self.course_rad = heading_rad + free_rad;
-        }
-        let bearing_rad = wrap_angle(self.course_rad - heading_rad);
-        steer(&self.around, bearing_rad, &self.caution)
-    }
-
     /// Draws a wish: a sector by the square of how far it is free.
-    fn wish(&mut self, heading_rad: f64) {
-        let weights = || sectors(&self.around).map(|(rad, far_m)| (rad, far_m * far_m));
+    fn wish(&mut self, around: &Surroundings, heading_rad: f64) {
+        let weights = || sectors(around).map(|(rad, far_m)| (rad, far_m * far_m));
         let all: f64 = weights().map(|(_, weight)| weight).sum();
         let mut left = all * self.random.uniform();
         let share = self.random.uniform();
@@ -113,23 +95,29 @@ impl Wander {
     }
 }
 
-impl Filter for Wander {
-    const SHOWS_BELIEF: bool = false;
-
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
-        self.reckoning.advance(tick.ticks());
-        let command = self.command(tick.ticks(), tick.ranges_m());
-        if self.placed {
-            Reply::Both(self.reckoning.estimate(None), command)
-        } else {
-            Reply::Command(command)
+impl Task for Wander {
+    fn command(&mut self, pilot: &mut Pilot, _: &SE2, ranges_m: Option<&[f64]>) -> Twist {
+        let around = pilot.around();
+        let heading_rad = around.pose_in_odometry().theta();
+        self.keep_ticks = self.keep_ticks.saturating_sub(1);
+        if ranges_m.is_some() {
+            let wished_rad = wrap_angle(self.wish_rad - heading_rad);
+            if self.keep_ticks == 0 || around.clear_towards_m(wished_rad, 0.0) < END_M {
+                self.wish(around, heading_rad);
+            }
+            let wished_rad = wrap_angle(self.wish_rad - heading_rad);
+            let (free_rad, _) = free_direction(around, wished_rad, END_M);
+            self.course_rad = heading_rad + free_rad;
         }
+        let bearing_rad = wrap_angle(self.course_rad - heading_rad);
+        steer(around, bearing_rad, &self.caution)
     }
 
-    /// Says why, if it stood all the time.
-    fn finish(self) -> Result<(), ClientError> {
-        if !self.around.remark().is_empty() {
-            errln!("{}: stood{}", self.name, self.around.remark());
+    /// Prints the reason if the robot never moved.
+    fn finish(self, name: &str, pilot: &Pilot) -> Result<(), ClientError> {
+        match pilot.around().remark() {
+            "" => {}
+            remark => errln!("{name}: stood{remark}"),
         }
         Ok(())
     }

@@ -58,27 +58,6 @@ fn behind(
 }
 
 impl Witness for Logger {
-    fn start(start: &Start, brief: &Brief, args: &ClientArgs) -> Result<Self, ClientError> {
-        if !args.beliefs.is_empty() {
-            return Err(ClientError::ShowsNone(args.name()));
-        }
-        let path = output_folder(brief, args)?.join("run.log");
-        if args.log.as_ref().is_some_and(|log| same_file(log, &path)) {
-            let path = path.display();
-            let text = format!("{path} is the log being read; give another folder with --out");
-            return Err(ClientError::Unusable(text));
-        }
-        let chosen = args.out.is_some() || args.log.is_some();
-        if chosen && start.catch_up.is_none() {
-            args.check_free(&path)?;
-        }
-        let again = start.catch_up.as_ref().map(|c| (path.with_extension("log.again"), c.ticks));
-        let file = again.as_ref().map_or(&path, |(file, _)| file);
-        let writer = create(file, &brief.header)?;
-        let (dt_s, digest) = (brief.header.config.dt_s, RunDigest::default());
-        Ok(Self { path, again, writer, dt_s, ticks: 0, digest })
-    }
-
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         let record = TickRef::new(step.frame, step.truth, step.replies, self.dt_s);
         self.writer.tick(record).map_err(|e| self.failed(e))?;
@@ -118,6 +97,31 @@ impl Witness for Logger {
 }
 
 impl Logger {
+    /// Creates the log.
+    ///
+    /// # Errors
+    /// The file is there already, or cannot be written.
+    pub fn new(start: &Start, brief: &Brief, args: &ClientArgs) -> Result<Self, ClientError> {
+        if !args.beliefs.is_empty() {
+            return Err(ClientError::ShowsNone(args.name()));
+        }
+        let path = output_folder(brief, args)?.join("run.log");
+        if args.log.as_ref().is_some_and(|log| same_file(log, &path)) {
+            let path = path.display();
+            let text = format!("{path} is the log being read; give another folder with --out");
+            return Err(ClientError::Unusable(text));
+        }
+        let chosen = args.out.is_some() || args.log.is_some();
+        if chosen && start.catch_up.is_none() {
+            args.check_free(&path)?;
+        }
+        let again = start.catch_up.as_ref().map(|c| (path.with_extension("log.again"), c.ticks));
+        let file = again.as_ref().map_or(&path, |(file, _)| file);
+        let writer = create(file, &brief.header)?;
+        let (dt_s, digest) = (brief.header.config.dt_s, RunDigest::default());
+        Ok(Self { path, again, writer, dt_s, ticks: 0, digest })
+    }
+
     /// What the ticks are written to.
     fn file(&self) -> &Path {
         self.again.as_ref().map_or(&self.path, |(file, _)| file)

@@ -12,13 +12,33 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
 use rusty_clients::{HeldFrame, Session};
 use rusty_contract::Frame;
 
-/// Something that is touched by one thread at a time, because its gate says so.
-pub struct Lone<T>(pub T);
+/// A session or a frame of it, touched by one thread at a time.
+pub struct Lone<T>(T);
 
-// SAFETY: a session, and every frame that it has handed out, are made, used,
-// cloned and dropped only by whoever has the lock of their one `Gate` (or, while
-// joining, by the only thread that knows of them). So no two threads touch a
-// shared reference count at a time, and each sees what the one before it did.
+impl<T> Lone<T> {
+    /// Wraps a session, or a frame that it has handed out.
+    ///
+    /// # Safety
+    /// The session and all its frames are made, used, cloned and dropped only by the
+    /// thread that has the lock of their one [`Gate`], or, while joining, by the only
+    /// thread that has the session.
+    pub unsafe fn new(value: T) -> Self {
+        Self(value)
+    }
+
+    /// Borrows it.
+    pub fn get(&self) -> &T {
+        &self.0
+    }
+
+    /// Borrows it for a change.
+    pub fn get_mut(&mut self) -> &mut T {
+        &mut self.0
+    }
+}
+
+// SAFETY: by the promise of `Lone::new` no two threads touch a shared reference
+// count at a time, and each sees what the one before it did.
 unsafe impl Send for Lone<Session> {}
 // SAFETY: as above.
 unsafe impl Send for Lone<HeldFrame> {}
@@ -212,14 +232,14 @@ pub struct Lent {
 }
 
 impl Lent {
-    pub fn new(frame: HeldFrame, gate: &Arc<Gate>) -> Arc<Self> {
+    pub fn new(frame: Lone<HeldFrame>, gate: &Arc<Gate>) -> Arc<Self> {
         let (gate, pinned) = (Arc::clone(gate), AtomicBool::new(false));
-        Arc::new(Self { frame: Some(Lone(frame)), gate, pinned })
+        Arc::new(Self { frame: Some(frame), gate, pinned })
     }
 
     /// The frame as the session knows it.
     pub fn held(&self) -> Option<&HeldFrame> {
-        self.frame.as_ref().map(|frame| &frame.0)
+        self.frame.as_ref().map(Lone::get)
     }
 
     /// The scan, where it lies: one range in metres for each beam.

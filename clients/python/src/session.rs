@@ -128,7 +128,7 @@ impl Session {
             && let Some(frame) = lent.held()
         {
             // If the server is gone, the next look for a frame says so.
-            let _ = part.session.0.answer(frame, rusty_contract::Reply::Abstain);
+            let _ = part.session.get_mut().answer(frame, rusty_contract::Reply::Abstain);
         }
         turn.reclaim();
         let Some(part) = turn.part() else { return Ok(Wait::Over) };
@@ -137,19 +137,19 @@ impl Session {
         match arrival {
             // Somebody waits for the lock, to leave.
             Ok(Some(_)) if self.gate.is_leaving() => Ok(Wait::Over),
-            Ok(None) if part.session.0.ending().is_none() && self.gate.is_leaving() => {
+            Ok(None) if part.session.get().ending().is_none() && self.gate.is_leaving() => {
                 Ok(Wait::Over)
             }
             Ok(Some(frame)) => {
-                let lent = Lent::new(frame.0, &self.gate);
+                let lent = Lent::new(frame, &self.gate);
                 let tick = lent.held().map(|frame| Tick::new(&lent, frame, &self.gate));
                 part.open = Some(lent);
                 Ok(tick.map_or(Wait::Nothing, Wait::Tick))
             }
-            Ok(None) => match part.session.0.ending() {
+            Ok(None) => match part.session.get().ending() {
                 None => Ok(Wait::Nothing),
                 Some(phase) => {
-                    let broken = part.session.0.log_is_broken();
+                    let broken = part.session.get().log_is_broken();
                     let _ = self.ending.set(phase);
                     turn.end();
                     if broken {
@@ -179,8 +179,10 @@ impl Session {
 fn next_within(
     session: &mut Lone<Sdk>,
 ) -> Result<Option<Lone<rusty_clients::HeldFrame>>, ClientError> {
-    Ok(match session.0.next_within(SLICE)? {
-        Arrival::Frame(frame) => Some(Lone(frame)),
+    Ok(match session.get_mut().next_within(SLICE)? {
+        // SAFETY: the caller has the lock of the session's gate, and `Lent` gives the
+        // frame back to it.
+        Arrival::Frame(frame) => Some(unsafe { Lone::new(frame) }),
         Arrival::Nothing | Arrival::End => None,
     })
 }
@@ -265,7 +267,7 @@ fn join(
 fn take_part(py: Python<'_>, args: ClientArgs) -> PyResult<Session> {
     let stop = Arc::new(AtomicBool::new(false));
     let session = join_meanwhile(py, args, &stop)?;
-    let told = session.0.start().clone();
+    let told = session.get().start().clone();
     let gate = Gate::new(session, stop);
     if told.role.holds_key() {
         gate.leave();
@@ -306,7 +308,10 @@ fn join_meanwhile(py: Python<'_>, args: ClientArgs, stop: &Arc<AtomicBool>) -> P
     let (done, mut joined) = channel();
     let raised = Arc::clone(stop);
     let joiner = std::thread::spawn(move || {
-        let _ = done.send(Sdk::join_until(&args, raised).map(Lone));
+        // SAFETY: this thread has the session alone, and ends when it has sent it to
+        // the one that makes the gate.
+        let lone = |session| unsafe { Lone::new(session) };
+        let _ = done.send(Sdk::join_until(&args, raised).map(lone));
     });
     loop {
         let receiver = &mut joined;

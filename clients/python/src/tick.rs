@@ -82,7 +82,7 @@ impl Tick {
             return Err(misused(format!("tick {number} cannot be answered: {text}")));
         };
         if let Some(frame) = lent.as_ref().and_then(|lent| lent.held()) {
-            part.session.0.answer(frame, reply).map_err(exception)?;
+            part.session.get_mut().answer(frame, reply).map_err(exception)?;
         }
         part.open = None;
         Ok(())

@@ -16,7 +16,7 @@ use rusty_contract::score::ScoreTable;
 use rusty_contract::{
     BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport, errln, outln,
 };
-use rusty_contract::{Start, WeightedPose, output};
+use rusty_contract::{WeightedPose, output};
 use rusty_plot::{PlotError, png};
 
 use crate::report::html;
@@ -61,10 +61,6 @@ const FILES: [&str; 4] = ["score.json", "report.html", "report.svg", "report.png
 const AHEAD_TICKS: u64 = 1000;
 
 impl Witness for Scorer {
-    fn start(_: &Start, brief: &Brief, args: &ClientArgs) -> Result<Self, ClientError> {
-        Self::with(Yardstick::default(), brief, args)
-    }
-
     fn belief(&mut self, header: &BeliefHeader, poses: &mut Vec<WeightedPose>) {
         // One that names nobody of this run, or another than has the place, is nobody's;
         // neither is one of a tick that cannot have been yet.

@@ -1,6 +1,5 @@
-//! The same as a type: `start` is told what an estimator may know, `tick`
-//! answers. `run` does the rest: command line, joining, logs, goodbye, and a
-//! panic that the server hears of.
+//! The same as a type: `update` answers a tick. `run` does the rest: command line,
+//! joining, logs, and the report of a panic to the server.
 use rusty_clients::prelude::*;
 
 struct Wheels {
@@ -9,16 +8,8 @@ struct Wheels {
     last: EncoderTicks,
 }
 
-impl Estimator for Wheels {
-    fn start(start: &Start) -> Self {
-        Wheels {
-            drive: start.robot.drive,
-            pose_in_world: start.initial_pose.unwrap_or_default(),
-            last: EncoderTicks::default(),
-        }
-    }
-
-    fn tick(&mut self, tick: &Tick) -> Reply {
+impl Filter for Wheels {
+    fn update(&mut self, tick: &Tick) -> Reply {
         let delta = odometry_delta(self.last, tick.ticks(), &self.drive);
         self.last = tick.ticks();
         self.pose_in_world = self.pose_in_world.boxplus(&delta);
@@ -27,5 +18,11 @@ impl Estimator for Wheels {
 }
 
 fn main() -> Exit {
-    rusty_clients::run::<Wheels>()
+    rusty_clients::run(|start, ()| {
+        Ok(Wheels {
+            drive: start.robot.drive,
+            pose_in_world: start.initial_pose.unwrap_or_default(),
+            last: EncoderTicks::default(),
+        })
+    })
 }

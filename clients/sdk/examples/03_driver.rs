@@ -11,19 +11,8 @@ struct Bouncer {
     blocked: bool,
 }
 
-impl Estimator for Bouncer {
-    fn start(start: &Start) -> Self {
-        let ahead = |k: &u32| start.lidar.bearing_rad(*k).abs() < 0.35;
-        let first = (0..start.lidar.beams).find(ahead).unwrap_or(0) as usize;
-        let count = (0..start.lidar.beams).filter(ahead).count();
-        Bouncer {
-            odometry: DeadReckoning::start(start),
-            ahead: first..first + count,
-            blocked: false,
-        }
-    }
-
-    fn tick(&mut self, tick: &Tick) -> Reply {
+impl Filter for Bouncer {
+    fn update(&mut self, tick: &Tick) -> Reply {
         let pose = self.odometry.advance(tick.ticks());
         if let Some(ranges_m) = tick.ranges_m() {
             self.blocked = ranges_m[self.ahead.clone()].iter().any(|r| *r < 0.5);
@@ -38,5 +27,11 @@ impl Estimator for Bouncer {
 }
 
 fn main() -> Exit {
-    rusty_clients::run::<Bouncer>()
+    rusty_clients::run(|start, ()| {
+        let ahead = |k: &u32| start.lidar.bearing_rad(*k).abs() < 0.35;
+        let first = (0..start.lidar.beams).find(ahead).unwrap_or(0) as usize;
+        let count = (0..start.lidar.beams).filter(ahead).count();
+        let odometry = DeadReckoning::of_start(start);
+        Ok(Bouncer { odometry, ahead: first..first + count, blocked: false })
+    })
 }

@@ -27,17 +27,8 @@ fn adjoint(motion: SE2) -> Matrix3<f64> {
     Matrix3::new(c, -s, motion.y(), s, c, -motion.x(), 0.0, 0.0, 1.0)
 }
 
-impl Estimator for Careful {
-    fn start(start: &Start) -> Self {
-        Careful {
-            drive: start.robot.drive,
-            pose_in_world: start.initial_pose.unwrap_or_default(),
-            covariance: Matrix3::identity() * (AT_START * AT_START),
-            last: EncoderTicks::default(),
-        }
-    }
-
-    fn tick(&mut self, tick: &Tick) -> Reply {
+impl Filter for Careful {
+    fn update(&mut self, tick: &Tick) -> Reply {
         let moved = odometry_delta(self.last, tick.ticks(), &self.drive);
         self.last = tick.ticks();
         self.pose_in_world = self.pose_in_world.boxplus(&moved);
@@ -58,5 +49,12 @@ impl Estimator for Careful {
 }
 
 fn main() -> Exit {
-    rusty_clients::run::<Careful>()
+    rusty_clients::run(|start, ()| {
+        Ok(Careful {
+            drive: start.robot.drive,
+            pose_in_world: start.initial_pose.unwrap_or_default(),
+            covariance: Matrix3::identity() * (AT_START * AT_START),
+            last: EncoderTicks::default(),
+        })
+    })
 }

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser};
+use clap::{Args, Command, FromArgMatches as _};
 use rusty_contract::RunName;
 use rusty_link::WaitPolicy;
 
@@ -70,19 +70,31 @@ pub struct Usage {
     pub code: i32,
 }
 
-#[derive(Parser)]
-#[command(version, about = "Take part in a run of sim-server or work on its log")]
-struct Cli {
-    #[command(flatten)]
-    args: ClientArgs,
+/// The command line of a participant with the options `O` of its own.
+fn command<O: Args>() -> Command {
+    let command = Command::new(env!("CARGO_PKG_NAME")).version(env!("CARGO_PKG_VERSION"));
+    let about = "Take part in a run of sim-server or work on its log";
+    O::augment_args(ClientArgs::augment_args(command).about(about))
 }
 
 impl ClientArgs {
-    /// Reads this process's command line; ends it with help or an error where
-    /// that is what the command line asks for.
+    /// Parses this process's command line. Ends the process with the help, or with an
+    /// error for an invalid command line.
     #[must_use]
     pub fn from_command_line() -> Self {
-        Cli::parse().args
+        Self::with_options::<()>().0
+    }
+
+    /// Parses this process's command line with the options `O` in addition. Ends the
+    /// process as [`from_command_line`](Self::from_command_line).
+    #[must_use]
+    pub fn with_options<O: Args>() -> (Self, O) {
+        let matches = command::<O>().get_matches();
+        let parsed = Self::from_arg_matches(&matches).and_then(|args| {
+            let options = O::from_arg_matches(&matches)?;
+            Ok((args, options))
+        });
+        parsed.unwrap_or_else(|e| e.format(&mut command::<O>()).exit())
     }
 
     /// Reads a command line that is not this process's own; the first argument
@@ -92,10 +104,9 @@ impl ClientArgs {
     /// [`Usage`] where [`from_command_line`](Self::from_command_line) would end
     /// the process.
     pub fn parse_from(arguments: impl IntoIterator<Item = OsString>) -> Result<Self, Usage> {
-        match Cli::try_parse_from(arguments) {
-            Ok(cli) => Ok(cli.args),
-            Err(e) => Err(Usage { text: e.render().to_string(), code: e.exit_code() }),
-        }
+        let parsed = command::<()>().try_get_matches_from(arguments);
+        let args = parsed.and_then(|matches| Self::from_arg_matches(&matches));
+        args.map_err(|e| Usage { text: e.render().to_string(), code: e.exit_code() })
     }
 
     /// Checks that a file which the command line names is not replaced unasked. A

@@ -8,7 +8,7 @@
 use rusty_contract::{Reply, Start};
 use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta};
 
-use crate::{Estimator, Tick};
+use crate::{Filter, Tick};
 
 /// The oldest navigation algorithm there is.
 pub struct DeadReckoning {
@@ -24,6 +24,12 @@ impl DeadReckoning {
         Self { drive, pose_in_world, last: EncoderTicks::default() }
     }
 
+    /// Starts at the initial pose of a run, or at the origin.
+    #[must_use]
+    pub fn of_start(start: &Start) -> Self {
+        Self::new(start.robot.drive, start.initial_pose.unwrap_or_default())
+    }
+
     /// Advances by one reading of the encoders and says where that leads.
     pub fn advance(&mut self, ticks: EncoderTicks) -> SE2 {
         let delta = odometry_delta(self.last, ticks, &self.drive);
@@ -33,12 +39,8 @@ impl DeadReckoning {
     }
 }
 
-impl Estimator for DeadReckoning {
-    fn start(start: &Start) -> Self {
-        Self::new(start.robot.drive, start.initial_pose.unwrap_or_default())
-    }
-
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+impl Filter for DeadReckoning {
+    fn update(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.ticks()).into()
     }
 }

@@ -6,7 +6,7 @@
 #![doc = include_str!("../examples/01_first_estimator.rs")]
 //! ```
 //!
-//! or a type with two functions ([`Estimator`]) and a `main` of one line.
+//! or a type with one function ([`Filter`]) and a `main` of one line ([`run`]).
 //!
 //! The answer is the acknowledgement: the next tick happens when everyone has
 //! answered this one. A tick that is dropped abstains; an estimator that
@@ -24,10 +24,11 @@
 mod args;
 pub mod dead_reckoning;
 mod error;
-mod estimator;
+mod filter;
 mod held_frame;
 mod log_session;
 mod places;
+mod random;
 mod session;
 pub mod showing;
 mod tick;
@@ -35,9 +36,10 @@ pub mod witness;
 
 pub use args::{ClientArgs, Usage};
 pub use error::ClientError;
-pub use estimator::{Estimator, Filter, run, run_from};
+pub use filter::{Filter, run, run_from};
 pub use held_frame::HeldFrame;
 pub use places::{output_folder, same_file};
+pub use random::Random;
 pub use session::{Arrival, Session};
 pub use tick::Tick;
 pub use witness::{Witness, run_witness};
@@ -49,7 +51,7 @@ pub use rusty_geometry as geometry;
 
 /// All that a filter usually needs.
 pub mod prelude {
-    pub use crate::{ClientArgs, ClientError, Estimator, Filter, Session, Tick, run_from};
+    pub use crate::{ClientArgs, ClientError, Filter, Random, Session, Tick};
     pub use rusty_contract::{BeliefKind, WeightedPose};
     pub use rusty_contract::{Estimate, Exit, NominalRobot, Reply, Start};
     pub use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Twist, World, odometry_delta};

@@ -1,5 +1,7 @@
 //! `Tick`: one frame, and the duty to answer it.
 
+use std::rc::Rc;
+
 use rusty_contract::{Frame, Reply};
 use rusty_geometry::{EncoderTicks, Twist};
 
@@ -9,14 +11,21 @@ use crate::{ClientError, Session};
 /// One tick of the world, read where it lies. [`answer`](Self::answer) it;
 /// dropped without an answer it abstains.
 pub struct Tick<'a> {
-    session: &'a mut Session,
+    /// None for a tick of a test.
+    session: Option<&'a mut Session>,
     frame: FrameHandle,
     answered: bool,
 }
 
 impl<'a> Tick<'a> {
     pub(crate) fn new(session: &'a mut Session, frame: FrameHandle) -> Self {
-        Self { session, frame, answered: false }
+        Self { session: Some(session), frame, answered: false }
+    }
+
+    /// A tick without a session, for tests of a filter: its answer goes nowhere.
+    #[must_use]
+    pub fn detached(frame: &Frame) -> Self {
+        Self { session: None, frame: FrameHandle::Log(Rc::new(*frame)), answered: true }
     }
 
     pub(crate) fn frame(&self) -> &Frame {
@@ -66,7 +75,9 @@ impl<'a> Tick<'a> {
     }
 
     pub(crate) fn reply(&mut self, reply: Reply) -> Result<(), ClientError> {
-        self.session.reply(&self.frame, reply)?;
+        if let Some(session) = &mut self.session {
+            session.reply(&self.frame, reply)?;
+        }
         self.answered = true;
         Ok(())
     }
@@ -75,20 +86,20 @@ impl<'a> Tick<'a> {
     /// the session goes.
     pub(crate) fn fail(mut self) {
         self.answered = true;
-        self.session.fail();
+        if let Some(session) = &mut self.session {
+            session.fail();
+        }
     }
 }
 
 impl Drop for Tick<'_> {
     fn drop(&mut self) {
-        if self.answered {
-            return;
-        }
+        let Some(session) = self.session.as_mut().filter(|_| !self.answered) else { return };
         if std::thread::panicking() {
-            self.session.fail();
+            session.fail();
         } else {
-            // If the server is gone, the next look for a frame says so.
-            let _ = self.session.reply(&self.frame, Reply::Abstain);
+            // If the server has ended, the wait for the next frame reports it.
+            let _ = session.reply(&self.frame, Reply::Abstain);
         }
     }
 }

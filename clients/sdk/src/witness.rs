@@ -11,7 +11,7 @@ use rusty_contract::{Tally, TruthKey, WeightedPose};
 use rusty_geometry::SE2;
 use rusty_link::{BorrowedTally, LinkError};
 
-use crate::estimator::conclude;
+use crate::filter::conclude;
 use crate::held_frame::FrameHandle;
 use crate::{ClientArgs, ClientError, Session};
 
@@ -41,12 +41,6 @@ pub struct Delay {
 
 /// Someone who is shown everything and says nothing.
 pub trait Witness: Sized {
-    /// Begins, knowing all.
-    ///
-    /// # Errors
-    /// Whatever keeps it from working; the server is told.
-    fn start(start: &Start, brief: &Brief, args: &ClientArgs) -> Result<Self, ClientError>;
-
     /// Looks at a belief that somebody showed; scorers get those that came in
     /// time, somewhere between the ticks. Anything may be in it.
     fn belief(&mut self, header: &BeliefHeader, poses: &mut Vec<WeightedPose>) {
@@ -80,16 +74,22 @@ pub enum Ending {
     Broken,
 }
 
-/// Runs a witness to the end of a run or log.
-pub fn run_witness<W: Witness>(args: &ClientArgs) -> Exit {
-    run_witness_from(args, W::start)
+impl Ending {
+    /// The exit code of a participant that has nothing else to report.
+    #[must_use]
+    pub fn exit(self) -> Exit {
+        match self {
+            Self::Broken | Self::LogCut => Exit::Lost,
+            Self::Told(_) | Self::LogEnd => Exit::Done,
+        }
+    }
 }
 
-/// The same for a witness that begins in another way than by
-/// [`Witness::start`]: one that was told more on its command line.
-pub fn run_witness_from<W: Witness>(
+/// Runs a witness to the end of a run or log. `begin` makes it from everything that
+/// is known of the run.
+pub fn run_witness<W: Witness>(
     args: &ClientArgs,
-    begin: impl FnOnce(&Start, &Brief, &ClientArgs) -> Result<W, ClientError>,
+    begin: impl FnOnce(&Start, &Brief) -> Result<W, ClientError>,
 ) -> Exit {
     // It will hold the key and the truth: no core dumps, and no other process
     // of this user reads its memory. Where that cannot be had, it goes on.
@@ -99,7 +99,7 @@ pub fn run_witness_from<W: Witness>(
 
 fn drive<W: Witness>(
     args: &ClientArgs,
-    begin: impl FnOnce(&Start, &Brief, &ClientArgs) -> Result<W, ClientError>,
+    begin: impl FnOnce(&Start, &Brief) -> Result<W, ClientError>,
 ) -> Result<Exit, ClientError> {
     let mut session = Session::enter(args)?;
     let result = watch(&mut session, args, begin);
@@ -112,11 +112,11 @@ fn drive<W: Witness>(
 fn watch<W: Witness>(
     session: &mut Session,
     args: &ClientArgs,
-    begin: impl FnOnce(&Start, &Brief, &ClientArgs) -> Result<W, ClientError>,
+    begin: impl FnOnce(&Start, &Brief) -> Result<W, ClientError>,
 ) -> Result<Exit, ClientError> {
     let (key, brief) = session.brief(args)?;
     let answering = brief.header.answering().count();
-    let mut witness = begin(session.start(), &brief, args)?;
+    let mut witness = begin(session.start(), &brief)?;
     let mut state = State {
         key,
         digest: RunDigest::default(),

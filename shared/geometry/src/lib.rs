@@ -15,6 +15,7 @@
 //! The chapter this grew from is chapter 4 of the online *Probabilistic
 //! Robotics*, "Rusty, Sensors, and the Simulator".
 
+mod avx2;
 pub mod trig;
 
 pub mod normal;

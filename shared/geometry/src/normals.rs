@@ -10,6 +10,8 @@
 #[cfg(test)]
 use crate::trig;
 
+#[cfg(target_arch = "x86_64")]
+use crate::avx2::Avx2;
 use crate::normal::{
     CENTRAL, CENTRAL_ABOVE, CENTRAL_BELOW, NEAR_ABOVE, NEAR_BELOW, NEAR_TAIL, outer_quantile,
     standard_normal, tail_of,
@@ -20,8 +22,8 @@ use crate::normal::{
 /// Of slices of unlike length, the part that both have is written.
 pub fn standard_normals(bits: &[u64], z: &mut [f64]) {
     #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has just been asked for AVX2.
+    if Avx2::detect().is_some() {
+        // SAFETY: the processor has AVX2, as `Avx2` proves.
         unsafe { standard_normals_wide(bits, z) };
         return;
     }

@@ -35,8 +35,7 @@ use self::group::{Group, Seen};
 use self::lanes::{BEAMS, Pack, Rough, WALLS, Way};
 use self::plain::Plain;
 use self::sector::{Bearings, EightBoxes, EightWalls, Span};
-#[cfg(target_arch = "x86_64")]
-use self::wide::Wide;
+use crate::avx2::Avx2;
 use crate::fan::Fan;
 use crate::se2::SE2;
 use crate::trig;
@@ -66,7 +65,8 @@ pub struct Scan {
     groups_per_rad: f32,
     /// Boxes to look into, the nearest on top.
     ahead: Vec<Ahead>,
-    wide: bool,
+    /// The processor's vectors of four, if they are to be used.
+    avx2: Option<Avx2>,
 }
 
 impl Scan {
@@ -81,14 +81,14 @@ impl Scan {
             group.point(lane, direction.x, direction.y);
         }
         let groups_per_rad = (f64::from(fan.beams) / (fan.fov_rad * BEAMS as f64)) as f32;
-        Self { fan, groups, groups_per_rad, ahead: Vec::with_capacity(64), wide: has_wide_lanes() }
+        Self { fan, groups, groups_per_rad, ahead: Vec::with_capacity(64), avx2: Avx2::detect() }
     }
 
     /// The same, but with the instructions that every machine of this kind has,
     /// for measurements that must not depend on the machine. The bits are equal.
     #[must_use]
     pub fn portable(fan: Fan) -> Self {
-        Self { wide: false, ..Self::new(fan) }
+        Self { avx2: None, ..Self::new(fan) }
     }
 
     /// The beams.
@@ -116,47 +116,47 @@ impl Scan {
             return;
         }
         #[cfg(target_arch = "x86_64")]
-        if self.wide {
-            // SAFETY: `wide` is true only where the processor has AVX2.
-            unsafe { self.take_wide(&view) };
+        if let Some(avx2) = self.avx2 {
+            // SAFETY: the processor has AVX2, as `avx2` proves.
+            unsafe { self.take_wide(avx2, &view) };
             return;
         }
-        self.take_lanes::<Plain>(&view);
+        self.take_lanes(Plain, &view);
     }
 
     /// [`take_lanes`](Self::take_lanes), compiled for four lanes at a time.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn take_wide(&mut self, view: &View<'_>) {
-        self.take_lanes::<Wide>(view);
+    fn take_wide(&mut self, avx2: Avx2, view: &View<'_>) {
+        self.take_lanes(avx2, view);
     }
 
     #[inline(always)]
-    fn take_lanes<W: Way>(&mut self, view: &View<'_>) {
+    fn take_lanes<W: Way>(&mut self, way: W, view: &View<'_>) {
         for group in &mut self.groups {
-            group.aim::<W::Exact>(view.sin, view.cos, view.max_m);
+            group.aim::<W::Exact>(way, view.sin, view.cos, view.max_m);
         }
         let all = view.world.wall_blocks();
         self.ahead.clear();
         if let Some(root) = all.octets.first() {
-            self.look_into::<W>(view, root);
+            self.look_into(way, view, root);
         }
         while let Some(next) = self.ahead.pop() {
-            if self.is_hidden::<W>(&next) {
+            if self.is_hidden(way, &next) {
                 continue;
             }
             match next.below.block() {
-                Some(place) => self.meet_block::<W>(view, &all.blocks[place]),
-                None => self.look_into::<W>(view, &all.octets[next.below.octet()]),
+                Some(place) => self.meet_block(way, view, &all.blocks[place]),
+                None => self.look_into(way, view, &all.octets[next.below.octet()]),
             }
         }
     }
 
     /// Whether nothing in a box can matter to any beam.
     #[inline(always)]
-    fn is_hidden<W: Way>(&self, next: &Ahead) -> bool {
+    fn is_hidden<W: Way>(&self, way: W, next: &Ahead) -> bool {
         let (first, again) = self.ranges(next.span);
-        let bound = W::Exact::all(f64::from(next.bound));
+        let bound = W::Exact::all(way, f64::from(next.bound));
         let sees = |groups: &[Group]| groups.iter().any(|group| group.sees(bound));
         !sees(&self.groups[first]) && !sees(&self.groups[again])
     }
@@ -170,17 +170,17 @@ impl Scan {
 
     /// Puts eight boxes on the list of what is ahead, the nearest on top.
     #[inline(always)]
-    fn look_into<W: Way>(&mut self, view: &View<'_>, octet: &Octet) {
+    fn look_into<W: Way>(&mut self, way: W, view: &View<'_>, octet: &Octet) {
         let (x, y) = (view.origin.x, view.origin.y);
         let boxes = EightBoxes::new(
-            W::Rough::differences(&octet.x_lo, x),
-            W::Rough::differences(&octet.y_lo, y),
-            W::Rough::differences(&octet.x_hi, x),
-            W::Rough::differences(&octet.y_hi, y),
+            W::Rough::differences(way, &octet.x_lo, x),
+            W::Rough::differences(way, &octet.y_lo, y),
+            W::Rough::differences(way, &octet.x_hi, x),
+            W::Rough::differences(way, &octet.y_hi, y),
         );
         let spans = boxes.spans(&view.bearings);
         // False for NaN, too: no box in this lane.
-        let mut in_reach = W::Rough::bits(boxes.bound.le(W::Rough::all(view.max_rough_m)));
+        let mut in_reach = W::Rough::bits(boxes.bound.le(W::Rough::all(way, view.max_rough_m)));
         let bounds = boxes.bound.store();
         let bottom = self.ahead.len();
         while in_reach != 0 {
@@ -200,17 +200,17 @@ impl Scan {
 
     /// Puts eight walls to the beams they can matter to.
     #[inline(always)]
-    fn meet_block<W: Way>(&mut self, view: &View<'_>, block: &Block) {
+    fn meet_block<W: Way>(&mut self, way: W, view: &View<'_>, block: &Block) {
         let (x, y) = (view.origin.x, view.origin.y);
         let walls = EightWalls::new(
-            W::Rough::differences(&block.a_x, x),
-            W::Rough::differences(&block.a_y, y),
-            W::Rough::differences(&block.b_x, x),
-            W::Rough::differences(&block.b_y, y),
+            W::Rough::differences(way, &block.a_x, x),
+            W::Rough::differences(way, &block.a_y, y),
+            W::Rough::differences(way, &block.b_x, x),
+            W::Rough::differences(way, &block.b_y, y),
         );
         let spans = walls.spans(&view.bearings);
         // False for NaN, too: no wall in this lane.
-        let mut in_reach = W::Rough::bits(walls.bound.le(W::Rough::all(view.max_rough_m)));
+        let mut in_reach = W::Rough::bits(walls.bound.le(W::Rough::all(way, view.max_rough_m)));
         let here = W::Rough::bits(walls.here);
         let bounds = walls.bound.store();
         while in_reach != 0 {
@@ -223,14 +223,14 @@ impl Scan {
             let (a_x, a_y) = (block.a_x[k] - x, block.a_y[k] - y);
             let (b_x, b_y) = (block.b_x[k] - x, block.b_y[k] - y);
             let seen = Seen {
-                a_x: W::Exact::all(a_x),
-                a_y: W::Exact::all(a_y),
-                b_x: W::Exact::all(b_x),
-                b_y: W::Exact::all(b_y),
-                left: W::Exact::every(a_x * b_y - a_y * b_x > 0.0),
-                index: W::Exact::all(block.index[k]),
+                a_x: W::Exact::all(way, a_x),
+                a_y: W::Exact::all(way, a_y),
+                b_x: W::Exact::all(way, b_x),
+                b_y: W::Exact::all(way, b_y),
+                left: W::Exact::every(way, a_x * b_y - a_y * b_x > 0.0),
+                index: W::Exact::all(way, block.index[k]),
             };
-            let bound = W::Exact::all(f64::from(bounds[k]));
+            let bound = W::Exact::all(way, f64::from(bounds[k]));
             let (first, again) = self.ranges(spans.get(k));
             for groups in [first, again] {
                 for place in groups {
@@ -264,7 +264,7 @@ impl Scan {
     #[cold]
     fn take_by_rays(&mut self, view: &View<'_>) {
         for group in &mut self.groups {
-            group.aim::<<Plain as Way>::Exact>(view.sin, view.cos, view.max_m);
+            group.aim::<<Plain as Way>::Exact>(Plain, view.sin, view.cos, view.max_m);
             for lane in 0..BEAMS {
                 let direction = Vector2::from(group.direction(lane));
                 let hit = view.world.first_wall(view.origin, direction, view.max_m);
@@ -327,11 +327,4 @@ impl View<'_> {
         let tame = |x: f64| x.abs() <= 1e7;
         tame(self.origin.x) && tame(self.origin.y) && self.bearings.base_rad.is_finite()
     }
-}
-
-fn has_wide_lanes() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    return std::arch::is_x86_feature_detected!("avx2");
-    #[cfg(not(target_arch = "x86_64"))]
-    false
 }

@@ -77,9 +77,9 @@ impl Deref for FrameLoan {
     type Target = Frame;
 
     fn deref(&self) -> &Frame {
-        // SAFETY: the bytes lie in memory mapped from the kernel, which is
-        // zeroed at first and later holds older frames, so they are
-        // initialised; `Frame` is `Pod`, so every pattern is one.
+        // SAFETY: a loan is a slot of a segment mapped from the kernel. Its bytes
+        // are zero at first, and later those of an older frame, so they are
+        // initialised; `Frame` is `Pod`, so every pattern of bytes is a frame.
         unsafe { &self.0.payload().assume_init_ref().0 }
     }
 }
@@ -115,9 +115,10 @@ pub(crate) fn send_tally(
     let mut sample = port.loan_uninit().map_err(LinkError::transport("loan a tally"))?;
     let sealed = tally.seal(&keys.truth, stream);
     let place = sample.payload_mut().as_mut_ptr().cast::<u8>();
-    // SAFETY: the loan has the size of a `Tally`, of which `sealed` is the
-    // beginning, and is no part of `tally`. The rest of it is initialised, as in
-    // `FrameLoan::deref`; `Tally` is `Pod`, so every pattern is one.
+    // SAFETY: `place` has the size of a `Tally`, and `sealed` is the first part of
+    // one in private memory, so the copy fits and the two do not overlap. The bytes
+    // after it are initialised, as in `FrameLoan::deref`; `Tally` is `Pod`, so every
+    // pattern of bytes is a tally.
     let sample = unsafe {
         std::ptr::copy_nonoverlapping(sealed.as_ptr(), place, sealed.len());
         sample.assume_init()

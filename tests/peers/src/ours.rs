@@ -132,8 +132,7 @@ pub fn dead_reckoning(args: &ClientArgs) -> Result<(), BenchError> {
     }
     let mut session = Session::join(args)?;
     let start = session.start();
-    let mut reckoning =
-        DeadReckoning::new(start.robot.drive, start.initial_pose.unwrap_or_default());
+    let mut reckoning = DeadReckoning::of_start(start);
     while let Some(tick) = session.next()? {
         let pose_in_world = reckoning.advance(tick.ticks());
         tick.answer(pose_in_world)?;

@@ -19,9 +19,7 @@ use rusty_clients::prelude::*;
 use rusty_clients::witness::{Ending, Step, Witness};
 use rusty_clients::{ClientArgs, run_witness};
 use rusty_contract::log::Source;
-use rusty_contract::{
-    Brief, Credentials, Exit, Frame, LogHeader, OnLoss, Participant, Role, RunName,
-};
+use rusty_contract::{Credentials, Exit, Frame, LogHeader, OnLoss, Participant, Role, RunName};
 use rusty_engine::run::{Children, Pace, Progress, Run, RunSetup, Stop};
 use rusty_engine::scenario_file;
 use rusty_engine::source::{FrameSource, Simulated, SourceError};
@@ -140,9 +138,6 @@ thread_local! {
 }
 
 impl Witness for Watcher {
-    fn start(_: &Start, _: &Brief, _: &ClientArgs) -> Result<Self, ClientError> {
-        Ok(Self(Count::default()))
-    }
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         self.0.at(step.frame.tick());
         Ok(())
@@ -215,7 +210,7 @@ fn count_a_run(tag: &str, scan_every: u64) -> [Tallied; 3] {
     let estimator = thread::spawn(move || estimate(&one));
     let watcher = thread::spawn(move || {
         WATCHED.set(Some(said));
-        run_witness::<Watcher>(&args(&other, "watcher"))
+        run_witness(&args(&other, "watcher"), |_, _| Ok(Watcher(Count::default())))
     });
     let setup = RunSetup {
         run: run.clone(),

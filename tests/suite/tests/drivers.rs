@@ -4,16 +4,12 @@
 use std::path::Path;
 
 use nalgebra::Point2;
+use rusty_clients::{Filter as _, Tick};
 use rusty_contract::log::{LogReader, Read, Source};
 use rusty_contract::{Frame, LogHeader, OnLoss, RunConfig, Scenario, Start, config::ScriptConfig};
-use rusty_filters::ekf::{self, Ekf};
-use rusty_filters::explore::{self, Explore};
-use rusty_filters::goto::{self, Goto};
-use rusty_filters::scan_match::{ScanMatch, ScanMatchOptions};
 use rusty_filters::slam::{Slam, SlamOptions};
-use rusty_filters::wander::{self, Wander};
-use rusty_filters::{Cell, OccupancyMap};
-use rusty_geometry::{EncoderTicks, SE2, Twist, apartment};
+use rusty_filters::{Cell, OccupancyMap, explore, goto, wander};
+use rusty_geometry::{SE2, Twist, apartment};
 use rusty_scorer::scoring::Held;
 use rusty_sim::{Sim, StepOutcome};
 use rusty_tests::{filter_scenario, folder, fresh_run, launch, sim_server, spread, text};
@@ -49,7 +45,7 @@ fn header(seed: u64, start: SE2) -> LogHeader {
 fn drive(
     header: &LogHeader,
     ticks: u64,
-    mut answer: impl FnMut(EncoderTicks, Option<&[f64]>) -> Twist,
+    mut answer: impl FnMut(&Tick<'_>) -> Twist,
 ) -> (u64, Vec<SE2>) {
     let mut sim = Sim::new(header.config.clone()).unwrap();
     let mut frame = Frame::boxed();
@@ -59,7 +55,7 @@ fn drive(
         blocked += u64::from(sim.step(command, &mut frame) == StepOutcome::Blocked);
         held.push(tick, Some(sim.truth()), frame.command());
         truths.push(sim.truth());
-        command = Some(answer(frame.ticks(), frame.ranges_m()));
+        command = Some(answer(&Tick::detached(&frame)));
     }
     assert_eq!(held.ticks(), blocked, "truth and command say something else than the world");
     (blocked, truths)
@@ -80,7 +76,7 @@ fn who_drives_blindly_is_held_as_often_as_the_world_says() {
     for seed in 0..5 {
         let header = header(seed, SE2::new(9.6, 3.0, 0.3 * seed as f64));
         let mut tick = 0;
-        let (blocked, _) = drive(&header, 1500, |_, _| {
+        let (blocked, _) = drive(&header, 1500, |_| {
             tick += 1;
             let turns = tick % 400 > 330;
             Twist { v_m_s: 0.6, omega_rad_s: if turns { 1.2 } else { 0.0 } }
@@ -97,9 +93,9 @@ fn a_wanderer_touches_nothing_and_gets_about() {
         let header = header(seed, SE2::new(6.0, 4.5, 0.0));
         let options = wander::Options { seed, ..Default::default() };
         let told = Start { map: None, initial_pose: None, ..told(&header) };
-        let mut wanderer = Wander::new(&told, &options);
+        let mut wanderer = wander::driver(&told, options);
         let (blocked, truths) =
-            drive(&header, 6000, |ticks, ranges_m| wanderer.command(ticks, ranges_m));
+            drive(&header, 6000, |tick| wanderer.update(tick).command().unwrap());
         assert_eq!(blocked, 0, "seed {seed}");
         let way_m: f64 =
             truths.windows(2).map(|p| (p[1].translation() - p[0].translation()).norm()).sum();
@@ -126,10 +122,9 @@ fn tour(seeds: u64, radius_bias_right: f64) {
         let mut header = header(seed, SE2::new(6.0, 4.5, 0.0));
         header.config.robot.radius_bias_right = radius_bias_right;
         let told = told(&header);
-        let ekf = |told: &Start| Ekf::new(told, &ekf::Options::default());
-        let mut tour = Goto::new(&told, &goto::Options::default(), ekf).unwrap();
-        let (blocked, truths) =
-            drive(&header, 4200, |ticks, ranges_m| tour.step(ticks, ranges_m).command().unwrap());
+        let mut tour = goto::driver(&told, goto::Options::default()).unwrap();
+        let (blocked, truths) = drive(&header, 4200, |tick| tour.update(tick).command().unwrap());
+        let tour = tour.task;
         let (rooms, done_at) = (visited(&truths, 0.3), tour.done_at());
         println!("seed {seed}: blocked {blocked}, {rooms:?}, {done_at:?}");
         assert_eq!((blocked, rooms), (0, [true; 5]), "seed {seed}");
@@ -155,15 +150,13 @@ fn nor_does_it_on_unequal_wheels() {
 fn mapped_on_a_tour(seed: u64) -> (f64, f64) {
     let header = header(seed, SE2::new(6.0, 4.5, 0.0));
     let told = told(&header);
-    let ekf = |told: &Start| Ekf::new(told, &ekf::Options::default());
-    let mut tour = Goto::new(&told, &goto::Options::default(), ekf).unwrap();
+    let mut tour = goto::driver(&told, goto::Options::default()).unwrap();
     let mut slam = Slam::new(&Start { map: None, ..told }, &SlamOptions::default());
-    let _ = drive(&header, 3900, |ticks, ranges_m| {
-        slam.advance(ticks);
-        let _ = ranges_m.map(|ranges_m| slam.scan(ranges_m));
-        tour.step(ticks, ranges_m).command().unwrap()
+    let _ = drive(&header, 3900, |tick| {
+        let _ = slam.update(tick);
+        tour.update(tick).command().unwrap()
     });
-    assert!(tour.reached() == 6 && slam.loops() > 10, "{} loops", slam.loops());
+    assert!(tour.task.reached() == 6 && slam.loops() > 10, "{} loops", slam.loops());
     let world = apartment();
     let points = slam.map().flat_map(|(_, points)| points);
     spread(points.map(|point| world.distance_to_nearest(point)).collect())
@@ -211,14 +204,14 @@ fn an_explorer_sees_the_whole_apartment_and_touches_nothing() {
         let header = header(seed, SE2::new(6.0, 4.5, 0.0));
         // Where it starts only gives its map the frame of the plan.
         let told = Start { map: None, ..told(&header) };
-        let matching = ScanMatch::new(&told, &ScanMatchOptions::default());
-        let mut explorer = Explore::new(&told, &explore::Options::default(), matching);
-        let (blocked, _) = drive(&header, 7500, |ticks, ranges_m| {
-            if explorer.done_at().is_some() {
+        let mut explorer = explore::driver(&told, explore::Options::default());
+        let (blocked, _) = drive(&header, 7500, |tick| {
+            if explorer.task.done_at().is_some() {
                 return Twist::default();
             }
-            explorer.step(ticks, ranges_m).command().unwrap()
+            explorer.update(tick).command().unwrap()
         });
+        let explorer = explorer.task;
         let share = covered(&explorer.map(), Point2::new(6.0, 4.5));
         println!("seed {seed}: blocked {blocked}, {share:.3} seen, {:?}", explorer.done_at());
         assert_eq!(blocked, 0, "seed {seed}");

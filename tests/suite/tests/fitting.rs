@@ -6,6 +6,7 @@ use std::path::Path;
 
 use rusty_contract::log::LogReader;
 use rusty_contract::{Brief, Start};
+use rusty_filters::OdometryNoise;
 use rusty_filters::gridmap::{GridMapOf, Options, Poses};
 use rusty_filters::occupancy_grid::InverseModel;
 use rusty_tests::*;
@@ -103,7 +104,8 @@ fn a_log_is_mapped_with_the_poses_that_are_asked_for() {
     let header = LogReader::open(Path::new(&log)).unwrap().header().clone();
     let start = Start::new(&header, 0, &header.roster[0]);
     let (poses, save) = (Poses::Odometry, place.path().join("x"));
-    let options = Options { poses, save, from: 0.0, until: None, model: InverseModel::default() };
+    let (model, noise) = (InverseModel::default(), OdometryNoise::default());
+    let options = Options { poses, save, from: 0.0, until: None, model, noise };
     let refused = GridMapOf::new(&start, &Brief { header, out_dir: None }, &options).err().unwrap();
     assert!(refused.to_string().contains("--poses odometry"), "{refused}");
 }

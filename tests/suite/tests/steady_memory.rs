@@ -7,12 +7,13 @@ use std::fs;
 
 use common::*;
 use rusty_clients::witness::{Delay, Step};
-use rusty_clients::{ClientArgs, Witness};
+use rusty_clients::{ClientArgs, ClientError, Witness};
 use rusty_contract::log::{LogHeader, LogReader};
 use rusty_contract::{Brief, Estimate, Frame, Participant, Reply, Role, RunDigest, Start};
 use rusty_geometry::SE2;
 use rusty_logger::Logger;
 use rusty_scorer::scorer::Scorer;
+use rusty_scorer::scoring::Yardstick;
 use rusty_tests::fuzz::memory::{Counting, measured};
 use rusty_tests::*;
 
@@ -30,12 +31,16 @@ fn header(ticks: u64) -> LogHeader {
     header
 }
 
-/// A witness of that run.
-fn witness<W: Witness>(header: &LogHeader, out: &std::path::Path) -> W {
+/// A witness of that run, by its `new`.
+fn witness<W>(
+    header: &LogHeader,
+    out: &std::path::Path,
+    new: impl FnOnce(&Start, &Brief, &ClientArgs) -> Result<W, ClientError>,
+) -> W {
     let start = Start::new(header, 9, &Participant::new("witness", Role::Logger));
     let brief = Brief { header: header.clone(), out_dir: None };
     let args = ClientArgs { out: Some(out.to_owned()), ..ClientArgs::default() };
-    W::start(&start, &brief, &args).unwrap()
+    new(&start, &brief, &args).unwrap()
 }
 
 /// Shows it `ticks`, every fifth with a scan of so many beams, and says how many bytes the
@@ -64,7 +69,7 @@ fn shown<W: Witness>(witness: &mut W, beams: usize, ticks: std::ops::Range<u64>)
 #[test]
 fn the_logger_takes_no_memory_for_a_tick() {
     let (header, out) = (header(1 << 40), folder());
-    let mut logger: Logger = witness(&header, out.path());
+    let mut logger = witness(&header, out.path(), Logger::new);
     // What it writes a record in grows to the size of the first one.
     assert!(shown(&mut logger, 1080, 0..5) > 0, "nothing is counted");
     assert_eq!(shown(&mut logger, 1080, 5..50_000), 0);
@@ -73,7 +78,10 @@ fn the_logger_takes_no_memory_for_a_tick() {
 #[test]
 fn the_scorer_takes_no_memory_for_a_tick_and_little_for_a_million() {
     let (header, out) = (header(1 << 40), folder());
-    let (mut scorer, room): (Scorer, usize) = measured(|| witness(&header, out.path()));
+    let scorer = |_: &Start, brief: &Brief, args: &ClientArgs| {
+        Scorer::with(Yardstick::default(), brief, args)
+    };
+    let (mut scorer, room) = measured(|| witness(&header, out.path(), scorer));
     assert!((1 << 20..40 << 20).contains(&room), "{room} bytes of room to begin with");
     assert_eq!(shown(&mut scorer, 180, 0..130_000), 0);
     // Here it goes from sorting what it kept for medians to counting,

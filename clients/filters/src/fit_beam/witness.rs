@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use rusty_clients::witness::{Ending, Step};
-use rusty_clients::{ClientArgs, ClientError, Witness};
+use rusty_clients::{ClientError, Witness};
 use rusty_contract::{Brief, Exit, LidarConfig, Start, errln, outln};
 use rusty_geometry::{Scan, World};
 
@@ -15,19 +15,29 @@ use crate::{BeamModel, Beams, OccupancyMap};
 /// A log of more ticks than this says how far it has been read.
 const LONG: u64 = 20_000;
 
-/// What is fitted to, and how it is said.
+/// Fit the four-part beam model to the readings of a log
+///
+/// A reading hits a wall of the map (hit), hits something nearer that the map does
+/// not have (short), hits nothing (max), or has another cause (rand). The true poses
+/// of the log and the map give the expected reading. Expectation maximisation
+/// (Probabilistic Robotics, Table 6.2) estimates the shares of the four parts, the
+/// spread of hit and the rate of short, each with its standard error. In a world
+/// without people and chair legs the share of short is zero.
+///
+///   fit-beam --log run.log
+///   fit-beam --log intel.log --map intel.yaml --json
 #[derive(Args, Clone, Debug, PartialEq)]
+#[command(verbatim_doc_comment)]
 pub struct Options {
-    /// Map to expect ranges from: the YAML page of a map_server pair
-    /// [default: the floor plan of the log]
+    /// Map of a map_server pair [default: the log's floor plan]
     #[arg(long, value_name = "YAML")]
     pub map: Option<PathBuf>,
 
-    /// Stop once a round makes a reading's mean log likelihood better by less
+    /// Minimum rise of the mean log likelihood in a round
     #[arg(long, value_name = "X", default_value_t = Criterion::default().tolerance, value_parser = tolerance)]
     pub tolerance: f64,
 
-    /// and after so many rounds in any case
+    /// Maximum number of rounds
     #[arg(long, value_name = "N", default_value_t = Criterion::default().rounds, value_parser = rounds)]
     pub rounds: usize,
 
@@ -40,12 +50,7 @@ pub struct Options {
     pub json: bool,
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        let Criterion { tolerance, rounds } = Criterion::default();
-        Self { map: None, tolerance, rounds, verbose: false, json: false }
-    }
-}
+crate::numbers::default_of_command_line!(Options);
 
 fn tolerance(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), "a number, 0 or more")
@@ -76,7 +81,7 @@ impl FitBeam {
     ///
     /// # Errors
     /// There is no map, or none that can be read.
-    pub fn new(start: &Start, brief: &Brief, options: &Options) -> Result<Self, ClientError> {
+    pub fn new(start: &Start, brief: &Brief, options: Options) -> Result<Self, ClientError> {
         let beams = Beams::new(&start.lidar);
         let expected = match &options.map {
             Some(yaml) => Expected::Cells(OccupancyMap::load(yaml)?),
@@ -84,7 +89,7 @@ impl FitBeam {
         };
         let readings = Readings { range_max_m: start.lidar.range_max_m, all: Vec::new() };
         Ok(Self {
-            options: options.clone(),
+            options,
             lidar: start.lidar,
             beams,
             expected,
@@ -127,10 +132,6 @@ fn plan(brief: &Brief, lidar: &LidarConfig) -> Result<Expected, ClientError> {
 }
 
 impl Witness for FitBeam {
-    fn start(start: &Start, brief: &Brief, _: &ClientArgs) -> Result<Self, ClientError> {
-        Self::new(start, brief, &Options::default())
-    }
-
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         self.read += 1;
         if self.ticks > LONG && self.read.is_multiple_of(self.ticks / 10) {
@@ -155,10 +156,7 @@ impl Witness for FitBeam {
             false => page(&fit, &self.lidar, self.scans, self.options.verbose),
         };
         outln!("{text}");
-        Ok(match ending {
-            Ending::Broken | Ending::LogCut => Exit::Lost,
-            Ending::Told(_) | Ending::LogEnd => Exit::Done,
-        })
+        Ok(ending.exit())
     }
 }
 
@@ -223,8 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn flags_and_defaults_agree_and_nonsense_is_refused() {
-        assert_eq!(Line::parse_from(["fit-beam"]).options, Options::default());
+    fn nonsense_is_refused() {
         for nonsense in
             ["--tolerance=nan", "--tolerance=-1", "--tolerance=inf", "--rounds=0", "--rounds=-1"]
         {

@@ -80,7 +80,6 @@ fn first_guess(windows: &[Window]) -> Vector4<f64> {
 }
 
 /// Fits the four α; `None` if there is no window.
-#[must_use]
 pub fn fit(windows: &Windows) -> Option<MotionFit> {
     let all = &windows.all[..];
     if all.is_empty() {

@@ -63,7 +63,6 @@ fn ahead_and_round(m: &Matrix3<f64>) -> Matrix2<f64> {
 
 impl Windows {
     /// Before the first tick, with counts of zero.
-    #[must_use]
     pub fn new(drive: DiffDrive) -> Self {
         Self {
             drive,

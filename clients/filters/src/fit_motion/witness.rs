@@ -2,7 +2,7 @@
 
 use clap::Args;
 use rusty_clients::witness::{Ending, Step};
-use rusty_clients::{ClientArgs, ClientError, Witness};
+use rusty_clients::{ClientError, Witness};
 use rusty_contract::{Brief, Exit, Start, errln, outln};
 
 use super::{Alpha, MotionFit, Systematic, Told, Windows, fit};
@@ -10,8 +10,17 @@ use super::{Alpha, MotionFit, Systematic, Told, Windows, fit};
 /// A log of more ticks than this says how far it has been read.
 const LONG: u64 = 20_000;
 
-/// How it is said.
+/// Fit α₁ to α₄ of the odometry motion model to a log
+///
+/// The log must have true poses. The model (Probabilistic Robotics, Table 5.6) gives
+/// the error of odometry after a rotation and after a translation. The output has the
+/// maximum-likelihood values, their standard errors, and the flags for a filter. The
+/// values are for motions of one tick and depend on the length of a tick. A value
+/// that the log does not determine has no flag; keep the previous one.
+///
+///   fit-motion --log run.log
 #[derive(Args, Clone, Copy, Debug, Default)]
+#[command(verbatim_doc_comment)]
 pub struct Options {
     /// Print the log likelihood of every round
     #[arg(long, short)]
@@ -35,7 +44,6 @@ pub struct FitMotion {
 
 impl FitMotion {
     /// Begins before the first tick.
-    #[must_use]
     pub fn new(start: &Start, brief: &Brief, options: Options) -> Self {
         Self {
             options,
@@ -68,10 +76,6 @@ impl FitMotion {
 }
 
 impl Witness for FitMotion {
-    fn start(start: &Start, brief: &Brief, _: &ClientArgs) -> Result<Self, ClientError> {
-        Ok(Self::new(start, brief, Options::default()))
-    }
-
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         self.read += 1;
         if self.ticks > LONG && self.read.is_multiple_of(self.ticks / 10) {
@@ -93,10 +97,7 @@ impl Witness for FitMotion {
             false => page(&fit, self.options.verbose),
         };
         outln!("{text}");
-        Ok(match ending {
-            Ending::Broken | Ending::LogCut => Exit::Lost,
-            Ending::Told(_) | Ending::LogEnd => Exit::Done,
-        })
+        Ok(ending.exit())
     }
 }
 

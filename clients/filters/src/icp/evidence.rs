@@ -144,7 +144,6 @@ impl Evidence {
 
     /// The prior after this measurement (the Kalman filter's update, which needs
     /// no inverse of a prior that may be certain). `None` where numbers end.
-    #[must_use]
     pub fn fuse(&self, prior: &Motion) -> Option<Fused> {
         let (mean, covariance) = seen_from(prior, &self.at);
         let surprise = self.measured - self.gain * mean;
@@ -167,7 +166,6 @@ impl Evidence {
     /// The measurement as a pose z and the information Λ of its error, with
     /// ½ eᵀ Λ e for e = pose ⊟ z: Λ = H M⁻¹ H, and z = `at` ⊞ Λ⁺ H M⁻¹ y. Where
     /// nothing is measured Λ is zero, and z is `at`.
-    #[must_use]
     pub fn constraint(&self) -> Option<(SE2, Matrix3<f64>)> {
         let inverse = self.noise.cholesky()?.inverse();
         let information = symmetric(&(self.gain * inverse * self.gain));

@@ -47,7 +47,6 @@ pub(super) struct View {
 impl Laser {
     /// The laser of a robot. A deviation of less than a tenth of a millimetre is
     /// taken for that much: weights are its inverse square.
-    #[must_use]
     pub fn new(lidar: &LidarConfig) -> Self {
         let fan = lidar.fan();
         let view = View {
@@ -62,7 +61,6 @@ impl Laser {
     }
 
     /// What a scan met, in the order of the beams.
-    #[must_use]
     pub fn rays(&self, ranges_m: &[f64]) -> Vec<Ray> {
         let from = self.view.viewpoint;
         let met = self.beams.endpoints(ranges_m);

@@ -59,27 +59,22 @@ const REACH_SHRINKS: f64 = 0.8;
 
 /// How scans are matched.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
-#[command(next_help_heading = "How scans are matched (Censi, PL-ICP)")]
+#[command(next_help_heading = "Scan matching (Censi, PL-ICP)")]
 pub struct IcpOptions {
-    /// A point is paired with a wall no farther than this at first, m
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().pair_within_m, value_parser = positive)]
+    /// Maximum initial distance of a point from its wall, m
+    #[arg(long, value_name = "METRES", default_value_t = 0.6, value_parser = positive)]
     pub pair_within_m: f64,
 
-    /// How rough walls are: what a point is off a straight wall besides the
-    /// laser's noise, one deviation, m
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().roughness_m, value_parser = positive)]
+    /// Standard deviation of the roughness of walls, m
+    #[arg(long, value_name = "METRES", default_value_t = 0.005, value_parser = positive)]
     pub roughness_m: f64,
 
-    /// Less than this share of the points that could be paired is no match
-    #[arg(long, value_name = "0..1", default_value_t = Self::default().least_share, value_parser = share)]
+    /// Minimum share of paired points in a match
+    #[arg(long, value_name = "0..1", default_value_t = 0.4, value_parser = share)]
     pub least_share: f64,
 }
 
-impl Default for IcpOptions {
-    fn default() -> Self {
-        Self { pair_within_m: 0.6, roughness_m: 0.005, least_share: 0.4 }
-    }
-}
+crate::numbers::default_of_command_line!(IcpOptions);
 
 /// Two scans that fit.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -46,7 +46,6 @@ impl Piece {
     }
 
     /// Variance of the height of the line at `at_m`, m².
-    #[must_use]
     pub fn height_variance_m2(&self, at_m: f64) -> f64 {
         self.variance_m2 / self.window.1 as f64 + self.tilt_variance * at_m * at_m
     }
@@ -67,7 +66,6 @@ pub struct Surface {
 impl Surface {
     /// Fits pieces of wall to the ends of a scan. Walls are rough by
     /// `roughness_m` (one deviation), whatever the laser's noise.
-    #[must_use]
     pub fn new(laser: &Laser, rays: &[Ray], roughness_m: f64) -> Self {
         let view = laser.view();
         let mut surface = Self {
@@ -88,13 +86,11 @@ impl Surface {
     }
 
     /// The pieces of wall, in the order of the beams that met them.
-    #[must_use]
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces
     }
 
     /// The rays they were fitted to.
-    #[must_use]
     pub fn rays(&self) -> &[Ray] {
         &self.rays
     }

@@ -129,7 +129,6 @@ fn binary(reader: &Reader<'_>, pixels: usize, maxval: u16) -> Result<Vec<u16>, F
 }
 
 /// The file (P5) of a picture with one byte a pixel, row by row from the top.
-#[must_use]
 pub fn write(width: usize, height: usize, comment: &str, grey: &[u8]) -> Vec<u8> {
     let mut bytes = format!("P5\n# {comment}\n{width} {height}\n255\n").into_bytes();
     bytes.extend_from_slice(grey);

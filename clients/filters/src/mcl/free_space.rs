@@ -25,7 +25,6 @@ pub struct FreeSpace {
 impl FreeSpace {
     /// What lies within the bounds of a plan, and no nearer to a wall than the
     /// body is large.
-    #[must_use]
     pub fn of_world(world: &World, body_radius_m: f64) -> Self {
         let mut frame = GridFrame::covering(world.bounds(), 0.0, CELL_M);
         while frame.cells() > MOST_CELLS {
@@ -42,7 +41,6 @@ impl FreeSpace {
 
     /// The free cells of a map that are no nearer to an occupied one than the
     /// body is large.
-    #[must_use]
     pub fn of_map(map: &OccupancyMap, distances: &DistanceField, body_radius_m: f64) -> Self {
         let clear = |cell: &usize| {
             map.cells[*cell] == Cell::Free
@@ -53,7 +51,6 @@ impl FreeSpace {
     }
 
     /// Whether there is no such place.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }

@@ -273,7 +273,6 @@ impl Mcl {
 
     /// Where the robot is and how sure that is: after the last scan, carried on
     /// by the wheels. `None` while there is no idea.
-    #[must_use]
     pub fn answer(&self) -> Option<Estimate> {
         let mode = self.answer.as_ref()?;
         let motion = self.odometry.so_far();
@@ -282,14 +281,15 @@ impl Mcl {
     }
 
     /// The particles as they are after the last scan.
-    #[must_use]
     pub fn particles(&self) -> &Particles {
         &self.belief.particles
     }
 }
 
 impl Filter for Mcl {
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+    const SHOWS_BELIEF: bool = true;
+
+    fn update(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.time_s(), tick.ticks());
         if let Some(ranges_m) = tick.ranges_m() {
             self.scan(ranges_m);

@@ -20,48 +20,52 @@ pub enum Model {
     Beam,
 }
 
-/// The options of Monte Carlo localisation.
+/// Localise in a known map with Monte Carlo localisation
+///
+/// Each particle is a possible pose. Odometry moves the particles, the laser weighs
+/// them, and resampling prefers the heavy ones. Without an initial pose the particles
+/// start everywhere, and the filter abstains until most of the belief is at one place.
+/// It finds the robot again after a kidnapping.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Monte Carlo localisation")]
 pub struct Options {
-    /// The most particles; where the robot may be anywhere, it begins with them
+    /// Maximum number of particles
     #[arg(long, default_value_t = 5000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub particles: u32,
 
-    /// The fewest particles [default: 1000, or --particles if these are fewer]
+    /// Minimum number [default: 1000, at most --particles]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub particles_min: Option<u32>,
 
-    /// Seed of its own random numbers
+    /// Seed of the filter's random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
 
-    /// What weighs the particles
+    /// Sensor model
     #[arg(long, value_enum, default_value_t)]
     pub model: Model,
 
-    /// Take every N-th beam: neighbours err in the same way where the map is wrong
+    /// Use every N-th beam
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1080))]
     pub skip: u32,
 
-    /// Raise the likelihood of a scan to this power, against errors that its
-    /// beams have in common
+    /// Exponent of the likelihood of a scan
     #[arg(long, default_value_t = 1.0, value_name = "0..1", value_parser = exponent)]
     pub exponent: f64,
 
-    /// Localise in this map (a ROS map_server YAML file) instead of the given walls
+    /// Localise in this map_server map instead of the given walls
     #[arg(long, value_name = "FILE.yaml")]
     pub map: Option<PathBuf>,
 
-    /// Begin anywhere, even where an initial pose is given
+    /// Start anywhere, even if an initial pose is given
     #[arg(long, conflicts_with = "at")]
     pub global: bool,
 
-    /// Begin here, world frame, m and rad, instead of where it is told
+    /// Start at this pose in the world frame, m and rad
     #[arg(long, value_name = "X,Y,THETA", value_parser = pose, allow_hyphen_values = true)]
     pub at: Option<SE2>,
 
-    /// Sleep until so many seconds after the first tick: count odometry, say nothing
+    /// Time of the first scan that is used, s
     #[arg(long, default_value_t = 0.0, value_name = "SECONDS", value_parser = seconds)]
     pub from: f64,
 
@@ -77,22 +81,21 @@ pub struct Options {
 /// What is believed of a reading of the laser, where that is not what its maker says.
 /// The rest of the weights is that of hits.
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
-#[command(next_help_heading = "What is believed of a reading (Probabilistic Robotics, §6.3; \
-                               fit-beam finds it in a log)")]
+#[command(next_help_heading = "Sensor model (Probabilistic Robotics, §6.3; fit-beam fits it)")]
 pub struct Reading {
-    /// σ of a hit, m [default: what the laser's maker says]
+    /// Standard deviation of a hit, m [default: the data sheet's]
     #[arg(long, value_name = "METRES", value_parser = sigma)]
     pub sigma_m: Option<f64>,
 
-    /// Weight of readings of something in front of the map [default: 0.01]
+    /// Weight of readings in front of the map [default: 0.01]
     #[arg(long, value_name = "0..1", value_parser = weight)]
     pub z_short: Option<f64>,
 
-    /// Weight of readings of nothing [default: what the laser's maker says, or 0.001]
+    /// Weight of maximum readings [default: the data sheet's]
     #[arg(long, value_name = "0..1", value_parser = weight)]
     pub z_max: Option<f64>,
 
-    /// Weight of readings of anything [default: 0.01]
+    /// Weight of random readings [default: 0.01]
     #[arg(long, value_name = "0..1", value_parser = weight)]
     pub z_rand: Option<f64>,
 }
@@ -127,7 +130,6 @@ const LEAST: u32 = 1000;
 
 impl Options {
     /// The fewest particles.
-    #[must_use]
     pub fn least(&self) -> u32 {
         self.particles_min.unwrap_or(LEAST.min(self.particles))
     }
@@ -155,24 +157,7 @@ fn pose(text: &str) -> Result<SE2, String> {
     }
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            particles: 5000,
-            particles_min: None,
-            seed: 1,
-            model: Model::Field,
-            skip: 1,
-            exponent: 1.0,
-            map: None,
-            global: false,
-            at: None,
-            from: 0.0,
-            reading: Reading::default(),
-            noise: OdometryNoise::default(),
-        }
-    }
-}
+crate::numbers::default_of_command_line!(Options);
 
 #[cfg(test)]
 mod tests {

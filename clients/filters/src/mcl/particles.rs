@@ -23,19 +23,16 @@ pub struct Particles {
 
 impl Particles {
     /// How many there are.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.x_m.len()
     }
 
     /// Whether there is none.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.x_m.is_empty()
     }
 
     /// One of them.
-    #[must_use]
     pub fn pose(&self, k: usize) -> SE2 {
         SE2::new(self.x_m[k], self.y_m[k], self.theta_rad[k])
     }
@@ -46,7 +43,6 @@ impl Particles {
     }
 
     /// Where one of them is, m, and sine and cosine of its heading.
-    #[must_use]
     pub fn place(&self, k: usize) -> (Vector2<f64>, f64, f64) {
         let (sin, cos) = self.sin_cos[k];
         (Vector2::new(self.x_m[k], self.y_m[k]), sin, cos)

@@ -34,14 +34,12 @@ pub struct Recovery {
 
 impl Recovery {
     /// Begins without an opinion: the first scan is as good as can be expected.
-    #[must_use]
     pub fn trusting() -> Self {
         Self { w_slow: 0.0, w_fast: 0.0 }
     }
 
     /// Begins lost: nothing was explained yet, and `expected` is the likelihood
     /// of a beam at the right pose.
-    #[must_use]
     pub fn lost(expected: f64) -> Self {
         Self { w_slow: expected, w_fast: 0.0 }
     }
@@ -67,7 +65,6 @@ impl Recovery {
     }
 
     /// Which share of the belief is to come from everywhere.
-    #[must_use]
     pub fn share(&self) -> f64 {
         if self.w_slow > 0.0 { (1.0 - self.w_fast / self.w_slow).clamp(0.0, 1.0) } else { 0.0 }
     }

@@ -45,7 +45,6 @@ pub struct Search {
 
 impl Search {
     /// None is under way.
-    #[must_use]
     pub fn new(seed: u64) -> Self {
         Self { cloud: Cloud::new(seed, 4), places: Random::new(seed, 6) }
     }

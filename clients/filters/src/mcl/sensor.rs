@@ -93,7 +93,6 @@ pub struct Use {
 
 impl Sensor {
     /// For a floor plan. `scan` has the laser's beams.
-    #[must_use]
     pub fn of_world(world: &World, model: BeamModel, beams: Beams, scan: Scan, how: Use) -> Self {
         let own_m = model.sigma_hit_m;
         let field = |sigma_m: f64| {
@@ -112,7 +111,6 @@ impl Sensor {
     }
 
     /// For a map of cells, which has no rays.
-    #[must_use]
     pub fn of_map(
         map: &OccupancyMap,
         distances: &DistanceField,
@@ -144,7 +142,6 @@ impl Sensor {
     }
 
     /// The likelihood of a beam that is to be expected at the right pose.
-    #[must_use]
     pub fn expected_likelihood(&self) -> f64 {
         trig::exp(match &self.rays {
             None => self.fields[0].expected_log(),

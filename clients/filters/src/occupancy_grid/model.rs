@@ -12,73 +12,56 @@ use crate::numbers::number;
 /// What a beam says that met nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum NothingMet {
-    /// There is nothing up to the longest range, as the book has it
+    /// Free space up to the maximum length
     Clears,
-    /// There is nothing up to what is already held to be occupied
+    /// Free space up to the first occupied cell
     Stops,
-    /// Nothing at all
+    /// No information
     Ignored,
 }
 
 /// What a reading is believed to say about cells.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
-#[command(next_help_heading = "What is believed of a reading (Probabilistic Robotics, Table 9.2)")]
+#[command(next_help_heading = "Occupancy model (Probabilistic Robotics, Table 9.2)")]
 pub struct InverseModel {
     /// Side of a cell, m
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().cell_m, value_parser = side)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.05, value_parser = side)]
     pub cell_m: f64,
 
-    /// How probable a cell is to be occupied where one beam ended
-    #[arg(long, value_name = "P", default_value_t = Self::default().p_occupied, value_parser = occupied)]
+    /// Occupancy probability where one beam ends
+    #[arg(long, value_name = "P", default_value_t = 0.7, value_parser = occupied)]
     pub p_occupied: f64,
 
-    /// and where one went through
-    #[arg(long, value_name = "P", default_value_t = Self::default().p_free, value_parser = free)]
+    /// Occupancy probability where one beam passes
+    #[arg(long, value_name = "P", default_value_t = 0.4, value_parser = free)]
     pub p_free: f64,
 
-    /// No cell is more probable to be occupied than this, which is above the 0.65 from
-    /// which a map shows it as occupied,
-    #[arg(long, value_name = "P", default_value_t = Self::default().p_most, value_parser = most)]
+    /// Maximum occupancy probability of a cell, above 0.65
+    #[arg(long, value_name = "P", default_value_t = 0.971, value_parser = most)]
     pub p_most: f64,
 
-    /// nor less than this, which is below the 0.196 under which it shows as free
-    #[arg(long, value_name = "P", default_value_t = Self::default().p_least, value_parser = least)]
+    /// Minimum occupancy probability of a cell, below 0.196
+    #[arg(long, value_name = "P", default_value_t = 0.1192, value_parser = least)]
     pub p_least: f64,
 
-    /// How thick things are (α of the book), m; 0: as thick as the cell in which a
-    /// beam ends
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().thickness_m, value_parser = length)]
+    /// Thickness of obstacles (α), m, 0 for one cell
+    #[arg(long, value_name = "METRES", default_value_t = 0.0, value_parser = length)]
     pub thickness_m: f64,
 
-    /// What a beam says that met nothing
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = Self::default().nothing_met)]
+    /// Meaning of a beam without an echo
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = NothingMet::Stops)]
     pub nothing_met: NothingMet,
 
-    /// up to this length, m
-    #[arg(long, value_name = "METRES", default_value_t = Self::default().nothing_m, value_parser = side)]
+    /// Free length of a beam without an echo, m
+    #[arg(long, value_name = "METRES", default_value_t = 8.0, value_parser = side)]
     pub nothing_m: f64,
 
-    /// Use beams up to this length, m; longer ones clear as far as that
-    /// [default: the laser's longest]
+    /// Maximum length of a beam, m [default: the laser's]
     #[arg(long, value_name = "METRES", value_parser = side)]
     pub reach_m: Option<f64>,
 }
 
-impl Default for InverseModel {
-    fn default() -> Self {
-        Self {
-            cell_m: 0.05,
-            p_occupied: 0.7,
-            p_free: 0.4,
-            p_most: 0.971,
-            p_least: 0.1192,
-            thickness_m: 0.0,
-            nothing_met: NothingMet::Stops,
-            nothing_m: 8.0,
-            reach_m: None,
-        }
-    }
-}
+crate::numbers::default_of_command_line!(InverseModel);
 
 fn side(text: &str) -> Result<f64, String> {
     number(text, |v| (1e-3..=1e3).contains(&v), "a length in metres, 0.001 to 1000")

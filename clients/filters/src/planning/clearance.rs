@@ -29,7 +29,6 @@ pub struct Clearance {
 impl Clearance {
     /// From the cells that are occupied, and as `unknown` has it from those that
     /// nobody knows.
-    #[must_use]
     pub fn of_map(map: &OccupancyMap, unknown: Unknown) -> Self {
         let frame = map.frame;
         let squares = squares_to(map, |cell| match cell {
@@ -46,13 +45,11 @@ impl Clearance {
     }
 
     /// Distance from the centre of a cell to that of the nearest wall, m.
-    #[must_use]
     pub fn at(&self, cell: usize) -> f64 {
         self.distances_m[cell]
     }
 
     /// The same of the cell that a point is in; 0 beyond the map.
-    #[must_use]
     pub fn at_point(&self, point: Point2<f64>) -> f64 {
         self.frame.cell_at(point).map_or(0.0, |cell| self.at(cell))
     }

@@ -19,6 +19,7 @@ use nalgebra::Point2;
 use rusty_contract::Start;
 
 use super::Clearance;
+use crate::grid::NEIGHBOURS;
 use crate::surroundings::Caution;
 
 /// A step that just passes costs five times its length: as long as there is a
@@ -39,7 +40,6 @@ pub struct Room {
 impl Room {
     /// For a robot on a map with such cells: body and margin, and half the
     /// diagonal by which it may be off the centre of its cell.
-    #[must_use]
     pub fn on_cells(start: &Start, caution: &Caution, liked_m: f64, cell_m: f64) -> Self {
         let needed_m = start.robot.body_radius_m + caution.margin_m + 0.71 * cell_m;
         Self { needed_m, liked_m, dislike: DISLIKE }
@@ -47,7 +47,6 @@ impl Room {
 
     /// What a step costs for each metre of it where the nearest wall is this far;
     /// infinite where it is too near.
-    #[must_use]
     pub fn cost(&self, clearance_m: f64) -> f64 {
         if clearance_m < self.needed_m {
             return f64::INFINITY;
@@ -71,7 +70,6 @@ pub struct Routes {
 impl Routes {
     /// All ways from the cell `start`; where that is too near to a wall, there
     /// are none.
-    #[must_use]
     pub fn new(clearance: &Clearance, room: &Room, start: usize) -> Self {
         let frame = clearance.frame;
         let weight: Vec<f64> =
@@ -88,9 +86,8 @@ impl Routes {
             if costs[cell].to_bits() != bits {
                 continue;
             }
-            let (column, row) = ((cell % frame.width) as i64, (cell / frame.width) as i64);
             for (dx, dy) in NEIGHBOURS {
-                let Some(next) = frame.index(column + dx, row + dy) else { continue };
+                let Some(next) = frame.beside(cell, (dx, dy)) else { continue };
                 let length_m = if dx * dy == 0 { 1.0 } else { std::f64::consts::SQRT_2 };
                 let step = 0.5 * (weight[cell] + weight[next]) * length_m * frame.cell_m;
                 let cost = costs[cell] + step;
@@ -105,14 +102,12 @@ impl Routes {
     }
 
     /// What the way to a cell costs; infinite where there is none.
-    #[must_use]
     pub fn cost(&self, cell: usize) -> f64 {
         self.costs[cell]
     }
 
     /// The cells of the way to a cell, both ends included; empty where there is
     /// none.
-    #[must_use]
     pub fn cells_to(&self, cell: usize) -> Vec<usize> {
         if !self.costs[cell].is_finite() {
             return Vec::new();
@@ -128,12 +123,7 @@ impl Routes {
     }
 }
 
-/// Steps to the eight neighbours of a cell.
-const NEIGHBOURS: [(i64, i64); 8] =
-    [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
-
 /// The cell with enough room nearest to a point, no farther than `within_m`.
-#[must_use]
 pub fn nearest_free(
     clearance: &Clearance,
     room: &Room,

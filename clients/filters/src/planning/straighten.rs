@@ -15,7 +15,6 @@ use super::{Clearance, Room};
 const SLACK: f64 = 1.0 + 1e-6;
 
 /// The corners of a way through the centres of these cells, both ends included.
-#[must_use]
 pub fn straighten(clearance: &Clearance, room: &Room, cells: &[usize]) -> Vec<Point2<f64>> {
     let frame = clearance.frame;
     let centres: Vec<Point2<f64>> = cells.iter().map(|cell| frame.centre(*cell)).collect();
@@ -41,7 +40,6 @@ pub fn straighten(clearance: &Clearance, room: &Room, cells: &[usize]) -> Vec<Po
 
 /// What a straight piece costs, by the cells that it crosses; infinite where one
 /// of them is too near to a wall.
-#[must_use]
 pub fn line_cost(clearance: &Clearance, room: &Room, from: Point2<f64>, to: Point2<f64>) -> f64 {
     let along = to - from;
     let length_m = along.norm();

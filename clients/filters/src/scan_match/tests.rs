@@ -7,7 +7,7 @@ use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Scan, Twist, World, WorldSpec
 
 use super::*;
 use crate::Random;
-use crate::localiser::told_tests::told;
+use crate::told_tests::told;
 
 /// What a filter is told of a run in which nothing is given but the start.
 pub(crate) fn start(lidar: &LidarConfig, initial_pose: Option<SE2>) -> Start {

@@ -60,7 +60,7 @@ struct MeasureArgs {
 fn main() -> Exit {
     let cli = Cli::parse();
     match cli.verb {
-        None => run_witness::<Logger>(&cli.args),
+        None => run_witness(&cli.args, |start, brief| Logger::new(start, brief, &cli.args)),
         Some(Verb::Measure(args)) => measure(args),
     }
 }

@@ -56,12 +56,20 @@ impl Group {
 
     /// Turns the beams by an angle and forgets what they met.
     #[inline(always)]
-    pub fn aim<F: Pack<Number = f64, Array = Lanes>>(&mut self, sin: f64, cos: f64, max_m: f64) {
-        let (sin, cos, nothing) = (F::all(sin), F::all(cos), F::all(f64::NEG_INFINITY));
-        let (x, y) = (F::load(&self.in_sensor_x), F::load(&self.in_sensor_y));
+    pub fn aim<F: Pack<Number = f64, Array = Lanes>>(
+        &mut self,
+        token: F::Token,
+        sin: f64,
+        cos: f64,
+        max_m: f64,
+    ) {
+        let (sin, cos, nothing) =
+            (F::all(token, sin), F::all(token, cos), F::all(token, f64::NEG_INFINITY));
+        let (x, y) = (F::load(token, &self.in_sensor_x), F::load(token, &self.in_sensor_y));
         self.x = (cos * x - sin * y).store();
         self.y = (sin * x + cos * y).store();
-        self.t = F::choose(F::load(&self.t).eq(nothing), nothing, F::all(max_m)).store();
+        self.t =
+            F::choose(F::load(token, &self.t).eq(nothing), nothing, F::all(token, max_m)).store();
         self.index = [f64::INFINITY; BEAMS];
     }
 
@@ -69,7 +77,7 @@ impl Group {
     /// the four. At equal distance it can: the index decides.
     #[inline(always)]
     pub fn sees<F: Pack<Number = f64, Array = Lanes>>(&self, bound: F) -> bool {
-        F::bits(bound.le(F::load(&self.t))) != 0
+        F::bits(bound.le(F::load(bound.token(), &self.t))) != 0
     }
 
     /// Puts a wall to the four beams: rules 1 and 4 of [`crate::wall`], with its
@@ -77,8 +85,9 @@ impl Group {
     /// rules 2 and 3 are then for the caller, and the lane is left as it was.
     #[inline(always)]
     pub fn meet<F: Pack<Number = f64, Array = Lanes>>(&mut self, wall: &Seen<F>) -> bool {
-        let zero = F::all(0.0);
-        let (x, y) = (F::load(&self.x), F::load(&self.y));
+        let token = wall.a_x.token();
+        let zero = F::all(token, 0.0);
+        let (x, y) = (F::load(token, &self.x), F::load(token, &self.y));
         let s_a = x * wall.a_y - y * wall.a_x;
         let s_b = x * wall.b_y - y * wall.b_x;
         let p_a = x * wall.a_x + y * wall.a_y;
@@ -90,7 +99,7 @@ impl Group {
         let (a_ahead, b_ahead) = (zero.le(p_a), zero.le(p_b));
         let before = (a_ahead & b_ahead) | ((a_ahead | b_ahead) & !(b_left ^ wall.left));
         let hit = (a_left ^ b_left) & !at_end & before;
-        let (t_so_far, index_so_far) = (F::load(&self.t), F::load(&self.index));
+        let (t_so_far, index_so_far) = (F::load(token, &self.t), F::load(token, &self.index));
         let tie = t.eq(t_so_far) & wall.index.lt(index_so_far);
         let better = hit & (t.lt(t_so_far) | tie);
         self.t = F::choose(better, t, t_so_far).store();

@@ -17,6 +17,8 @@ pub(super) use crate::wall_blocks::WALLS;
 pub(super) trait Pack:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
+    /// The right to make numbers of nothing: the [`Way`] itself.
+    type Token: Copy;
     /// `f64` or `f32`.
     type Number: Copy;
     /// The numbers in memory.
@@ -28,10 +30,12 @@ pub(super) trait Pack:
         + BitXor<Output = Self::Mask>
         + Not<Output = Self::Mask>;
 
+    /// The token with which this was made.
+    fn token(self) -> Self::Token;
     /// The same number in every lane.
-    fn all(number: Self::Number) -> Self;
+    fn all(token: Self::Token, number: Self::Number) -> Self;
     /// From memory.
-    fn load(numbers: &Self::Array) -> Self;
+    fn load(token: Self::Token, numbers: &Self::Array) -> Self;
     /// To memory.
     fn store(self) -> Self::Array;
     /// Without the signs.
@@ -53,22 +57,22 @@ pub(super) trait Pack:
     /// Bit k of the result is lane k of the mask.
     fn bits(mask: Self::Mask) -> u32;
     /// The same truth in every lane.
-    fn every(truth: bool) -> Self::Mask;
+    fn every(token: Self::Token, truth: bool) -> Self::Mask;
 }
 
 /// Numbers that are good to seven digits.
 pub(super) trait Rough: Pack<Number = f32, Array = [f32; WALLS]> {
     /// The differences between `f64` numbers and one of them, rounded.
-    fn differences(numbers: &[f64; WALLS], from: f64) -> Self;
+    fn differences(token: Self::Token, numbers: &[f64; WALLS], from: f64) -> Self;
     /// Cut off to whole numbers; the numbers are between 0 and 2³¹, or the
     /// result is anything.
     fn whole(self) -> [i32; WALLS];
 }
 
 /// A way of computing.
-pub(super) trait Way {
+pub(super) trait Way: Copy {
     /// For results.
-    type Exact: Pack<Number = f64, Array = [f64; BEAMS]>;
+    type Exact: Pack<Token = Self, Number = f64, Array = [f64; BEAMS]>;
     /// For decisions.
-    type Rough: Rough;
+    type Rough: Rough + Pack<Token = Self>;
 }

@@ -5,7 +5,8 @@ use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Not, Sub};
 use super::lanes::{BEAMS, Pack, Rough, WALLS, Way};
 
 /// Computing with arrays.
-pub(super) enum Plain {}
+#[derive(Clone, Copy)]
+pub(super) struct Plain;
 
 impl Way for Plain {
     type Exact = Array<f64, BEAMS>;
@@ -66,17 +67,23 @@ macro_rules! pack {
         }
 
         impl Pack for Array<$number, $lanes> {
+            type Token = Plain;
             type Number = $number;
             type Array = [$number; $lanes];
             type Mask = Truths<$bits, $lanes>;
 
             #[inline(always)]
-            fn all(number: $number) -> Self {
+            fn token(self) -> Plain {
+                Plain
+            }
+
+            #[inline(always)]
+            fn all(_: Plain, number: $number) -> Self {
                 Self([number; $lanes])
             }
 
             #[inline(always)]
-            fn load(numbers: &[$number; $lanes]) -> Self {
+            fn load(_: Plain, numbers: &[$number; $lanes]) -> Self {
                 Self(*numbers)
             }
 
@@ -142,7 +149,7 @@ macro_rules! pack {
             }
 
             #[inline(always)]
-            fn every(truth: bool) -> Self::Mask {
+            fn every(_: Plain, truth: bool) -> Self::Mask {
                 Truths([<$bits>::from(truth).wrapping_neg(); $lanes])
             }
         }
@@ -154,7 +161,7 @@ pack!(f32, u32, WALLS);
 
 impl Rough for Array<f32, WALLS> {
     #[inline(always)]
-    fn differences(numbers: &[f64; WALLS], from: f64) -> Self {
+    fn differences(_: Plain, numbers: &[f64; WALLS], from: f64) -> Self {
         let mut differences = [0.0; WALLS];
         for lane in 0..WALLS {
             differences[lane] = (numbers[lane] - from) as f32;

@@ -35,17 +35,18 @@ const BEARING_ERROR_RAD: f32 = 3e-5;
 /// 4.4.49: a polynomial for arctan on [0, 1] with an error of 1e-5.
 #[inline(always)]
 fn rough_bearings_rad<F: Rough>(x: F, y: F) -> F {
-    let zero = F::all(0.0);
+    let token = x.token();
+    let zero = F::all(token, 0.0);
     let (w, h) = (x.abs(), y.abs());
     let slope = w.min(h) / w.max(h);
     let q = slope * slope;
-    let mut sum = F::all(0.020_835_1);
+    let mut sum = F::all(token, 0.020_835_1);
     for coefficient in [-0.085_133, 0.180_141, -0.330_299_5, 0.999_866] {
-        sum = sum * q + F::all(coefficient);
+        sum = sum * q + F::all(token, coefficient);
     }
     let arc = sum * slope;
-    let arc = F::choose(w.lt(h), F::all(FRAC_PI_2) - arc, arc);
-    let arc = F::choose(x.lt(zero), F::all(PI) - arc, arc);
+    let arc = F::choose(w.lt(h), F::all(token, FRAC_PI_2) - arc, arc);
+    let arc = F::choose(x.lt(zero), F::all(token, PI) - arc, arc);
     F::choose(y.lt(zero), zero - arc, arc)
 }
 
@@ -91,19 +92,22 @@ impl Bearings {
     /// all of them where `all` is set.
     #[inline(always)]
     fn between<F: Rough>(&self, a: (F, F), b: (F, F), all: F::Mask) -> Spans {
-        let (zero, circle, base_rad) = (F::all(0.0), F::all(TAU), F::all(self.base_rad));
+        let token = a.0.token();
+        let (zero, circle, base_rad) =
+            (F::all(token, 0.0), F::all(token, TAU), F::all(token, self.base_rad));
         let in_circle = |rad: F| F::choose(rad.lt(zero), rad + circle, rad);
         // From (−3π, π] to [0, 2π].
         let turned = |rad: F| in_circle(in_circle(rad - base_rad));
         let from = turned(rough_bearings_rad(a.0, a.1));
         let width = in_circle(turned(rough_bearings_rad(b.0, b.1)) - from);
         // Something seen from its end: the bearings are equal but for their error.
-        let width = F::choose(F::all(1.5 * PI).lt(width), zero, width);
-        let from = in_circle(from - F::all(BEARING_ERROR_RAD));
+        let width = F::choose(F::all(token, 1.5 * PI).lt(width), zero, width);
+        let from = in_circle(from - F::all(token, BEARING_ERROR_RAD));
         let from = F::choose(all, zero, from);
-        let to = F::choose(all, circle, from + width + F::all(2.0 * BEARING_ERROR_RAD));
-        let (groups_per_rad, groups) = (F::all(self.groups_per_rad), F::all(self.groups));
-        let end = |rad: F| (rad * groups_per_rad + F::all(1.0)).min(groups);
+        let to = F::choose(all, circle, from + width + F::all(token, 2.0 * BEARING_ERROR_RAD));
+        let (groups_per_rad, groups) =
+            (F::all(token, self.groups_per_rad), F::all(token, self.groups));
+        let end = |rad: F| (rad * groups_per_rad + F::all(token, 1.0)).min(groups);
         Spans {
             from: (from * groups_per_rad).min(groups).whole(),
             to: end(to).whole(),
@@ -130,11 +134,12 @@ impl<F: Rough> EightWalls<F> {
     /// The ends are relative to the sensor.
     #[inline(always)]
     pub fn new(a_x: F, a_y: F, b_x: F, b_y: F) -> Self {
-        let (zero, one, tiny) = (F::all(0.0), F::all(1.0), F::all(1e-25));
+        let token = a_x.token();
+        let (zero, one, tiny) = (F::all(token, 0.0), F::all(token, 1.0), F::all(token, 1e-25));
         let turn = a_x * b_y - a_y * b_x;
         let dot = a_x * b_x + a_y * b_y;
         let (a, b) = (a_x * a_x + a_y * a_y, b_x * b_x + b_y * b_y);
-        let straight = (turn * turn).le(F::all(1e-10) * (a * b)) & dot.le(zero);
+        let straight = (turn * turn).le(F::all(token, 1e-10) * (a * b)) & dot.le(zero);
         // Below `tiny`, products of coordinates lose digits or vanish.
         let here = straight | a.lt(tiny) | b.lt(tiny);
 
@@ -175,13 +180,14 @@ impl<F: Rough> EightBoxes<F> {
     /// The corners are relative to the sensor.
     #[inline(always)]
     pub fn new(x_lo: F, y_lo: F, x_hi: F, y_hi: F) -> Self {
-        let zero = F::all(0.0);
+        let token = x_lo.token();
+        let zero = F::all(token, 0.0);
         // In this order, NaN stays NaN.
         let dx = zero.max(x_lo.max(zero - x_hi));
         let dy = zero.max(y_lo.max(zero - y_hi));
         let distance_squared = dx * dx + dy * dy;
         let size = (x_hi - x_lo) + (y_hi - y_lo);
-        let near = distance_squared.le(F::all(1e-5) * (size * size));
+        let near = distance_squared.le(F::all(token, 1e-5) * (size * size));
         // Twice the farthest corner is no less than both ends of any wall.
         let reach = x_lo.abs() + x_hi.abs() + y_lo.abs() + y_hi.abs();
         let bound = lower(distance_squared.sqrt(), reach + reach);
@@ -192,7 +198,7 @@ impl<F: Rough> EightBoxes<F> {
     /// that stand out to the right and to the left.
     #[inline(always)]
     pub fn spans(&self, bearings: &Bearings) -> Spans {
-        let zero = F::all(0.0);
+        let zero = F::all(self.bound.token(), 0.0);
         let Self { x_lo, x_hi, y_lo, y_hi, near, .. } = *self;
         let (above, below) = (zero.lt(y_lo), y_hi.lt(zero));
         let (east, west) = (zero.lt(x_lo), x_hi.lt(zero));
@@ -211,7 +217,8 @@ impl<F: Rough> EightBoxes<F> {
 /// to `reach_m`, is computed to be nearer than this.
 #[inline(always)]
 fn lower<F: Rough>(distance_m: F, reach_m: F) -> F {
-    distance_m * F::all(1.0 - 1e-6) - F::all(4e-6) * reach_m
+    let token = reach_m.token();
+    distance_m * F::all(token, 1.0 - 1e-6) - F::all(token, 4e-6) * reach_m
 }
 
 #[cfg(test)]
@@ -229,7 +236,7 @@ mod tests {
             let bearing_rad = -core::f64::consts::PI + f64::from(k) * 6.283e-5;
             let (s, c) = trig::sin_cos(bearing_rad);
             for length_m in [1e-12, 1.0, 1e9] {
-                let number = |x: f64| Numbers::all((length_m * x) as f32);
+                let number = |x: f64| Numbers::all(Plain, (length_m * x) as f32);
                 let found = rough_bearings_rad(number(c), number(s)).store();
                 let error_rad = (f64::from(found[1]) - bearing_rad).abs();
                 assert!(error_rad < 1.3e-5, "{bearing_rad}: {error_rad}");
@@ -242,7 +249,7 @@ mod tests {
         let bearings = Bearings { base_rad: 0.0, groups_per_rad: 1e4, groups: TAU * 1e4 };
         // A box on each side and beyond each corner.
         for (x, y) in [(3, 0), (3, 3), (0, 3), (-3, 3), (-3, 0), (-3, -3), (0, -3), (3, -3)] {
-            let at = |x: i32| Numbers::all(x as f32);
+            let at = |x: i32| Numbers::all(Plain, x as f32);
             let boxes = EightBoxes::new(at(x - 1), at(y - 1), at(x + 1), at(y + 1));
             let span = boxes.spans(&bearings).get(2);
             let around = |y: i32, x: i32| {

@@ -2,34 +2,31 @@
 //!
 //! Every `unsafe` block here calls instructions of AVX or AVX2 on registers, or
 //! loads and stores an array that it is given; what they need is a processor
-//! that has them. [`Wide`] is named in one place, `Scan::take_wide`, which is
-//! compiled for AVX2 and called only where the processor was asked. So no value
-//! of these types exists anywhere else.
+//! that has them. Each value has the [`Avx2`] with which it was made, and without one
+//! none can be made.
 
 use core::arch::x86_64::*;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Not, Sub};
 
 use super::lanes::{BEAMS, Pack, Rough, WALLS, Way};
+use crate::avx2::Avx2;
 
-/// Computing with AVX2.
-pub(super) enum Wide {}
-
-impl Way for Wide {
+impl Way for Avx2 {
     type Exact = Four;
     type Rough = Eight;
 }
 
 /// Four `f64`.
 #[derive(Clone, Copy)]
-pub(super) struct Four(__m256d);
+pub(super) struct Four(__m256d, Avx2);
 
 /// Eight `f32`.
 #[derive(Clone, Copy)]
-pub(super) struct Eight(__m256);
+pub(super) struct Eight(__m256, Avx2);
 
 /// A truth for each lane of a register: all ones or all zeros.
 #[derive(Clone, Copy)]
-pub(super) struct Truths<T>(T);
+pub(super) struct Truths<T>(T, Avx2);
 
 /// An operator on registers, by the instruction that does it.
 macro_rules! operator {
@@ -38,8 +35,8 @@ macro_rules! operator {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                // SAFETY: values of this type exist only where there is AVX2.
-                Self(unsafe { $instruction(self.0, other.0) })
+                // SAFETY: the processor has AVX2: `self` has the proof.
+                Self(unsafe { $instruction(self.0, other.0) }, self.1)
             }
         }
     };
@@ -69,25 +66,31 @@ macro_rules! pack {
             type Output = Self;
             #[inline(always)]
             fn not(self) -> Self {
-                self ^ $type::every(true)
+                self ^ $type::every(self.1, true)
             }
         }
 
         impl Pack for $type {
+            type Token = Avx2;
             type Number = $number;
             type Array = [$number; $lanes];
             type Mask = Truths<$register>;
 
             #[inline(always)]
-            fn all(number: $number) -> Self {
-                // SAFETY: named only where there is AVX2, see the module.
-                Self(unsafe { $all(number) })
+            fn token(self) -> Avx2 {
+                self.1
             }
 
             #[inline(always)]
-            fn load(numbers: &[$number; $lanes]) -> Self {
+            fn all(avx2: Avx2, number: $number) -> Self {
+                // SAFETY: the processor has AVX2, as `avx2` proves.
+                Self(unsafe { $all(number) }, avx2)
+            }
+
+            #[inline(always)]
+            fn load(avx2: Avx2, numbers: &[$number; $lanes]) -> Self {
                 // SAFETY: as for `all`; the array is as long as the register.
-                Self(unsafe { $load(numbers.as_ptr()) })
+                Self(unsafe { $load(numbers.as_ptr()) }, avx2)
             }
 
             #[inline(always)]
@@ -101,50 +104,50 @@ macro_rules! pack {
             #[inline(always)]
             fn abs(self) -> Self {
                 // SAFETY: as for `all`.
-                Self(unsafe { $andnot($all(-0.0), self.0) })
+                Self(unsafe { $andnot($all(-0.0), self.0) }, self.1)
             }
 
             #[inline(always)]
             fn sqrt(self) -> Self {
                 // SAFETY: as for `all`.
-                Self(unsafe { $sqrt(self.0) })
+                Self(unsafe { $sqrt(self.0) }, self.1)
             }
 
             #[inline(always)]
             fn max(self, other: Self) -> Self {
                 // SAFETY: as for `all`. For NaN and for zeros of unlike sign the
                 // instruction returns its second operand, as it should.
-                Self(unsafe { $max(self.0, other.0) })
+                Self(unsafe { $max(self.0, other.0) }, self.1)
             }
 
             #[inline(always)]
             fn min(self, other: Self) -> Self {
                 // SAFETY: as for `max`.
-                Self(unsafe { $min(self.0, other.0) })
+                Self(unsafe { $min(self.0, other.0) }, self.1)
             }
 
             #[inline(always)]
             fn lt(self, other: Self) -> Self::Mask {
                 // SAFETY: as for `all`.
-                Truths(unsafe { $cmp::<_CMP_LT_OQ>(self.0, other.0) })
+                Truths(unsafe { $cmp::<_CMP_LT_OQ>(self.0, other.0) }, self.1)
             }
 
             #[inline(always)]
             fn le(self, other: Self) -> Self::Mask {
                 // SAFETY: as for `all`.
-                Truths(unsafe { $cmp::<_CMP_LE_OQ>(self.0, other.0) })
+                Truths(unsafe { $cmp::<_CMP_LE_OQ>(self.0, other.0) }, self.1)
             }
 
             #[inline(always)]
             fn eq(self, other: Self) -> Self::Mask {
                 // SAFETY: as for `all`.
-                Truths(unsafe { $cmp::<_CMP_EQ_OQ>(self.0, other.0) })
+                Truths(unsafe { $cmp::<_CMP_EQ_OQ>(self.0, other.0) }, self.1)
             }
 
             #[inline(always)]
             fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self {
                 // SAFETY: as for `all`.
-                Self(unsafe { $blend(no.0, yes.0, mask.0) })
+                Self(unsafe { $blend(no.0, yes.0, mask.0) }, yes.1)
             }
 
             #[inline(always)]
@@ -154,9 +157,9 @@ macro_rules! pack {
             }
 
             #[inline(always)]
-            fn every(truth: bool) -> Self::Mask {
+            fn every(avx2: Avx2, truth: bool) -> Self::Mask {
                 // SAFETY: as for `all`.
-                Truths(unsafe { $from_integers(_mm256_set1_epi32(-i32::from(truth))) })
+                Truths(unsafe { $from_integers(_mm256_set1_epi32(-i32::from(truth))) }, avx2)
             }
         }
     };
@@ -173,13 +176,13 @@ pack!(Eight, __m256, f32, WALLS, _mm256_castsi256_ps,
 
 impl Rough for Eight {
     #[inline(always)]
-    fn differences(numbers: &[f64; WALLS], from: f64) -> Self {
+    fn differences(avx2: Avx2, numbers: &[f64; WALLS], from: f64) -> Self {
         // SAFETY: as for `all` and `load`: twice four numbers.
         unsafe {
             let from = _mm256_set1_pd(from);
             let low = _mm256_sub_pd(_mm256_loadu_pd(numbers.as_ptr()), from);
             let high = _mm256_sub_pd(_mm256_loadu_pd(numbers.as_ptr().add(BEAMS)), from);
-            Self(_mm256_set_m128(_mm256_cvtpd_ps(high), _mm256_cvtpd_ps(low)))
+            Self(_mm256_set_m128(_mm256_cvtpd_ps(high), _mm256_cvtpd_ps(low)), avx2)
         }
     }
 

@@ -1,16 +1,10 @@
 //! A filter of dead reckoning whose beliefs are odd in the way it is told:
 //! `nan`, `many`, `empty`, `panic`, or `none`.
 
-use clap::Parser;
 use rusty_clients::prelude::*;
-use rusty_clients::{ClientArgs, Filter, run_from};
-use rusty_contract::{BeliefKind, WeightedPose};
 
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    args: ClientArgs,
-
+#[derive(clap::Args)]
+struct Options {
     #[arg(long, default_value = "none")]
     odd: String,
 }
@@ -23,7 +17,9 @@ struct Odd {
 }
 
 impl Filter for Odd {
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+    const SHOWS_BELIEF: bool = true;
+
+    fn update(&mut self, tick: &Tick<'_>) -> Reply {
         let moved = odometry_delta(self.last, tick.ticks(), &self.drive);
         self.last = tick.ticks();
         self.pose_in_world = self.pose_in_world.boxplus(&moved);
@@ -47,8 +43,7 @@ impl Filter for Odd {
 }
 
 fn main() -> Exit {
-    let Cli { args, odd } = Cli::parse();
-    run_from(&args, |start| {
+    rusty_clients::run(|start, Options { odd }| {
         let (drive, last) = (start.robot.drive, EncoderTicks::default());
         Ok(Odd { odd, drive, pose_in_world: start.initial_pose.unwrap_or_default(), last })
     })

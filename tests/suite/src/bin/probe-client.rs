@@ -99,8 +99,7 @@ fn main() -> Exit {
 
 fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), LinkError> {
     let start = link.start().clone();
-    let mut odometry =
-        DeadReckoning::new(start.robot.drive, start.initial_pose.unwrap_or_default());
+    let mut odometry = DeadReckoning::of_start(&start);
     assert!(cli.mode != "needs-map" || start.map.is_some(), "no map");
     let mut integral = start.initial_pose.unwrap_or_default();
     let mut dice = 0x1234_5678_9ABC_DEF0u64;

@@ -4,17 +4,13 @@
 
 use nalgebra::Matrix3;
 use rusty_clients::dead_reckoning::DeadReckoning;
-use rusty_clients::{Estimator, Tick};
-use rusty_contract::{Estimate, Exit, Reply, Start};
+use rusty_clients::{Filter, Tick};
+use rusty_contract::{Estimate, Exit, Reply};
 
 struct Surprised(DeadReckoning);
 
-impl Estimator for Surprised {
-    fn start(start: &Start) -> Self {
-        Self(DeadReckoning::start(start))
-    }
-
-    fn tick(&mut self, tick: &Tick<'_>) -> Reply {
+impl Filter for Surprised {
+    fn update(&mut self, tick: &Tick<'_>) -> Reply {
         let pose = self.0.advance(tick.ticks());
         let k = tick.tick();
         if k % 11 == 3 {
@@ -37,5 +33,5 @@ impl Estimator for Surprised {
 }
 
 fn main() -> Exit {
-    rusty_clients::run::<Surprised>()
+    rusty_clients::run(|start, ()| Ok(Surprised(DeadReckoning::of_start(start))))
 }

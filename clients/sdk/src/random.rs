@@ -1,9 +1,8 @@
 //! Random numbers of a filter: the same on every machine and in every run.
 //!
-//! A filter that samples has a seed of its own, which is no secret and has
-//! nothing to do with the world's, which it is never told. Each purpose (motion,
-//! resampling, …) takes a stream of its own, so that a change in how many numbers
-//! one of them draws leaves the others as they were.
+//! The seed is the filter's, and not related to the seed of the world. Each purpose
+//! (motion, resampling, …) has a separate stream, so that the count of numbers drawn
+//! for one does not change another.
 
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng, SeedableRng};
