@@ -6,6 +6,7 @@
 //! * [`quantiles`]: what a list of durations comes to;
 //! * [`usage`]: what a process has used of the machine;
 //! * [`stage`], [`stamps`]: repetitions with real processes, and their clock;
+//! * [`results`]: rows of figures, as tables and as JSON;
 //! * [`report`]: the document that every bench prints;
 //! * [`alternate`]: several ways to do something, timed in turns;
 //! * [`page`]: all of them on a page.
@@ -27,8 +28,8 @@ pub mod noise;
 pub mod page;
 pub mod quantiles;
 pub mod report;
+pub mod results;
 pub mod scan;
-pub mod section;
 pub mod stage;
 pub mod stamps;
 pub mod start;

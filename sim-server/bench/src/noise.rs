@@ -11,10 +11,11 @@ use std::fs;
 use std::hint::black_box;
 use std::time::Instant;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::machine::is_debug;
 use super::quantiles::Quantiles;
+use super::results::{Results, Row};
 use super::usage::{Usage, family_cpu_ns};
 
 /// Operations in one piece of work, each waiting for the one before; together
@@ -26,7 +27,7 @@ const PIECES: usize = 40;
 const NS_PER_TICK: f64 = 1e7;
 
 /// Whether the times that were measured can be believed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// Nothing disturbed the machine that would show.
@@ -48,19 +49,19 @@ impl std::fmt::Display for Verdict {
 }
 
 /// How much the machine was disturbed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Noise {
     /// What follows.
     pub verdict: Verdict,
     /// Why it is not quiet, in words.
     pub reasons: Vec<String>,
-    /// What was measured.
+    /// The measurements; `None` where a document does not keep them.
     #[serde(flatten)]
-    pub disturbances: Disturbances,
+    pub disturbances: Option<Disturbances>,
 }
 
 /// What was measured of the noise.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Disturbances {
     /// How long the fixed piece of work took.
     pub work: Quantiles,
@@ -77,6 +78,25 @@ pub struct Disturbances {
 }
 
 impl Noise {
+    /// Returns the measurements as the results of `bench noise`.
+    #[must_use]
+    pub fn results(&self) -> Results {
+        let found = self.disturbances.unwrap_or_default();
+        let mut machine = Row::new("machine")
+            .with("work_stretch", found.work_stretch)
+            .with("put_off_per_s", found.put_off_per_s);
+        let cores = [("others_cores", found.others_cores), ("stolen_cores", found.stolen_cores)];
+        for (name, cores) in cores {
+            machine = cores.into_iter().fold(machine, |row, cores| row.with(name, cores));
+        }
+        let tables: [&[_]; 2] = [
+            &[("count", 0), ("p50_ns", 0), ("p90_ns", 0), ("p99_ns", 0), ("max_ns", 0)],
+            &[("work_stretch", 3), ("put_off_per_s", 1), ("others_cores", 2), ("stolen_cores", 2)],
+        ];
+        let work = Row::new("fixed piece of work").with_quantiles("", &found.work);
+        Results::new(&tables, [work, machine])
+    }
+
     /// One line for a person.
     #[must_use]
     pub fn line(&self) -> String {
@@ -147,7 +167,7 @@ impl NoiseMeter {
             stolen_cores: spent.map(|spent| spent.stolen as f64 * NS_PER_TICK / elapsed_ns),
         };
         let (verdict, reasons) = judge(&disturbances, is_debug());
-        Noise { verdict, reasons, disturbances }
+        Noise { verdict, reasons, disturbances: Some(disturbances) }
     }
 }
 
@@ -271,8 +291,9 @@ mod tests {
     #[test]
     fn the_meter_counts_its_pieces() {
         let noise = NoiseMeter::begin().finish();
-        assert_eq!(noise.disturbances.work.count, 2 * PIECES);
-        assert!(noise.disturbances.work_stretch >= 0.0);
+        let results = noise.results();
+        assert_eq!(results.rows[0].number("count"), 2.0 * PIECES as f64);
+        assert!(results.rows[1].number("work_stretch") >= 0.0);
         assert!(noise.line().contains("the machine was"));
     }
 }

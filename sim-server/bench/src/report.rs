@@ -1,28 +1,28 @@
 //! The document that every bench prints.
 
 use rusty_contract::{Exit, errln, outln};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::machine::Machine;
 use super::noise::{Noise, Verdict};
+use super::results::Results;
 
-/// What a bench measured, on what, and whether it can be believed.
-#[derive(Clone, Debug, Serialize)]
-pub struct Report<R: Serialize> {
-    /// Which bench: the word after `sim-server bench`.
-    pub bench: &'static str,
+/// The results of a benchmark, the machine, and its noise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// The benchmark: the word after `sim-server bench`.
+    pub bench: String,
     /// The command that made it.
     pub command: String,
-    /// On what it was measured.
+    /// The machine.
     pub machine: Machine,
-    /// How much that was disturbed meanwhile.
+    /// The noise of the machine.
     pub noise: Noise,
-    /// What came of it.
-    pub results: R,
-    /// XXH3-64 of the results as canonical JSON: keys sorted, no spaces. It
-    /// says that a table was made from this document.
+    /// The results.
+    pub results: Results,
+    /// XXH3-64 of the results as canonical JSON: keys sorted, no spaces.
     pub results_hash: String,
 }
 
@@ -35,31 +35,30 @@ pub struct Printing {
     pub accept_noise: bool,
 }
 
-impl<R: Serialize> Report<R> {
-    /// Of what was measured here, by this process's command line.
+impl Report {
+    /// Returns the report of this process's command line on this machine.
     #[must_use]
-    pub fn new(bench: &'static str, noise: Noise, results: R) -> Self {
+    pub fn new(bench: &str, noise: Noise, results: Results) -> Self {
         let mut words: Vec<String> = std::env::args().collect();
         if let Some(program) = words.first_mut() {
-            // Where the program lies is no part of what it was asked.
+            // The program's folder is not part of the command.
             *program = "sim-server".to_owned();
         }
         let (command, results_hash) = (words.join(" "), results_hash(&results));
+        let bench = bench.to_owned();
         Self { bench, command, machine: Machine::here(), noise, results, results_hash }
     }
 
-    /// Prints it: the table by `print`, then machine, noise and hash; or all
-    /// of it as JSON. Says how the verb ends: what is not to be believed is
-    /// printed and fails, unless noise was accepted.
-    pub fn finish(&self, printing: Printing, print: impl FnOnce(&R)) -> Exit {
+    /// Prints the tables, machine, noise and hash; or all of it as JSON. Returns
+    /// failure if the noise is too high and was not accepted.
+    pub fn finish(&self, printing: Printing) -> Exit {
         if printing.json {
             match serde_json::to_string_pretty(self) {
                 Ok(text) => outln!("{text}"),
                 Err(e) => errln!("sim-server: the document cannot be written: {e}"),
             }
         } else {
-            print(&self.results);
-            outln!("");
+            outln!("{}", self.results);
             outln!("machine  {}", self.machine.line());
             outln!("noise    {}", self.noise.line());
             outln!("results  {}", self.results_hash);
@@ -99,14 +98,11 @@ mod tests {
 
     #[test]
     fn what_is_not_to_be_believed_fails_unless_noise_is_accepted() {
-        let noise = |verdict| Noise {
-            verdict,
-            reasons: vec!["a test".to_owned()],
-            disturbances: super::super::noise::Disturbances::default(),
-        };
+        let noise =
+            |verdict| Noise { verdict, reasons: vec!["a test".to_owned()], disturbances: None };
         let end = |verdict, accept_noise| {
             let printing = Printing { json: false, accept_noise };
-            Report::new("test", noise(verdict), 1).finish(printing, |_| {})
+            Report::new("test", noise(verdict), Results::default()).finish(printing)
         };
         assert_eq!(end(Verdict::Quiet, false), Exit::Done);
         assert_eq!(end(Verdict::Noisy, false), Exit::Done);

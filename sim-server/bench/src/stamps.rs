@@ -1,9 +1,8 @@
 //! One clock reading per round, and what the round took.
 
-use std::ops::{Add, Sub};
+use std::ops::Add as _;
 
 use rusty_link::monotonic_ns;
-use serde::{Deserialize, Serialize};
 
 use crate::usage::Usage;
 
@@ -13,8 +12,8 @@ pub struct Stamps {
     rounds: usize,
     stamps_ns: Vec<u64>,
     pids: Vec<u32>,
-    before: Option<Used>,
-    after: Option<Used>,
+    before: Option<[Usage; 2]>,
+    after: Option<[Usage; 2]>,
 }
 
 /// What was measured in one repetition.
@@ -22,41 +21,8 @@ pub struct Stamps {
 pub struct Sample {
     /// Each round, from its beginning to that of the next, ns.
     pub durations_ns: Vec<u64>,
-    /// What the rounds took of the machine.
-    pub used: Used,
-}
-
-/// What the server and all its clients together used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Used {
-    /// This process.
-    pub server: Usage,
-    /// The others, summed.
-    pub clients: Usage,
-}
-
-/// The same for each round.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct UsePerRound {
-    /// Processor time, ns.
-    pub cpu_ns: f64,
-    /// How often the core was given away to wait.
-    pub voluntary_switches: f64,
-    /// How often the core was lost, or left by `sched_yield`.
-    pub involuntary_switches: f64,
-}
-
-impl UsePerRound {
-    /// Of `used` in so many rounds.
-    #[must_use]
-    pub fn of(used: &Usage, rounds: usize) -> Self {
-        let each = |count: u64| count as f64 / rounds.max(1) as f64;
-        Self {
-            cpu_ns: each(used.cpu_ns),
-            voluntary_switches: each(used.voluntary_switches),
-            involuntary_switches: each(used.involuntary_switches),
-        }
-    }
+    /// What the rounds took of the machine: the server, and its clients together.
+    pub used: [Usage; 2],
 }
 
 impl Stamps {
@@ -83,13 +49,13 @@ impl Stamps {
     pub fn stamp(&mut self) {
         let round = self.stamps_ns.len();
         if round == self.warm_up {
-            self.before = Used::now(&self.pids);
+            self.before = used_now(&self.pids);
         }
         if round < self.rounds_in_all() {
             self.stamps_ns.push(monotonic_ns());
         }
         if round == self.warm_up + self.rounds {
-            self.after = Used::now(&self.pids);
+            self.after = used_now(&self.pids);
         }
     }
 
@@ -99,33 +65,15 @@ impl Stamps {
         let counted = self.stamps_ns.get(self.warm_up..=self.warm_up + self.rounds)?;
         let durations_ns = counted.windows(2).map(|pair| pair[1].saturating_sub(pair[0]));
         // Where the kernel does not say, zeros.
-        let used = self.after.zip(self.before).map(|(after, before)| after - before);
+        let used = self.after.zip(self.before).map(|(a, b)| [a[0] - b[0], a[1] - b[1]]);
         Some(Sample { durations_ns: durations_ns.collect(), used: used.unwrap_or_default() })
     }
 }
 
-impl Used {
-    fn now(pids: &[u32]) -> Option<Self> {
-        let clients: Option<Vec<Usage>> = pids.iter().map(|pid| Usage::of(*pid)).collect();
-        let clients = clients?.into_iter().fold(Usage::default(), Usage::add);
-        Some(Self { server: Usage::own()?, clients })
-    }
-}
-
-impl Sub for Used {
-    type Output = Self;
-
-    fn sub(self, earlier: Self) -> Self {
-        Self { server: self.server - earlier.server, clients: self.clients - earlier.clients }
-    }
-}
-
-impl Add for Used {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self { server: self.server + other.server, clients: self.clients + other.clients }
-    }
+/// What the server and all its clients together have used, as the kernel counts.
+fn used_now(pids: &[u32]) -> Option<[Usage; 2]> {
+    let clients: Option<Vec<Usage>> = pids.iter().map(|pid| Usage::of(*pid)).collect();
+    Some([Usage::own()?, clients?.into_iter().fold(Usage::default(), Usage::add)])
 }
 
 #[cfg(test)]
@@ -149,12 +97,5 @@ mod tests {
         let mut stamps = Stamps::new(2, 3, Vec::new());
         (0..5).for_each(|_| stamps.stamp());
         assert!(stamps.finish().is_none());
-    }
-
-    #[test]
-    fn use_is_divided_by_the_rounds() {
-        let used = Usage { cpu_ns: 900, voluntary_switches: 3, ..Usage::default() };
-        let each = UsePerRound::of(&used, 3);
-        assert_eq!((each.cpu_ns, each.voluntary_switches), (300.0, 1.0));
     }
 }

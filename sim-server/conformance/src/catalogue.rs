@@ -3,14 +3,18 @@
 use rusty_contract::Role;
 use rusty_contract::Role::{Driver, Estimator, Logger, Observer, Scorer};
 
+use serde::Serialize;
+
 use super::Bench;
 use super::checks::{answering, disturbances, endings, joining};
 use super::fault::Halt;
 use super::verdict::Verdict;
 
-/// One thing the kit looks at.
+/// A rule, and how the kit tests it.
+#[derive(Serialize)]
 pub struct Check {
     /// Its name, in kebab-case.
+    #[serde(rename = "check")]
     pub name: &'static str,
     /// What is done to the client.
     pub done: &'static str,
@@ -23,20 +27,27 @@ pub struct Check {
     /// Whom it is about.
     pub roles: &'static [Role],
     /// Why it is not about the others.
+    #[serde(skip)]
     pub not_for: &'static str,
+    #[serde(skip)]
     pub(super) looks_at_undisturbed: bool,
-    pub(super) make: fn(&Bench<'_>) -> Result<Verdict, Halt>,
+    #[serde(skip)]
+    pub(super) make: Make,
 }
+
+type Make = fn(&Bench<'_>) -> Result<Verdict, Halt>;
 
 const ALL: &[Role] = &[Estimator, Driver, Scorer, Logger, Observer];
 const AWAITED: &[Role] = &[Estimator, Driver, Scorer, Logger];
 const ANSWERING: &[Role] = &[Estimator, Driver];
 const WITNESSES: &[Role] = &[Scorer, Logger];
+const TOLD: &[Role] = &[Estimator, Driver, Observer];
 const NOT_AWAITED: &str = "nobody waits for an observer, and what it says is no data";
 const NO_NUMBERS: &str = "only estimators and drivers answer with numbers";
+const BRIEFED: &str = "scorers and loggers read walls and initial pose in their sealed brief";
 const PROTOCOL: &str = "rusty_contract, \"The protocol\" (shared/contract/src/lib.rs)";
 
-const fn about_all(name: &'static str, make: fn(&Bench<'_>) -> Result<Verdict, Halt>) -> Check {
+const fn about_all(name: &'static str, make: Make) -> Check {
     Check {
         name,
         done: "",
@@ -47,6 +58,31 @@ const fn about_all(name: &'static str, make: fn(&Bench<'_>) -> Result<Verdict, H
         not_for: "",
         looks_at_undisturbed: false,
         make,
+    }
+}
+
+/// For those that the server waits for, compared with undisturbed runs.
+const fn about_awaited(name: &'static str, make: Make) -> Check {
+    let (roles, not_for) = (AWAITED, NOT_AWAITED);
+    Check { roles, not_for, looks_at_undisturbed: true, ..about_all(name, make) }
+}
+
+/// For those whose answers have numbers, compared with undisturbed runs.
+const fn about_answering(name: &'static str, make: Make) -> Check {
+    let (roles, not_for) = (ANSWERING, NO_NUMBERS);
+    Check { roles, not_for, looks_at_undisturbed: true, ..about_all(name, make) }
+}
+
+/// For those that read the world from their Start.
+const fn about_told(name: &'static str, make: Make) -> Check {
+    Check { roles: TOLD, not_for: BRIEFED, ..about_all(name, make) }
+}
+
+impl std::fmt::Display for Check {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { name, done, expected, rule, stands_in, .. } = self;
+        write!(f, "{name}\n  done      {done}\n  expected  {expected}\n")?;
+        write!(f, "  the rule  {rule}\n  see       {stands_in}")
     }
 }
 
@@ -76,10 +112,7 @@ pub const CATALOGUE: &[Check] = &[
                digest; estimators estimate or abstain, a driver commands, scorers and loggers \
                say taken",
         stands_in: "shared/contract/src/answer.rs; README, What holds, 3",
-        roles: AWAITED,
-        not_for: NOT_AWAITED,
-        looks_at_undisturbed: true,
-        ..about_all("answers-every-tick", answering::every_tick)
+        ..about_awaited("answers-every-tick", answering::every_tick)
     },
     Check {
         done: "24 ticks, then the end",
@@ -87,10 +120,7 @@ pub const CATALOGUE: &[Check] = &[
         rule: "an answer with a number that is none counts as no answer, and its sender as lost; \
                without an estimate, abstain",
         stands_in: "shared/contract/src/answer.rs (Reply::check)",
-        roles: ANSWERING,
-        not_for: NO_NUMBERS,
-        looks_at_undisturbed: true,
-        ..about_all("numbers-are-finite", answering::finite)
+        ..about_answering("numbers-are-finite", answering::finite)
     },
     Check {
         done: "the same frames in two runs",
@@ -98,10 +128,7 @@ pub const CATALOGUE: &[Check] = &[
         rule: "answers are reproducible only if the client is: no clock, no unseeded chance, no \
                order that changes",
         stands_in: "README, Limits of the promise",
-        roles: ANSWERING,
-        not_for: NO_NUMBERS,
-        looks_at_undisturbed: true,
-        ..about_all("deterministic", answering::deterministic)
+        ..about_answering("deterministic", answering::deterministic)
     },
     Check {
         done: "runs with 1, 1080, empty and no scans, and with one per tick",
@@ -117,9 +144,7 @@ pub const CATALOGUE: &[Check] = &[
         rule: "a scenario may hide the map; a client that cannot work without says so and ends, \
                code not 0",
         stands_in: "shared/contract/src/join.rs (Start::map)",
-        roles: &[Estimator, Driver, Observer],
-        not_for: "scorers and loggers read walls and initial pose in their sealed brief",
-        ..about_all("hidden-map", joining::hidden_map)
+        ..about_told("hidden-map", joining::hidden_map)
     },
     Check {
         done: "no initial pose in its Start",
@@ -127,48 +152,34 @@ pub const CATALOGUE: &[Check] = &[
         rule: "a scenario may hide where the robot starts; a client that cannot work without says \
                so and ends, code not 0",
         stands_in: "shared/contract/src/join.rs (Start::initial_pose)",
-        roles: &[Estimator, Driver, Observer],
-        not_for: "scorers and loggers read walls and initial pose in their sealed brief",
-        ..about_all("hidden-initial-pose", joining::hidden_pose)
+        ..about_told("hidden-initial-pose", joining::hidden_pose)
     },
     Check {
         done: "frames long after it may sleep, some without a wake-up",
         expected: "the answers of the undisturbed run",
         rule: "frames come when they come; wake-ups are hints that may be lost, so a sleeper \
                looks at the data by itself after a bounded while",
-        roles: AWAITED,
-        not_for: NOT_AWAITED,
-        looks_at_undisturbed: true,
-        ..about_all("late-frames", disturbances::late)
+        ..about_awaited("late-frames", disturbances::late)
     },
     Check {
         done: "three frames shown twice",
         expected: "the answers of the undisturbed run to the ticks after them",
         rule: "ticks of a run only grow: a frame whose tick was seen before is skipped; a second \
                answer to it would be counted and left, but it must not be worked in twice",
-        roles: AWAITED,
-        not_for: NOT_AWAITED,
-        looks_at_undisturbed: true,
-        ..about_all("doubled-tick", disturbances::doubled)
+        ..about_awaited("doubled-tick", disturbances::doubled)
     },
     Check {
         done: "a frame with another run id before two ticks",
         expected: "no answer to it, and the answers of the undisturbed run",
         rule: "a frame whose run_id is not that of Start is of another run and is skipped",
-        roles: AWAITED,
-        not_for: NOT_AWAITED,
-        looks_at_undisturbed: true,
-        ..about_all("foreign-frame", disturbances::foreign)
+        ..about_awaited("foreign-frame", disturbances::foreign)
     },
     Check {
         done: "SIGSTOP, a frame, SIGCONT",
         expected: "the answers of the undisturbed run",
         rule: "a stopped client is slow, not lost: once it goes on, it answers what waits",
         stands_in: "README, What holds, 5",
-        roles: AWAITED,
-        not_for: NOT_AWAITED,
-        looks_at_undisturbed: true,
-        ..about_all("stop-in-mid-tick", disturbances::stopped)
+        ..about_awaited("stop-in-mid-tick", disturbances::stopped)
     },
     Check {
         done: "a frame whose bytes do not have its digest",

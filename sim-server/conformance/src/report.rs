@@ -7,27 +7,20 @@ use super::Kit;
 use super::catalogue::Check;
 use super::verdict::Verdict;
 
-/// One line of the table.
-#[derive(Clone, Debug, Serialize)]
+/// The result of a check.
+#[derive(Serialize)]
 pub struct Finding {
     /// The check.
-    pub check: &'static str,
+    #[serde(flatten)]
+    pub check: &'static Check,
     /// `pass`, `fail` or `not applicable`.
     pub verdict: &'static str,
-    /// What was done to the client.
-    pub done: &'static str,
-    /// What it should have done.
-    pub expected: &'static str,
     /// What was seen.
     pub seen: String,
-    /// The rule.
-    pub rule: &'static str,
-    /// Where the rule stands.
-    pub stands_in: &'static str,
 }
 
 /// All of it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Serialize)]
 pub struct Report {
     /// Program and arguments.
     pub client: Vec<String>,
@@ -48,21 +41,13 @@ pub struct Report {
 }
 
 impl Finding {
-    pub(super) fn new(check: &Check, verdict: Verdict) -> Self {
-        let (word, seen) = match verdict {
+    pub(super) fn new(check: &'static Check, verdict: Verdict) -> Self {
+        let (verdict, seen) = match verdict {
             Verdict::Pass(seen) => ("pass", seen),
             Verdict::Fail(seen) => ("fail", seen),
             Verdict::NotApplicable(why) => ("not applicable", why),
         };
-        Self {
-            check: check.name,
-            verdict: word,
-            done: check.done,
-            expected: check.expected,
-            seen,
-            rule: check.rule,
-            stands_in: check.stands_in,
-        }
+        Self { check, verdict, seen }
     }
 }
 
@@ -96,16 +81,13 @@ impl Report {
 
 impl std::fmt::Display for Report {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        for finding in &self.checks {
-            let Finding { check, verdict, done, expected, seen, .. } = finding;
+        for Finding { check, verdict, seen } in &self.checks {
+            let Check { name, done, expected, .. } = check;
             let verdict = if *verdict == "not applicable" { "n/a" } else { verdict };
-            writeln!(f, "{verdict:4}  {check:24}  {done}; expected {expected}; seen: {seen}")?;
+            writeln!(f, "{verdict:4}  {name:24}  {done}; expected {expected}; seen: {seen}")?;
         }
-        for finding in self.checks.iter().filter(|f| f.verdict == "fail") {
-            let Finding { check, done, expected, seen, rule, stands_in, .. } = finding;
-            writeln!(f, "\n{check}")?;
-            writeln!(f, "  done      {done}\n  expected  {expected}\n  seen      {seen}")?;
-            writeln!(f, "  the rule  {rule}\n  stands in {stands_in}")?;
+        for Finding { check, seen, .. } in self.checks.iter().filter(|c| c.verdict == "fail") {
+            writeln!(f, "\n{check}\n  seen      {seen}")?;
         }
         let Self { role, passed, failed, not_applicable, not_made, .. } = self;
         write!(

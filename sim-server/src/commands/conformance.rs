@@ -98,17 +98,9 @@ fn wanted(only: &[String]) -> Result<Vec<&'static Check>, FieldError> {
 }
 
 fn list(output: Output) {
-    let entry = |c: &Check| {
-        serde_json::json!({
-            "check": c.name, "done": c.done, "expected": c.expected, "rule": c.rule,
-            "stands_in": c.stands_in, "roles": c.roles,
-        })
-    };
-    output.print_with(&CATALOGUE.iter().map(entry).collect::<Vec<_>>(), || {
+    output.print_with(&CATALOGUE, || {
         for check in CATALOGUE {
-            outln!("{}", check.name);
-            outln!("  done      {}\n  expected  {}", check.done, check.expected);
-            outln!("  the rule  {}\n  see       {}", check.rule, check.stands_in);
+            outln!("{check}");
         }
     });
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use rusty_bench::quantiles::{Quantiles, Spread};
-use serde::Serialize;
+use rusty_bench::results;
 
 use crate::cli::TourArgs;
 use crate::contender::{Contender, Wait};
@@ -84,7 +84,7 @@ impl Case {
 }
 
 /// One line of the table.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Row {
     pub contender: Contender,
     pub wait: Wait,
@@ -109,15 +109,47 @@ pub struct Row {
     pub failure: Option<String>,
 }
 
+impl Row {
+    fn figures(&self) -> results::Row {
+        let row = results::Row::new(format!(
+            "{}, {}, {} clients",
+            self.contender, self.wait, self.clients
+        ))
+        .with("contender", self.contender.to_string())
+        .with("wait", self.wait.to_string())
+        .with("clients", u64::from(self.clients))
+        .with("repetitions", self.repetitions)
+        .with("digests", self.digests.join(", "));
+        let row = match &self.failure {
+            Some(why) => row.with("failure", why.clone()),
+            None => row,
+        };
+        if self.tick.count == 0 {
+            return row;
+        }
+        let row = row
+            .with_quantiles("", &self.tick)
+            .with("p50_by_repetition_ns", self.p50_by_repetition_ns)
+            .with("ticks_per_s", self.ticks_per_s);
+        let known = [
+            ("cpu_ns_per_tick", self.cpu_ns_per_tick),
+            ("times_ours_same_wait", self.times_ours_same_wait),
+            ("times_ours", self.times_ours),
+        ];
+        let known = known.into_iter().filter_map(|(name, figure)| Some((name, figure?)));
+        known.fold(row, |row, (name, figure)| row.with(name, figure))
+    }
+}
+
 /// Somebody who could not take part.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Absent {
     pub contender: Contender,
     pub reason: String,
 }
 
 /// What was asked for.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Settings {
     ticks: u64,
     warm_up: u64,
@@ -142,7 +174,7 @@ impl Settings {
 }
 
 /// What was aimed at, and what came of it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Goal {
     pub contender: Contender,
     pub clients: u32,
@@ -156,7 +188,7 @@ pub struct Goal {
 }
 
 /// Everything.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Results {
     pub settings: Settings,
     pub rows: Vec<Row>,
@@ -193,6 +225,34 @@ impl Results {
         })
     }
 
+    /// Returns rows, settings and goals as the results of a benchmark.
+    pub fn report(&self) -> results::Results {
+        let columns = [
+            ("p50_ns", 0),
+            ("p90_ns", 0),
+            ("p99_ns", 0),
+            ("max_ns", 0),
+            ("ticks_per_s", 0),
+            ("cpu_ns_per_tick", 0),
+            ("times_ours_same_wait", 1),
+            ("times_ours", 1),
+        ];
+        let rows = self.rows.iter().map(Row::figures);
+        let Settings { ticks, warm_up, repetitions, scans, frame_bytes, answer_bytes } =
+            self.settings;
+        let absent = self.absent.iter().map(|a| format!("{}: {}", a.contender, a.reason));
+        let goals = self.goals.iter().map(ToString::to_string);
+        results::Results::new(&[&columns, &[("failure", 0)]], rows)
+            .fact("ticks", ticks)
+            .fact("warm_up", warm_up)
+            .fact("repetitions", repetitions)
+            .fact("scans", scans)
+            .fact("frame_bytes", frame_bytes)
+            .fact("answer_bytes", answer_bytes)
+            .fact("absent", absent.collect::<Vec<_>>())
+            .fact("goals", goals.collect::<Vec<_>>())
+    }
+
     /// Whether somebody was given up.
     pub fn has_failures(&self) -> bool {
         self.rows.iter().any(|row| row.failure.is_some())
@@ -218,38 +278,6 @@ fn goals(rows: &[Row]) -> Vec<Goal> {
     GOAL_PEERS.into_iter().filter_map(of).collect()
 }
 
-fn times(ratio: Option<f64>) -> String {
-    ratio.map_or_else(|| "–".to_owned(), |ratio| format!("{ratio:.1}×"))
-}
-
-impl fmt::Display for Row {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:>7}  {:<6} {:<9}", self.clients, self.contender, self.wait)?;
-        if self.tick.count == 0 {
-            return write!(f, "  {}", self.failure.as_deref().unwrap_or("not measured"));
-        }
-        let us = |ns: u64| ns as f64 / 1e3;
-        let cpu =
-            self.cpu_ns_per_tick.map_or_else(|| "–".to_owned(), |ns| format!("{:.1}", ns / 1e3));
-        let q = &self.tick;
-        write!(
-            f,
-            "{:>9.1} {:>9.1} {:>9.1} {:>10.1} {:>9.0} {cpu:>9}  {:>9} {:>7}",
-            us(q.p50_ns),
-            us(q.p90_ns),
-            us(q.p99_ns),
-            us(q.max_ns),
-            self.ticks_per_s,
-            times(self.times_ours_same_wait),
-            times(self.times_ours),
-        )?;
-        match &self.failure {
-            Some(why) => write!(f, "  then failed: {why}"),
-            None => Ok(()),
-        }
-    }
-}
-
 impl fmt::Display for Goal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let verdict = |ratio: Option<f64>| match ratio {
@@ -268,49 +296,6 @@ impl fmt::Display for Goal {
             verdict(self.both_poll),
             verdict(self.both_block),
         )
-    }
-}
-
-impl fmt::Display for Results {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Settings { ticks, repetitions, frame_bytes, answer_bytes, .. } = self.settings;
-        let scans = if self.settings.scans { "with" } else { "without" };
-        writeln!(
-            f,
-            "{ticks} ticks × {repetitions}, {frame_bytes} bytes out, {answer_bytes} back, {scans} scans\n"
-        )?;
-        writeln!(
-            f,
-            "clients  who    waits      p50 µs    p90 µs    p99 µs     max µs   ticks/s    cpu µs  \
-             same wait    ours"
-        )?;
-        let mut clients = None;
-        for row in &self.rows {
-            if clients.replace(row.clients).is_some_and(|before| before != row.clients) {
-                writeln!(f)?;
-            }
-            writeln!(f, "{row}")?;
-        }
-        for absent in &self.absent {
-            writeln!(f, "\n{} is left out: {}", absent.contender, absent.reason)?;
-        }
-        if !self.goals.is_empty() {
-            writeln!(f)?;
-        }
-        for goal in &self.goals {
-            writeln!(f, "{goal}")?;
-        }
-        let mut digests: Vec<(u32, &str)> = self
-            .rows
-            .iter()
-            .flat_map(|row| row.digests.iter().map(|digest| (row.clients, digest.as_str())))
-            .collect();
-        digests.sort_unstable();
-        digests.dedup();
-        for (clients, digest) in digests {
-            write!(f, "\ndigest   {digest}  (all with {clients})")?;
-        }
-        Ok(())
     }
 }
 

@@ -14,7 +14,7 @@ use crate::cli::{CellPlan, ServerPlan, TourArgs};
 use crate::contender::{Contender, Wait};
 use crate::error::BenchError;
 use crate::meter::Measured;
-use crate::output::{print, say};
+use crate::output::say;
 use crate::stop::Stop;
 use crate::table::{Absent, Case, Results, Settings};
 use crate::transport;
@@ -39,14 +39,14 @@ pub fn main(args: &TourArgs) -> Exit {
     transport::sweep();
     let _ = Domain::sweep_dead();
     let results = Results::of(Settings::of(args), tour.cases, absent);
-    let mut report = Report::new("peers", meter.finish(), results);
+    let mut report = Report::new("peers", meter.finish(), results.report());
     if let Some((_, rest)) = report.command.split_once(' ') {
         report.command = format!("rusty-peers {rest}");
     } else {
         report.command = "rusty-peers".to_owned();
     }
-    let exit = report.finish(args.printing(), |results| print(results));
-    results_exit(&report.results, stop.is_raised(), exit)
+    let exit = report.finish(args.printing());
+    results_exit(&results, stop.is_raised(), exit)
 }
 
 /// Who can take part, and who cannot.

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rusty_bench::page::{Documents, Notes, markdown};
+use rusty_bench::page::{Documents, render};
 use rusty_tests::repository;
 
 /// Lines of a file. "About 400", with some air.
@@ -283,17 +283,17 @@ fn every_promise_has_a_test() {
     }
 }
 
-/// What the benches found, and the notes on it.
-fn benched() -> (Documents, Notes) {
+/// The reports of the benchmarks, and the template of their page.
+fn benched() -> (Documents, String) {
     let folder = repository().join("docs/benchmarks");
     let documents = Documents::read(&folder.join("latest.json")).unwrap();
-    (documents, Notes::read(&folder.join("notes.md")).unwrap())
+    (documents, read(folder.join("notes.md")))
 }
 
 #[test]
 fn the_page_of_benchmarks_is_what_its_command_writes() {
-    let (documents, notes) = benched();
-    let page = markdown::render(&documents, &notes).unwrap();
+    let (documents, template) = benched();
+    let page = render::render(&documents, &template).unwrap();
     assert!(
         read("docs/benchmarks.md") == page,
         "docs/benchmarks.md is not what its documents and notes make: sim-server bench page \
@@ -304,13 +304,13 @@ fn the_page_of_benchmarks_is_what_its_command_writes() {
 #[test]
 fn the_page_of_benchmarks_has_the_rows_that_the_benches_have() {
     let (documents, _) = benched();
-    let stale = markdown::stale_rows(&documents).unwrap();
+    let stale = render::stale_rows(&documents).unwrap();
     assert!(stale.is_empty(), "measure again, these rows are new or gone: {stale:#?}");
 }
 
 #[test]
 fn every_goal_that_was_missed_is_explained() {
-    let (documents, notes) = benched();
-    let silent = markdown::unexplained(&documents, &notes).unwrap();
+    let (documents, template) = benched();
+    let silent = render::unexplained(&documents, &template).unwrap();
     assert!(silent.is_empty(), "docs/benchmarks/notes.md says nothing on {silent:?}");
 }

@@ -15,7 +15,6 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process_group};
-use serde::{Deserialize, Serialize};
 
 use rusty_engine::run::{Stop, kill_group};
 
@@ -25,54 +24,33 @@ const LOOK: Duration = Duration::from_millis(10);
 /// How long those who are asked to end may take.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// System calls of all processes of a run together.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct SystemCalls {
-    /// Calls for each tick, by name, `sched_yield` left out; those of which the
-    /// longer run made no more than the shorter one are left out, too.
-    pub per_tick: BTreeMap<String, f64>,
-    /// All of them together.
-    pub total_per_tick: Option<f64>,
-    /// Why they were not counted.
-    pub not_counted: Option<String>,
-}
+/// Calls of all processes of a run together for each tick, by name, `sched_yield`
+/// left out; or why they were not counted. Those of which the longer run made no
+/// more than the shorter one are left out, too.
+pub(super) type Calls = Result<BTreeMap<String, f64>, String>;
 
-impl SystemCalls {
-    fn not_counted(why: impl Into<String>) -> Self {
-        Self { not_counted: Some(why.into()), ..Self::default() }
-    }
-
-    /// For a table.
-    #[must_use]
-    pub fn line(&self) -> String {
-        if let Some(why) = &self.not_counted {
-            return format!("not counted: {why}");
-        }
-        let names = self.per_tick.iter().filter(|(_, n)| **n >= 5e-4);
-        let names: Vec<String> = names.map(|(name, n)| format!("{name} {n:.3}")).collect();
-        let of = if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) };
-        format!("{:.3}{of}", self.total_per_tick.unwrap_or(0.0))
-    }
+/// Returns the most frequent calls as text.
+pub(super) fn text(calls: &Calls) -> String {
+    let calls = match calls {
+        Ok(calls) => calls,
+        Err(why) => return format!("not counted: {why}"),
+    };
+    let names = calls.iter().filter(|(_, n)| **n >= 5e-4);
+    names.map(|(name, n)| format!("{name} {n:.3}")).collect::<Vec<_>>().join(", ")
 }
 
 /// Counts the system calls of `sim-server launch ARGS`, to which the number of
 /// ticks is added: a run of each of two `lengths`. What `strace` writes goes
 /// into `folder`.
-#[must_use]
-pub fn count(args: &[String], lengths: [usize; 2], folder: &Path, stop: &Stop) -> SystemCalls {
-    let counts = lengths.map(|ticks| count_once(args, ticks, folder, stop));
-    let [short, long] = match counts {
-        [Ok(short), Ok(long)] => [short, long],
-        [Err(why), _] | [_, Err(why)] => return SystemCalls::not_counted(why),
-    };
+pub(super) fn count(args: &[String], lengths: [usize; 2], folder: &Path, stop: &Stop) -> Calls {
+    let short = count_once(args, lengths[0], folder, stop)?;
+    let long = count_once(args, lengths[1], folder, stop)?;
     let ticks = lengths[1].saturating_sub(lengths[0]).max(1) as f64;
     let more = |(name, calls): (String, u64)| {
         let before = short.get(&name).copied().unwrap_or(0);
         (calls > before).then(|| (name, (calls - before) as f64 / ticks))
     };
-    let per_tick: BTreeMap<String, f64> = long.into_iter().filter_map(more).collect();
-    let total_per_tick = Some(per_tick.values().sum());
-    SystemCalls { per_tick, total_per_tick, not_counted: None }
+    Ok(long.into_iter().filter_map(more).collect())
 }
 
 /// Asks a launch under `strace` to end, as Ctrl-C does. Not killed at once:
@@ -169,10 +147,8 @@ mod tests {
 
     #[test]
     fn what_was_not_counted_says_why() {
-        let calls = SystemCalls::not_counted("no reason");
-        assert_eq!(calls.line(), "not counted: no reason");
-        let per_tick = [("poll".to_owned(), 0.25)].into();
-        let calls = SystemCalls { per_tick, total_per_tick: Some(0.25), not_counted: None };
-        assert_eq!(calls.line(), "0.250 (poll 0.250)");
+        assert_eq!(text(&Err("no reason".to_owned())), "not counted: no reason");
+        let calls = [("poll".to_owned(), 0.25), ("brk".to_owned(), 1e-4)].into();
+        assert_eq!(text(&Ok(calls)), "poll 0.250");
     }
 }

@@ -8,24 +8,18 @@
 //! whatever disturbs the machine meets all three, and the ratios are taken
 //! within a repetition.
 
-mod beside;
 mod calls;
-pub mod section;
-mod table;
-
-pub use beside::Beside;
-pub use calls::SystemCalls;
-pub use table::print;
+mod repeated;
 
 use rusty_contract::{Participant, Role, RunConfig, RunName, errln};
 use rusty_link::WaitPolicy;
-use serde::{Deserialize, Serialize};
 
 use super::noise::NoiseMeter;
-use super::quantiles::{Quantiles, Spread};
+use super::results::{Results, Row};
 use super::stage::{Bare, Stage, estimators, mix};
-use super::stamps::{Sample, UsePerRound, Used};
 use crate::error::BenchError;
+use calls::Calls;
+use repeated::Repeated;
 use rusty_engine::run::Stop;
 use rusty_engine::scenario_file;
 
@@ -55,63 +49,28 @@ pub struct Plan {
     pub quiet: bool,
 }
 
-/// What came of it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Results {
-    /// How everyone waited.
-    pub wait: String,
-    /// The cores everyone was kept on; empty: the kernel chose.
-    pub pin: Vec<usize>,
-    /// Ticks of a repetition.
-    pub ticks: usize,
-    /// Repetitions.
-    pub repeat: usize,
-    /// A row for each combination.
-    pub rows: Vec<Row>,
-}
-
-/// One combination.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Row {
-    /// Client processes.
-    pub clients: usize,
-    /// Who they are.
-    pub who: String,
-    /// Beams of a scan; none where there are no scans.
-    pub beams: Option<u32>,
-    /// A scan in every so-manyth tick; 0: none.
-    pub scan_every: u64,
-    /// A full tick: step, digest, seal, publish, answers, close.
-    pub tick: Measured,
-    /// Frame and answers over the transport, without a protocol.
-    pub raw: Measured,
-    /// A number there and back, a cache line each.
-    pub floor: Measured,
-    /// Median tick over median raw round, in each repetition.
-    pub tick_over_raw: Spread,
-    /// Median raw round over median round of the floor, in each repetition.
-    pub raw_over_floor: Spread,
-    /// System calls of a tick, all processes together.
-    pub system_calls: SystemCalls,
-    /// The same with another program, if that was asked for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub beside: Option<Beside>,
-}
-
-/// Rounds of one kind.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Measured {
-    /// The rounds of all repetitions.
-    pub all: Quantiles,
-    /// The medians of the repetitions, ns.
-    pub p50_ns: Spread,
-    /// Rounds per second in the repetitions.
-    pub per_s: Spread,
-    /// What the server used for each.
-    pub server: UsePerRound,
-    /// What all clients together used for each.
-    pub clients: UsePerRound,
-}
+/// The columns: quantiles; ratios; what a tick uses; another program.
+const TABLES: [&[(&str, usize)]; 4] = [
+    &[("p50_ns", 0), ("p90_ns", 0), ("p99_ns", 0), ("p99_9_ns", 0), ("max_ns", 0), ("per_s", 0)],
+    &[
+        ("p50_by_repetition_ns", 0),
+        ("raw_p50_ns", 0),
+        ("floor_p50_ns", 0),
+        ("tick_over_raw", 2),
+        ("raw_over_floor", 2),
+    ],
+    &[
+        ("server_cpu_ns", 0),
+        ("clients_cpu_ns", 0),
+        ("server_sleeps", 4),
+        ("server_yields", 3),
+        ("clients_sleep", 4),
+        ("clients_yield", 3),
+        ("system_calls_per_tick", 3),
+        ("system_calls", 0),
+    ],
+    &[("over_dead_reckoning", 2), ("over_dead_reckoning_ns", 0)],
+];
 
 /// One combination that is to be measured.
 struct Case {
@@ -148,28 +107,28 @@ impl Plan {
                 errln!("  {} of {}: {}", i + 1, cases.len(), case.title());
             }
             match self.row(case, &stage, noise)? {
-                Some(row) => rows.push(row),
+                Some(found) => rows.extend(found),
                 None => return Ok(None),
             }
         }
-        Ok(Some(Results {
-            wait: self.wait.to_string(),
-            pin: self.pin.clone(),
-            ticks: self.ticks,
-            repeat: self.repeat,
-            rows,
-        }))
+        let results = Results::new(&TABLES, rows)
+            .fact("wait", self.wait.to_string())
+            .fact("pin", self.pin.clone())
+            .fact("ticks", self.ticks)
+            .fact("repeat", self.repeat);
+        Ok(Some(results))
     }
 
+    /// The row of a case, and one of the other program in it.
     fn row(
         &self,
         case: &Case,
         stage: &Stage<'_>,
         noise: &mut NoiseMeter,
-    ) -> Result<Option<Row>, BenchError> {
+    ) -> Result<Option<Vec<Row>>, BenchError> {
         let clients = case.roster.len();
         let (mut tick, mut raw, mut floor) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut other, other_roster) = (Vec::new(), beside::replaced(&case.roster, &self.beside));
+        let (mut other, other_roster) = (Vec::new(), replaced(&case.roster, &self.beside));
         for _ in 0..self.repeat {
             let samples = (
                 stage.ticks(&case.config, &case.roster)?,
@@ -191,33 +150,35 @@ impl Plan {
             return Ok(None);
         }
         let (tick, raw, floor) = (Repeated::of(tick), Repeated::of(raw), Repeated::of(floor));
-        let ratio = |a: &Repeated, b: &Repeated| {
-            Spread::of(a.p50_ns.iter().zip(&b.p50_ns).map(|(a, b)| a / b.max(1.0)))
-        };
-        let beside = (!other.is_empty()).then(|| Repeated::of(other));
-        let scan_every = case.config.scan_every;
-        Ok(Some(Row {
-            clients,
-            who: case.who.clone(),
-            beams: (scan_every > 0).then_some(case.config.lidar.beams),
-            scan_every,
-            tick_over_raw: ratio(&tick, &raw),
-            raw_over_floor: ratio(&raw, &floor),
-            beside: beside.map(|there| Beside::of(&self.beside, there, &tick)),
-            tick: tick.measured,
-            raw: raw.measured,
-            floor: floor.measured,
-            system_calls,
-        }))
+        let mut row = case.row(&case.title());
+        row = tick.measured.put(row, "");
+        row = raw.measured.put(row, "raw_");
+        row = floor.measured.put(row, "floor_");
+        row = row
+            .with("tick_over_raw", tick.over(&raw))
+            .with("raw_over_floor", raw.over(&floor))
+            .with("system_calls", calls::text(&system_calls));
+        if let Ok(calls) = &system_calls {
+            row = row.with("system_calls_per_tick", calls.values().sum::<f64>());
+        }
+        let mut rows = vec![row];
+        if !other.is_empty() {
+            let other = Repeated::of(other);
+            let name = format!("{}, with {}", case.title(), self.beside.join(" "));
+            rows.push(
+                other
+                    .measured
+                    .put(case.row(&name), "")
+                    .with("over_dead_reckoning", other.over(&tick))
+                    .with("over_dead_reckoning_ns", other.compared(&tick, |a, b| a - b)),
+            );
+        }
+        Ok(Some(rows))
     }
 
     /// Counts the system calls of a tick of `launch`, as these arguments
     /// have it.
-    fn system_calls(
-        &self,
-        stage: &Stage<'_>,
-        launch: &[String],
-    ) -> Result<SystemCalls, BenchError> {
+    fn system_calls(&self, stage: &Stage<'_>, launch: &[String]) -> Result<Calls, BenchError> {
         // Its folder goes with the domain; the runs have a name of their own.
         let (domain, _) = stage.domain()?;
         let folder = domain.folder().join("out");
@@ -254,6 +215,34 @@ impl Plan {
     }
 }
 
+/// Returns the names of the rows of a run for the page.
+#[must_use]
+pub fn rows() -> Vec<String> {
+    let plan = Plan {
+        clients: vec![1, 2, 3, 8],
+        beams: vec![180, 1080],
+        scan_every: vec![0, 1],
+        mix: true,
+        beside: Vec::new(),
+        ticks: 20_000,
+        repeat: 5,
+        wait: WaitPolicy::default(),
+        pin: Vec::new(),
+        quiet: true,
+    };
+    // The scenario is a built-in one.
+    plan.cases().unwrap_or_default().iter().map(Case::title).collect()
+}
+
+/// The roster with the program in the place of the first estimator.
+fn replaced(roster: &[Participant], command: &[String]) -> Vec<Participant> {
+    let mut roster = roster.to_vec();
+    if let Some(first) = roster.iter_mut().find(|p| p.role == Role::Estimator) {
+        first.command = command.to_vec();
+    }
+    roster
+}
+
 fn count(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
@@ -284,47 +273,26 @@ impl Case {
         Ok(Self { roster: roster.to_vec(), config, launch, who: who.to_owned() })
     }
 
+    /// A row with what the case is, in numbers.
+    fn row(&self, name: &str) -> Row {
+        let scan_every = self.config.scan_every;
+        let row = Row::new(name).with("clients", self.roster.len()).with("scan_every", scan_every);
+        let beams = u64::from(self.config.lidar.beams);
+        if scan_every > 0 { row.with("beams", beams) } else { row }
+    }
+
     fn title(&self) -> String {
         let (beams, scan_every) = (self.config.lidar.beams, self.config.scan_every);
-        format!("{}, {}", self.who, scans(scan_every, Some(beams)))
+        format!("{}, {}", self.who, scans(scan_every, beams))
     }
 }
 
 /// In words: which ticks have a scan.
-fn scans(scan_every: u64, beams: Option<u32>) -> String {
-    match (scan_every, beams) {
-        (0, _) | (_, None) => "no scans".to_owned(),
-        (1, Some(beams)) => format!("{beams} beams in every tick"),
-        (n, Some(beams)) => format!("{beams} beams in every {n}th tick"),
-    }
-}
-
-/// The repetitions of one kind, put together.
-struct Repeated {
-    p50_ns: Vec<f64>,
-    measured: Measured,
-}
-
-impl Repeated {
-    fn of(samples: Vec<Sample>) -> Self {
-        let (mut p50_ns, mut per_s, mut all) = (Vec::new(), Vec::new(), Vec::new());
-        let mut used = Used::default();
-        for mut sample in samples {
-            let q = Quantiles::of(&mut sample.durations_ns);
-            p50_ns.push(q.p50_ns as f64);
-            per_s.push(if q.mean_ns > 0.0 { 1e9 / q.mean_ns } else { 0.0 });
-            used = used + sample.used;
-            all.append(&mut sample.durations_ns);
-        }
-        let rounds = all.len();
-        let measured = Measured {
-            all: Quantiles::of(&mut all),
-            p50_ns: Spread::of(p50_ns.iter().copied()),
-            per_s: Spread::of(per_s),
-            server: UsePerRound::of(&used.server, rounds),
-            clients: UsePerRound::of(&used.clients, rounds),
-        };
-        Self { p50_ns, measured }
+fn scans(scan_every: u64, beams: u32) -> String {
+    match scan_every {
+        0 => "no scans".to_owned(),
+        1 => format!("{beams} beams in every tick"),
+        n => format!("{beams} beams in every {n}th tick"),
     }
 }
 
@@ -369,12 +337,18 @@ mod tests {
     }
 
     #[test]
-    fn repetitions_are_put_together() {
-        let sample = |ns: u64| Sample { durations_ns: vec![ns; 4], used: Used::default() };
-        let repeated = Repeated::of(vec![sample(1000), sample(3000), sample(2000)]);
-        assert_eq!(repeated.measured.all.count, 12);
-        let p50 = repeated.measured.p50_ns;
-        assert_eq!((p50.min, p50.median, p50.max), (1000.0, 2000.0, 3000.0));
-        assert_eq!(repeated.measured.per_s.median, 500_000.0);
+    fn the_page_has_a_row_for_each_combination() {
+        let rows = rows();
+        assert_eq!(rows.len(), 5 * 3);
+        assert_eq!(rows[0], "1 estimator, no scans");
+        assert_eq!(rows[14], "estimator, scorer, logger, 1080 beams in every tick");
+    }
+
+    #[test]
+    fn one_estimator_is_replaced_and_nobody_else() {
+        let command = ["python3".to_owned(), "my_filter.py".to_owned()];
+        let (before, after) = (mix(), replaced(&mix(), &command));
+        assert_eq!((&after[0].name, &after[0].command[..]), (&before[0].name, &command[..]));
+        assert_eq!(after[1..], before[1..]);
     }
 }

@@ -1,4 +1,4 @@
-//! The documents of the benches, as they printed them.
+//! The reports of the benchmarks, as they printed them.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -6,52 +6,25 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
-use super::benches::{Bench, Source};
 use super::error::PageError;
-use crate::machine::Machine;
+use super::{BENCHES, Bench, PEERS};
+use crate::report::{Report, results_hash};
 use rusty_contract::Exit;
 
-/// One document per bench, by name.
+/// One report per benchmark, by name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Documents(BTreeMap<String, Document>);
+pub struct Documents(BTreeMap<String, Report>);
 
-/// What a bench printed with `--json`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Document {
-    /// The command that printed it.
-    pub command: String,
-    /// On what it was measured.
-    pub machine: Machine,
-    /// How much that was disturbed.
-    pub noise: Noise,
-    /// What the bench found, in a form of its own.
-    pub results: Value,
-    /// XXH3-64 of the results.
-    pub results_hash: String,
-}
-
-/// What the page says of a [`Noise`](crate::noise::Noise).
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Noise {
-    /// `quiet`, `noisy` or `not-to-be-believed`.
-    pub verdict: String,
-    /// Why it is not quiet.
-    pub reasons: Vec<String>,
-}
-
-impl Noise {
-    /// Whether nothing disturbed the machine.
-    #[must_use]
-    pub fn is_quiet(&self) -> bool {
-        self.verdict == "quiet"
+impl From<BTreeMap<String, Report>> for Documents {
+    fn from(reports: BTreeMap<String, Report>) -> Self {
+        Self(reports)
     }
 }
 
 impl Documents {
-    /// Those in a file that [`write`](Self::write) wrote.
+    /// Reads a file that [`write`](Self::write) wrote.
     ///
     /// # Errors
     /// [`PageError::Io`] and [`PageError::NoDocuments`] name the file.
@@ -70,58 +43,71 @@ impl Documents {
         text.and_then(|text| fs::write(path, text + "\n")).map_err(PageError::io(path))
     }
 
-    /// The document of a bench; `None` where one may be absent and is.
+    /// Returns the report of a benchmark.
+    #[must_use]
+    pub fn get(&self, bench: &str) -> Option<&Report> {
+        self.0.get(bench)
+    }
+
+    /// Checks that every benchmark of this program has a report, and that no report
+    /// was changed.
     ///
     /// # Errors
-    /// [`PageError::Missing`].
-    pub fn of(&self, bench: &'static Bench) -> Result<Option<&Document>, PageError> {
-        match (self.0.get(bench.name), bench.source) {
-            (None, Source::Run { .. }) => Err(PageError::Missing { bench: bench.name }),
-            (found, _) => Ok(found),
+    /// [`PageError::Report`].
+    pub fn check(&self) -> Result<(), PageError> {
+        let wrong = |bench: &str, problem: &str| {
+            let (bench, problem) = (bench.to_owned(), problem.to_owned());
+            Err(PageError::Report { bench, problem })
+        };
+        if let Some(bench) = BENCHES.iter().find(|bench| self.get(bench.name).is_none()) {
+            return wrong(bench.name, "is missing");
+        }
+        let is_changed = |report: &Report| results_hash(&report.results) != report.results_hash;
+        match self.0.iter().find(|(_, report)| is_changed(report)) {
+            Some((bench, _)) => wrong(bench, "was changed after it was measured"),
+            None => Ok(()),
         }
     }
 
-    /// Takes the document of `bench` from a file, as that program printed it.
+    /// Takes the report of `rusty-peers` from a file, as that program printed it.
     ///
     /// # Errors
-    /// [`PageError::Io`] and [`PageError::OldDocument`].
-    pub fn take(&mut self, bench: &'static Bench, path: &Path) -> Result<(), PageError> {
-        let text = fs::read_to_string(path).map_err(PageError::io(path))?;
-        let document = serde_json::from_str(&text)
-            .map_err(|error| PageError::OldDocument { bench: bench.name, error })?;
-        self.0.insert(bench.name.to_owned(), document);
+    /// [`PageError::Io`] and [`PageError::Report`].
+    pub fn take_peers(&mut self, path: &Path) -> Result<(), PageError> {
+        let text = fs::read(path).map_err(PageError::io(path))?;
+        self.put(PEERS, &text)
+    }
+
+    fn put(&mut self, bench: &'static str, json: &[u8]) -> Result<(), PageError> {
+        let report = serde_json::from_slice(json).map_err(|error| PageError::Report {
+            bench: bench.to_owned(),
+            problem: format!("is not of this version ({error})"),
+        })?;
+        self.0.insert(bench.to_owned(), report);
         Ok(())
     }
 
-    /// Runs a bench in a process of its own and keeps its document in place of
-    /// the one before. It talks to this process's stderr. Where the document
-    /// comes from a file, nothing happens.
+    /// Runs a benchmark in a separate process and keeps its report in place of the
+    /// one before. Its stderr is that of this process.
     ///
     /// # Errors
-    /// [`PageError::Failed`] if it ends with another exit code than 0, and
-    /// [`PageError::OldDocument`] if it prints something else.
+    /// [`PageError::Failed`] if its exit code is not 0, and
+    /// [`PageError::Report`] if it prints something else.
     pub fn measure(&mut self, bench: &'static Bench, is_quick: bool) -> Result<(), PageError> {
-        let Source::Run { args, quick } = bench.source else { return Ok(()) };
-        let mut command = vec!["bench", bench.name, "--json", "--accept-noise"];
-        command.extend(args);
-        if is_quick {
-            command.extend(quick);
-        }
+        let quick = if is_quick { bench.quick } else { &[] };
         let failed =
             |how: String, not_exact| PageError::Failed { bench: bench.name, how, not_exact };
-        let program = std::env::current_exe();
-        let ran = program
-            .and_then(|program| {
-                Command::new(program).args(command).stderr(Stdio::inherit()).output()
-            })
-            .map_err(|error| failed(error.to_string(), false))?;
+        let run = |program| {
+            let mut command = Command::new(program);
+            command.args(["bench", bench.name, "--json", "--accept-noise"]);
+            command.args(bench.args).args(quick).stderr(Stdio::inherit()).output()
+        };
+        let ran = std::env::current_exe().and_then(run);
+        let ran = ran.map_err(|error| failed(error.to_string(), false))?;
         if !ran.status.success() {
             let not_exact = ran.status.code() == Some(Exit::NotBitExact as i32);
             return Err(failed(ran.status.to_string(), not_exact));
         }
-        let document = serde_json::from_slice(&ran.stdout)
-            .map_err(|error| PageError::OldDocument { bench: bench.name, error })?;
-        self.0.insert(bench.name.to_owned(), document);
-        Ok(())
+        self.put(bench.name, &ran.stdout)
     }
 }

@@ -16,8 +16,8 @@ pub enum PageError {
     },
     /// A file holds something else.
     #[error(
-        "{path} is no file of bench documents ({error}); one is written by \
-         `sim-server bench page --write PAGE`"
+        "{path} is not a file of bench reports of this version ({error}); remove it and measure \
+         all: `sim-server bench page --write PAGE`"
     )]
     NoDocuments {
         /// Which.
@@ -25,31 +25,13 @@ pub enum PageError {
         /// What the parser said.
         error: serde_json::Error,
     },
-    /// A bench is not among the documents.
-    #[error("there is no document of bench {bench}; measure it: add --only {bench}")]
-    Missing {
-        /// Which.
-        bench: &'static str,
-    },
-    /// A document has another form than this version's.
-    #[error(
-        "the document of bench {bench} is not of this version ({error}); measure it again: \
-         add --only {bench}"
-    )]
-    OldDocument {
-        /// Which.
-        bench: &'static str,
-        /// What does not fit.
-        error: serde_json::Error,
-    },
-    /// A document's results do not belong to its hash.
-    #[error(
-        "the results of bench {bench} were changed after they were measured: their hash is \
-         another one; measure it again: add --only {bench}"
-    )]
-    Changed {
-        /// Which.
-        bench: &'static str,
+    /// A benchmark has no report, or one that is not of this version or was changed.
+    #[error("the report of bench {bench} {problem}; measure it: add --only {bench}")]
+    Report {
+        /// The benchmark.
+        bench: String,
+        /// What is wrong with it.
+        problem: String,
     },
     /// No such bench.
     #[error("there is no bench {name:?} on the page; there are: {known}")]
@@ -69,15 +51,14 @@ pub enum PageError {
         /// Whether it said that bits differ.
         not_exact: bool,
     },
-    /// The notes speak of something that is not there.
-    #[error("{path} has a note on {key:?}, which is neither a goal nor a bench; known: {known}")]
-    StrayNote {
-        /// The notes.
-        path: String,
-        /// The heading.
-        key: String,
-        /// All headings that there may be.
-        known: String,
+    /// The template has a placeholder without a value.
+    #[error(
+        "the template of the page has {{{name}}}, which is neither a benchmark nor one of its \
+         facts: use {{goals}}, {{BENCH}} or {{BENCH.FACT}}"
+    )]
+    StrayPlaceholder {
+        /// The text between the braces.
+        name: String,
     },
 }
 
@@ -86,7 +67,7 @@ impl PageError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
-            Self::NoSuchBench { .. } | Self::NoDocuments { .. } | Self::StrayNote { .. } => {
+            Self::NoSuchBench { .. } | Self::NoDocuments { .. } | Self::StrayPlaceholder { .. } => {
                 Exit::Usage
             }
             Self::Failed { not_exact: true, .. } => Exit::NotBitExact,

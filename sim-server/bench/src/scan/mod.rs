@@ -1,17 +1,13 @@
 //! `bench scan`: what a beam costs, beside a ray for each beam.
 //!
-//! * [`ways`]: the ways to scan that are compared;
-//! * [`results`]: what a run of the bench comes to;
-//! * [`section`]: the same, on the page.
+//! `ways` has the ways to scan that are compared.
 //!
 //! The worlds are the Apartment and generated ones (see
 //! [`rusty_geometry::generated`]). In each, all ways scan from the same poses in
 //! turns; before, the kernel's ranges are compared with those of the reference,
 //! bit by bit, and hashed, so that machines can be compared.
 
-pub mod results;
-pub mod section;
-pub mod ways;
+mod ways;
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -19,11 +15,10 @@ use std::time::Duration;
 use rusty_contract::LidarConfig;
 use rusty_geometry::generated::{Density, Pattern, Recipe, free_poses};
 use rusty_geometry::{SE2, World, WorldError, apartment};
-use xxhash_rust::xxh3::Xxh3;
+use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
 use super::alternate::{Rival, alternate};
-use results::{Case, ScanResults};
-use ways::{Kernel, Noisy, Parry, Rays, Way};
+use super::results::{Figure, Results, Row};
 
 /// Seed of worlds and poses.
 const SEED: u64 = 20;
@@ -84,12 +79,24 @@ impl Plan {
     }
 }
 
+/// Returns the names of the rows of the usual plan.
+#[must_use]
+pub fn rows() -> Vec<String> {
+    let plan = Plan::default();
+    let of = |world: &String| plan.beams.iter().map(|b| label(world, *b)).collect::<Vec<_>>();
+    plan.worlds().iter().flat_map(of).collect()
+}
+
+fn label(world: &str, beams: u32) -> String {
+    format!("{world}, {beams}")
+}
+
 /// Measures; `on_case` hears the name of each world and the number of beams
 /// before their turn, and may look at the machine.
 ///
 /// # Errors
 /// [`WorldError`] if a recipe makes no valid world, which its tests rule out.
-pub fn run(plan: &Plan, mut on_case: impl FnMut(&str, u32)) -> Result<ScanResults, WorldError> {
+pub fn run(plan: &Plan, mut on_case: impl FnMut(&str, u32)) -> Result<Results, WorldError> {
     let mut cases = Vec::new();
     let mut measure = |world: &World, plan: &Plan| {
         for &beams in &plan.beams {
@@ -101,46 +108,99 @@ pub fn run(plan: &Plan, mut on_case: impl FnMut(&str, u32)) -> Result<ScanResult
     for recipe in plan.recipes() {
         measure(&World::new(recipe.spec())?, plan);
     }
-    Ok(ScanResults::of(cases))
+    Ok(results(plan, cases))
+}
+
+/// The cases, their sums, and how the cost of a beam grows with the world.
+fn results(plan: &Plan, cases: Vec<Row>) -> Results {
+    let sum = |name: &str| cases.iter().map(|case| case.number(name) as u64).sum::<u64>();
+    let hash = |case: &Row| match case.figures.get("ranges_hash") {
+        Some(Figure::Text(hash)) => hash.clone(),
+        _ => String::new(),
+    };
+    let hashes: String = cases.iter().map(hash).collect();
+    let sums =
+        ["beams_compared", "beams_that_differ", "parry_differs"].map(|name| (name, sum(name)));
+    let growths = growths(plan, &cases);
+    let tables: [&[_]; 2] = [
+        &[
+            ("kernel_ns_per_beam", 1),
+            ("rays_ns_per_beam", 1),
+            ("parry_ns_per_beam", 1),
+            ("rays_over_kernel", 1),
+            ("parry_over_kernel", 1),
+            ("noise_ns_per_beam", 1),
+        ],
+        &[("growth", 1)],
+    ];
+    let results = Results::new(&tables, cases.into_iter().chain(growths))
+        .fact("ranges_hash", format!("{:016x}", xxh3_64(hashes.as_bytes())));
+    sums.into_iter().fold(results, |results, (name, sum)| results.fact(name, sum))
+}
+
+/// For each kind of generated world and number of beams: the kernel's cost in the
+/// largest world over that in the smallest.
+fn growths(plan: &Plan, cases: &[Row]) -> Vec<Row> {
+    let (small, large) = (plan.walls.iter().min(), plan.walls.iter().max());
+    let Some((&small, &large)) = small.zip(large).filter(|(small, large)| small < large) else {
+        return Vec::new();
+    };
+    let mut growths = Vec::new();
+    for recipe in plan.recipes().into_iter().filter(|recipe| recipe.walls == small) {
+        for &beams in &plan.beams {
+            let cost = |walls| {
+                let name = label(&Recipe { walls, ..recipe }.name(), beams);
+                let case = cases.iter().find(|case| case.name == name);
+                case.map(|case| case.number("kernel_ns_per_beam"))
+            };
+            if let Some((large_ns, small_ns)) = cost(large).zip(cost(small)) {
+                let name = format!("{} to {large}", recipe.name());
+                growths.push(Row::new(label(&name, beams)).with("growth", large_ns / small_ns));
+            }
+        }
+    }
+    growths
 }
 
 /// One world with one number of beams.
-fn case(world: &World, beams: u32, time: Duration) -> Case {
+fn case(world: &World, beams: u32, time: Duration) -> Row {
     let config = LidarConfig { beams, dropout: 0.02, ..LidarConfig::default() };
     let poses = free_poses(world, SEED, POSES, CLEARANCE_M);
     let check = check(world, &config, &poses);
     let mut rivals = [
-        rival(Kernel::new(world, &config), &poses, beams),
-        rival(Rays::new(world, &config), &poses, beams),
-        rival(Parry::new(world, &config), &poses, beams),
-        rival(Noisy::new(world, &config), &poses, beams),
+        rival(ways::kernel(world, &config), &poses, beams),
+        rival(ways::rays(world, &config), &poses, beams),
+        rival(ways::parry(world, &config), &poses, beams),
+        rival(ways::noisy(world, &config), &poses, beams),
     ];
     let rounds = alternate(&mut rivals, time);
     let [kernel, rays, parry, noisy] = &rivals;
-    Case {
-        world: world.name().to_owned(),
-        walls: world.walls().len(),
-        beams,
-        rounds,
-        kernel_ns_per_beam: kernel.ns(),
-        rays_ns_per_beam: rays.ns(),
-        parry_ns_per_beam: parry.ns(),
-        rays_over_kernel: rays.over(kernel),
-        parry_over_kernel: parry.over(kernel),
-        noise_ns_per_beam: noisy.beyond(kernel),
-        beams_compared: check.compared,
-        beams_that_differ: check.differ,
-        parry_differs: check.parry_differs,
-        ranges_hash: check.ranges_hash,
-    }
+    Row::new(label(world.name(), beams))
+        .with("walls", world.walls().len())
+        .with("beams", u64::from(beams))
+        .with("rounds", rounds)
+        .with("kernel_ns_per_beam", kernel.ns())
+        .with("rays_ns_per_beam", rays.ns())
+        .with("parry_ns_per_beam", parry.ns())
+        .with("rays_over_kernel", rays.over(kernel))
+        .with("parry_over_kernel", parry.over(kernel))
+        .with("noise_ns_per_beam", noisy.beyond(kernel))
+        .with("beams_compared", check.compared)
+        .with("beams_that_differ", check.differ)
+        .with("parry_differs", check.parry_differs)
+        .with("ranges_hash", check.ranges_hash)
 }
 
 /// A way as a rival: a batch is a scan from each pose.
-fn rival<'a>(mut way: impl Way + 'a, poses: &'a [SE2], beams: u32) -> Rival<'a> {
+fn rival<'a>(
+    mut scan: impl FnMut(&SE2, &mut [f64]) + 'a,
+    poses: &'a [SE2],
+    beams: u32,
+) -> Rival<'a> {
     let mut ranges_m = vec![0.0; beams as usize];
     Rival::new(poses.len() * beams as usize, move || {
         for pose in poses {
-            way.scan(pose, &mut ranges_m);
+            scan(pose, &mut ranges_m);
             black_box(&mut ranges_m);
         }
     })
@@ -160,12 +220,12 @@ fn check(world: &World, config: &LidarConfig, poses: &[SE2]) -> Check {
     let mut hash = Xxh3::new();
     let ranges_m = || vec![f64::NAN; config.beams as usize];
     let (mut kernel_m, mut rays_m, mut parry_m) = (ranges_m(), ranges_m(), ranges_m());
-    let (mut kernel, mut rays) = (Kernel::new(world, config), Rays::new(world, config));
-    let mut parry = Parry::new(world, config);
+    let (mut kernel, mut rays) = (ways::kernel(world, config), ways::rays(world, config));
+    let mut parry = ways::parry(world, config);
     for pose in poses {
-        kernel.scan(pose, &mut kernel_m);
-        rays.scan(pose, &mut rays_m);
-        parry.scan(pose, &mut parry_m);
+        kernel(pose, &mut kernel_m);
+        rays(pose, &mut rays_m);
+        parry(pose, &mut parry_m);
         for ((kernel_m, rays_m), parry_m) in kernel_m.iter().zip(&rays_m).zip(&parry_m) {
             found.compared += 1;
             found.differ += usize::from(kernel_m.to_bits() != rays_m.to_bits());
@@ -191,16 +251,32 @@ mod tests {
         let mut heard = Vec::new();
         let results = run(&small(), |world, beams| heard.push(format!("{world} {beams}"))).unwrap();
         assert_eq!(heard.len(), 9);
-        assert_eq!(results.cases.len(), 9);
-        assert_eq!(results.beams_that_differ, 0);
-        assert_eq!(results.beams_compared, 9 * 32 * 180);
+        let cases: Vec<&str> = results.rows_of(&results.tables[0]).map(|row| &*row.name).collect();
+        let expected = small().worlds().into_iter().map(|world| label(&world, 180));
+        assert_eq!(cases, expected.collect::<Vec<_>>());
+        assert_eq!(results.facts["beams_that_differ"], 0);
+        assert_eq!(results.facts["beams_compared"], 9 * 32 * 180);
         // Parry has a formula of its own; walls that meet at a corner it may see
         // from the other side, but not often.
-        let parry: usize = results.cases.iter().map(|c| c.parry_differs).sum();
-        assert!(parry * 1000 < results.beams_compared, "{parry}");
+        let parry = results.facts["parry_differs"].as_u64().unwrap();
+        assert!(parry * 1000 < 9 * 32 * 180, "{parry}");
         let again = run(&small(), |_, _| {}).unwrap();
-        assert_eq!(again.ranges_hash, results.ranges_hash);
-        let worlds: Vec<&str> = results.cases.iter().map(|c| c.world.as_str()).collect();
-        assert_eq!(worlds, small().worlds());
+        assert_eq!(again.facts["ranges_hash"], results.facts["ranges_hash"]);
+    }
+
+    #[test]
+    fn a_row_for_each_world_and_number_of_beams() {
+        let rows = rows();
+        assert_eq!(rows.len(), 34);
+        assert_eq!((&*rows[0], &*rows[33]), ("apartment, 180", "segments-area-32768, 1080"));
+    }
+
+    #[test]
+    fn growth_is_the_largest_world_s_cost_over_the_smallest_s() {
+        let plan = Plan { densities: vec![Density::Area], ..small() };
+        let cost = |name: &str, ns: f64| Row::new(name).with("kernel_ns_per_beam", ns);
+        let cases = [cost("rooms-area-512, 180", 20.0), cost("rooms-area-64, 180", 10.0)];
+        let [growth] = &growths(&plan, &cases)[..] else { panic!() };
+        assert_eq!((&*growth.name, growth.number("growth")), ("rooms-area-64 to 512, 180", 2.0));
     }
 }

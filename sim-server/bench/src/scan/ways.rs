@@ -1,7 +1,7 @@
 //! The ways to scan that are compared.
 //!
 //! Each has made beforehand whatever does not depend on the pose, and each
-//! writes one range per beam.
+//! writes one range per beam, from a sensor pose in the world, m.
 
 use nalgebra::{Point2, Vector2};
 use parry2d_f64::math::Vector;
@@ -12,110 +12,52 @@ use rusty_geometry::{SE2, Scan, World, trig};
 use rusty_sim::Lidar;
 use rusty_sim::noise::LidarNoise;
 
-/// A way to scan.
-pub trait Way {
-    /// The range of each beam from a sensor pose in the world, m.
-    fn scan(&mut self, sensor_in_world: &SE2, ranges_m: &mut [f64]);
-}
-
 /// The laboratory's own: a scan as one problem.
-pub struct Kernel<'a> {
-    world: &'a World,
-    scan: Scan,
-    range_max_m: f64,
-}
-
-impl<'a> Kernel<'a> {
-    /// In this world, with this sensor's beams.
-    #[must_use]
-    pub fn new(world: &'a World, config: &LidarConfig) -> Self {
-        Self { world, scan: Scan::new(config.fan()), range_max_m: config.range_max_m }
-    }
-}
-
-impl Way for Kernel<'_> {
-    fn scan(&mut self, sensor_in_world: &SE2, ranges_m: &mut [f64]) {
-        self.scan.take(self.world, sensor_in_world, self.range_max_m);
-        self.scan.write_distances_m(ranges_m);
+pub(super) fn kernel(world: &World, config: &LidarConfig) -> impl FnMut(&SE2, &mut [f64]) {
+    let (mut scan, range_max_m) = (Scan::new(config.fan()), config.range_max_m);
+    move |sensor_in_world, ranges_m| {
+        scan.take(world, sensor_in_world, range_max_m);
+        scan.write_distances_m(ranges_m);
     }
 }
 
 /// The reference: a ray for each beam through parry's tree, by the formula of
 /// [`rusty_geometry::wall`].
-pub struct Rays<'a> {
-    world: &'a World,
-    beams: Beams,
-}
-
-impl<'a> Rays<'a> {
-    /// In this world, with this sensor's beams.
-    #[must_use]
-    pub fn new(world: &'a World, config: &LidarConfig) -> Self {
-        Self { world, beams: Beams::new(config) }
-    }
-}
-
-impl Way for Rays<'_> {
-    fn scan(&mut self, sensor_in_world: &SE2, ranges_m: &mut [f64]) {
+pub(super) fn rays(world: &World, config: &LidarConfig) -> impl FnMut(&SE2, &mut [f64]) {
+    let beams = Beams::new(config);
+    move |sensor_in_world, ranges_m| {
         let origin = Point2::from(sensor_in_world.translation());
-        let max_m = self.beams.range_max_m;
-        for (range_m, along) in ranges_m.iter_mut().zip(self.beams.turned(sensor_in_world)) {
-            *range_m = self.world.raycast_dir(origin, along, max_m).distance_m;
+        for (range_m, along) in ranges_m.iter_mut().zip(beams.turned(sensor_in_world)) {
+            *range_m = world.raycast_dir(origin, along, beams.range_max_m).distance_m;
         }
     }
 }
 
-/// What people would use instead: a ray for each beam, cast by parry on a
-/// polyline with parry's tree and formula.
-pub struct Parry {
-    walls: Polyline,
-    beams: Beams,
-}
-
-impl Parry {
-    /// In this world, with this sensor's beams.
-    #[must_use]
-    pub fn new(world: &World, config: &LidarConfig) -> Self {
-        let ends = world.walls().iter().flat_map(|wall| [wall.a, wall.b]);
-        let points: Vec<Vector> = ends.map(|end| Vector::new(end.x, end.y)).collect();
-        let pairs = (0..world.walls().len() as u32).map(|k| [2 * k, 2 * k + 1]).collect();
-        Self { walls: Polyline::new(points, Some(pairs)), beams: Beams::new(config) }
-    }
-}
-
-impl Way for Parry {
-    fn scan(&mut self, sensor_in_world: &SE2, ranges_m: &mut [f64]) {
+/// The usual alternative: a ray for each beam, cast by parry on a polyline with
+/// parry's tree and formula.
+pub(super) fn parry(world: &World, config: &LidarConfig) -> impl FnMut(&SE2, &mut [f64]) {
+    let ends = world.walls().iter().flat_map(|wall| [wall.a, wall.b]);
+    let points: Vec<Vector> = ends.map(|end| Vector::new(end.x, end.y)).collect();
+    let pairs = (0..world.walls().len() as u32).map(|k| [2 * k, 2 * k + 1]).collect();
+    let (walls, beams) = (Polyline::new(points, Some(pairs)), Beams::new(config));
+    move |sensor_in_world, ranges_m| {
         let origin = sensor_in_world.translation();
         let origin = Vector::new(origin.x, origin.y);
-        let max_m = self.beams.range_max_m;
-        for (range_m, along) in ranges_m.iter_mut().zip(self.beams.turned(sensor_in_world)) {
+        let max_m = beams.range_max_m;
+        for (range_m, along) in ranges_m.iter_mut().zip(beams.turned(sensor_in_world)) {
             let ray = Ray::new(origin, Vector::new(along.x, along.y));
-            *range_m = self.walls.cast_local_ray(&ray, max_m, true).unwrap_or(max_m);
+            *range_m = walls.cast_local_ray(&ray, max_m, true).unwrap_or(max_m);
         }
     }
 }
 
 /// The whole sensor: the kernel, then noise and dropout, tick by tick.
-pub struct Noisy<'a> {
-    world: &'a World,
-    lidar: Lidar,
-    noise: LidarNoise,
-    tick: u64,
-}
-
-impl<'a> Noisy<'a> {
-    /// In this world, this sensor.
-    #[must_use]
-    pub fn new(world: &'a World, config: &LidarConfig) -> Self {
-        Self { world, lidar: Lidar::new(config), noise: LidarNoise::new(1), tick: 0 }
-    }
-}
-
-impl Way for Noisy<'_> {
-    fn scan(&mut self, sensor_in_world: &SE2, ranges_m: &mut [f64]) {
-        // The sensor sits at the centre of the body.
-        self.lidar.scan(self.world, sensor_in_world, &mut self.noise, self.tick, ranges_m);
-        self.tick += 1;
+pub(super) fn noisy(world: &World, config: &LidarConfig) -> impl FnMut(&SE2, &mut [f64]) {
+    let (mut lidar, mut noise, mut tick) = (Lidar::new(config), LidarNoise::new(1), 0);
+    move |sensor_in_world, ranges_m| {
+        // The sensor is at the centre of the body.
+        lidar.scan(world, sensor_in_world, &mut noise, tick, ranges_m);
+        tick += 1;
     }
 }
 

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use clap::Args;
-use rusty_bench::latency::{self, Plan};
+use rusty_bench::latency::Plan;
 use rusty_bench::noise::NoiseMeter;
 use rusty_contract::{Exit, FieldError, MAX_PARTICIPANTS};
 use rusty_link::WaitPolicy;
@@ -74,5 +74,5 @@ pub fn run(args: &LatencyArgs) -> Result<Exit> {
     let Some(results) = plan.measure(&run, &stop, &mut meter)? else {
         return Ok(stopped());
     };
-    args.common.finish("latency", meter, results, latency::print)
+    args.common.finish("latency", meter, results)
 }

@@ -13,15 +13,13 @@ use clap::{Args, Subcommand};
 use rusty_bench::machine::cores;
 use rusty_bench::noise::NoiseMeter;
 use rusty_bench::report::{Printing, Report};
+use rusty_bench::results::Results;
 use rusty_bench::stage::Bare;
-use rusty_bench::step::results::StepResults;
-use rusty_bench::sweep::results::SweepResults;
 use rusty_bench::{idle, log, start, step, sweep};
 use rusty_contract::config::check_seconds;
-use rusty_contract::{Exit, FieldError, RunName, errln, outln};
+use rusty_contract::{Exit, FieldError, RunName, errln};
 use rusty_engine::run::Stop;
 use rusty_link::{Domain, WaitPolicy, floor, raw};
-use serde::Serialize;
 
 use super::arguments::Output;
 use super::session::{fresh_name, listen};
@@ -188,14 +186,8 @@ impl CommonArgs {
     }
 
     /// Prints the results of a benchmark and returns its exit code.
-    fn finish<R: Serialize>(
-        self,
-        bench: &'static str,
-        meter: NoiseMeter,
-        results: R,
-        print: impl FnOnce(&R),
-    ) -> Result<Exit> {
-        Ok(Report::new(bench, meter.finish(), results).finish(self.printing(), print))
+    fn finish(self, bench: &'static str, meter: NoiseMeter, results: Results) -> Result<Exit> {
+        Ok(Report::new(bench, meter.finish(), results).finish(self.printing()))
     }
 }
 
@@ -207,26 +199,8 @@ fn noise(args: &NoiseArgs) -> Result<Exit> {
         meter.look();
     }
     let noise = meter.finish();
-    let results = noise.disturbances;
-    let report = Report::new("noise", noise, results);
-    let printing = args.common.printing();
-    Ok(report.finish(printing, |found| {
-        let work = found.work;
-        outln!("a fixed piece of work, {} times", work.count);
-        outln!(
-            "  p50 {} ns, p90 {} ns, p99 {} ns, max {} ns",
-            work.p50_ns,
-            work.p90_ns,
-            work.p99_ns,
-            work.max_ns
-        );
-        outln!("  p90 {:.1} % above the shortest", 100.0 * found.work_stretch);
-        outln!("  put off its core {:.1} times a second", found.put_off_per_s);
-        let cores =
-            |cores: Option<f64>| cores.map_or("unknown".to_owned(), |c| format!("{c:.2} cores"));
-        outln!("other processes   {}", cores(found.others_cores));
-        outln!("the hypervisor    {}", cores(found.stolen_cores));
-    }))
+    let results = noise.results();
+    Ok(Report::new("noise", noise, results).finish(args.common.printing()))
 }
 
 fn log(args: &LogArgs) -> Result<Exit> {
@@ -241,7 +215,7 @@ fn log(args: &LogArgs) -> Result<Exit> {
     };
     let mut meter = NoiseMeter::begin();
     let results = plan.measure(&mut meter)?;
-    args.common.finish("log", meter, results, log::print)
+    args.common.finish("log", meter, results)
 }
 
 fn idle(args: &IdleArgs) -> Result<Exit> {
@@ -251,7 +225,7 @@ fn idle(args: &IdleArgs) -> Result<Exit> {
     let Some(results) = idle::measure(&run, args.wait, args.seconds, &stop)? else {
         return Ok(stopped());
     };
-    args.common.finish("idle", meter, results, idle::print)
+    args.common.finish("idle", meter, results)
 }
 
 fn start(args: &StartArgs) -> Result<Exit> {
@@ -261,14 +235,14 @@ fn start(args: &StartArgs) -> Result<Exit> {
     let Some(results) = start::measure(&run, args.repeat, &stop, &mut meter)? else {
         return Ok(stopped());
     };
-    args.common.finish("start", meter, results, start::print)
+    args.common.finish("start", meter, results)
 }
 
 fn step(args: &StepArgs) -> Result<Exit> {
     check_seconds("--seconds", args.seconds)?;
     let meter = NoiseMeter::begin();
     let results = step::run(Duration::from_secs_f64(args.seconds))?;
-    args.common.finish("step", meter, results, StepResults::print)
+    args.common.finish("step", meter, results)
 }
 
 fn sweep(args: &SweepArgs) -> Result<Exit> {
@@ -276,7 +250,7 @@ fn sweep(args: &SweepArgs) -> Result<Exit> {
     let jobs = args.jobs.map_or_else(cores, usize::from);
     let meter = NoiseMeter::begin();
     let results = sweep::run(Duration::from_secs_f64(args.seconds), jobs)?;
-    args.common.finish("sweep", meter, results, SweepResults::print)
+    args.common.finish("sweep", meter, results)
 }
 
 fn check_repeat(repeat: usize) -> Result<(), FieldError> {

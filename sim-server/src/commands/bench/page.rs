@@ -5,17 +5,16 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::Args;
-use rusty_bench::page::benches::{self, BENCHES, Bench, Source, runnable};
-use rusty_bench::page::markdown::render;
-use rusty_bench::page::{Documents, Notes, PageError};
+use rusty_bench::page::render::{read_template, render};
+use rusty_bench::page::{BENCHES, Bench, Documents, PageError};
 use rusty_contract::{Exit, errln, outln};
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
 Every benchmark runs in a separate process with its usual arguments. With --write,
-the measurements are kept next to the page in benchmarks/latest.json. Explanations
-are read from benchmarks/notes.md, with a heading `## KEY` for each goal or
-benchmark. `rusty-peers --json` (see tests/peers) writes the FILE of --peers.
+the measurements are kept next to the page in benchmarks/latest.json. The text is
+read from benchmarks/notes.md: {BENCH} in it becomes the tables of a benchmark,
+{goals} the goals. `rusty-peers --json` (see tests/peers) writes the FILE of --peers.
 
 Examples:
   sim-server bench page --write docs/benchmarks.md      measure all, write the page
@@ -48,16 +47,13 @@ pub fn run(args: &PageArgs) -> Result<Exit> {
     let latest = folder.join("latest.json");
     let (mut documents, to_measure) = match &args.from {
         Some(file) => (Documents::read(file)?, asked),
-        None if args.only.is_empty() => (kept(&latest)?, runnable().collect()),
+        None if args.only.is_empty() => (kept(&latest)?, BENCHES.iter().collect()),
         None => (kept(&latest)?, asked),
     };
     if let Some(file) = &args.peers {
-        let peers = BENCHES.iter().filter(|bench| matches!(bench.source, Source::File));
-        for bench in peers {
-            documents.take(bench, file)?;
-        }
+        documents.take_peers(file)?;
     }
-    let notes = Notes::read(&folder.join("notes.md"))?;
+    let template = read_template(&folder.join("notes.md"))?;
     if args.write.is_some() {
         fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     }
@@ -69,7 +65,7 @@ pub fn run(args: &PageArgs) -> Result<Exit> {
             documents.write(&latest)?;
         }
     }
-    let page = render(&documents, &notes)?;
+    let page = render(&documents, &template)?;
     let Some(file) = &args.write else {
         outln!("{}", page.trim_end());
         return Ok(Exit::Done);
@@ -93,9 +89,9 @@ fn kept(latest: &Path) -> Result<Documents, PageError> {
 
 fn asked(names: &[String]) -> Result<Vec<&'static Bench>, PageError> {
     let one = |name: &String| {
-        benches::bench(name).ok_or_else(|| PageError::NoSuchBench {
+        BENCHES.iter().find(|bench| bench.name == *name).ok_or_else(|| PageError::NoSuchBench {
             name: name.clone(),
-            known: runnable().map(|bench| bench.name).collect::<Vec<_>>().join(", "),
+            known: BENCHES.iter().map(|bench| bench.name).collect::<Vec<_>>().join(", "),
         })
     };
     names.iter().map(one).collect()

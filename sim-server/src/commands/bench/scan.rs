@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use rusty_bench::noise::NoiseMeter;
-use rusty_bench::scan::{Plan, results::ScanResults};
+use rusty_bench::scan::Plan;
 use rusty_contract::config::check_seconds;
 use rusty_contract::{Exit, errln};
 use rusty_geometry::generated::{Density, Pattern};
@@ -73,8 +73,8 @@ pub fn run(args: &ScanArgs) -> Result<Exit> {
         }
     })
     .map_err(rusty_bench::BenchError::from)?;
-    let differ = results.beams_that_differ;
-    let exit = args.common.finish("scan", meter, results, ScanResults::print)?;
+    let differ = results.facts["beams_that_differ"].as_u64().unwrap_or(0);
+    let exit = args.common.finish("scan", meter, results)?;
     if differ > 0 {
         errln!("sim-server: {differ} ranges are not those of the reference");
         return Ok(Exit::NotBitExact);

@@ -37,6 +37,9 @@ fn a_ratio_is_to_ours_in_the_same_wait_and_to_ours_as_it_comes() {
     assert_eq!(zmq.cpu_ns_per_tick, Some(2_000.0));
     assert_eq!(zmq.ticks_per_s, 1e9 / 360_000.0);
     assert_eq!(results.rows[4].times_ours, Some(1.0));
+    let row = &results.report().rows[0];
+    assert_eq!(row.name, "zmq, block, 3 clients");
+    assert_eq!((row.number("times_ours"), row.number("p50_ns")), (30.0, 90_000.0));
 }
 
 #[test]
@@ -61,6 +64,8 @@ fn who_failed_or_was_not_measured_has_no_numbers() {
     failed.fail("it broke".to_owned());
     let results = Results::of(settings(), vec![failed], Vec::new());
     assert!(results.has_failures() && results.goals.is_empty());
-    assert!(results.to_string().contains("it broke"));
+    let report = results.report();
+    assert!(report.to_string().contains("it broke"));
+    assert!(report.rows[0].number("p50_ns").is_nan());
     assert_eq!(results.rows[0].times_ours, None);
 }

@@ -4,19 +4,16 @@
 //! records as the logger writes them, as a plain file of the same length, and
 //! encoded to nowhere. Each repetition is a process; between them the machine is
 //! looked at.
-//!
-//! * [`section`]: the results on the page.
-
-pub mod section;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use rusty_contract::{errln, outln};
-use serde::{Deserialize, Serialize};
+use rusty_contract::errln;
+use serde::Deserialize;
 
 use super::noise::NoiseMeter;
 use super::quantiles::Spread;
+use super::results::{Results, Row};
 use crate::error::BenchError;
 use rusty_engine::run::find_program;
 
@@ -40,36 +37,14 @@ pub struct Plan {
     pub quiet: bool,
 }
 
-/// What came of it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Results {
-    /// Records.
-    pub ticks: u64,
-    /// Whether the disk had to have them.
-    pub synced: bool,
-    /// One for each number of beams.
-    pub rows: Vec<Row>,
+/// Returns the names of the rows.
+#[must_use]
+pub fn rows() -> Vec<String> {
+    BEAMS.iter().map(|&beams| label(beams)).collect()
 }
 
-/// What came of one number of beams. Rates in MB (10⁶ bytes) a second.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Row {
-    /// Beams in each record; 0: no scan.
-    pub beams: usize,
-    /// Length of a record, bytes, on average.
-    pub bytes_per_tick: f64,
-    /// As the logger writes.
-    pub log_mb_s: Spread,
-    /// The same bytes as a plain file.
-    pub plain_mb_s: Spread,
-    /// The first of these divided by the second, in each repetition.
-    pub log_over_plain: Spread,
-    /// Encoding alone.
-    pub encode_mb_s: Spread,
-    /// The same for one record, ns.
-    pub encode_ns_per_tick: Spread,
-    /// Run digest over the records, which were read again.
-    pub digest: String,
+fn label(beams: usize) -> String {
+    if beams == 0 { "no scan".to_owned() } else { format!("{beams} beams") }
 }
 
 /// What `logger measure --json` prints.
@@ -92,8 +67,19 @@ impl Plan {
     pub fn measure(&self, meter: &mut NoiseMeter) -> Result<Results, BenchError> {
         let logger = find_program("logger", "logger")?;
         let rows = self.beams.iter().map(|&beams| self.row(&logger, beams, meter));
-        let rows = rows.collect::<Result<_, _>>()?;
-        Ok(Results { ticks: self.ticks, synced: self.sync, rows })
+        let rows = rows.collect::<Result<Vec<Row>, _>>()?;
+        let tables: [&[_]; 2] = [
+            &[
+                ("bytes_per_tick", 1),
+                ("log_mb_s", 0),
+                ("plain_mb_s", 0),
+                ("log_over_plain", 2),
+                ("encode_mb_s", 0),
+                ("encode_ns_per_tick", 0),
+            ],
+            &[("digest", 0)],
+        ];
+        Ok(Results::new(&tables, rows).fact("ticks", self.ticks).fact("synced", self.sync))
     }
 
     fn row(&self, logger: &Path, beams: usize, meter: &mut NoiseMeter) -> Result<Row, BenchError> {
@@ -113,16 +99,15 @@ impl Plan {
             return Err(BenchError::Nothing(text));
         }
         let spread = |value: fn(&Measured) -> f64| Spread::of(all.iter().map(value));
-        Ok(Row {
-            beams,
-            bytes_per_tick: last.bytes_per_tick,
-            log_mb_s: spread(|m| m.log_mb_s),
-            plain_mb_s: spread(|m| m.plain_mb_s),
-            log_over_plain: spread(|m| m.log_per_plain),
-            encode_mb_s: spread(|m| m.encode_mb_s),
-            encode_ns_per_tick: spread(|m| m.encode_ns_per_tick),
-            digest: last.digest.clone(),
-        })
+        Ok(Row::new(label(beams))
+            .with("beams", beams)
+            .with("bytes_per_tick", last.bytes_per_tick)
+            .with("log_mb_s", spread(|m| m.log_mb_s))
+            .with("plain_mb_s", spread(|m| m.plain_mb_s))
+            .with("log_over_plain", spread(|m| m.log_per_plain))
+            .with("encode_mb_s", spread(|m| m.encode_mb_s))
+            .with("encode_ns_per_tick", spread(|m| m.encode_ns_per_tick))
+            .with("digest", last.digest.clone()))
     }
 
     fn once(&self, logger: &Path, beams: usize) -> Result<Measured, BenchError> {
@@ -143,22 +128,5 @@ impl Plan {
                 "{logger} printed no measurement ({e}); is it this version's?"
             ))
         })
-    }
-}
-
-/// Prints the results.
-pub fn print(results: &Results) {
-    let whose = if results.synced { "the disk has them" } else { "the system has them" };
-    outln!("{} ticks, until {whose}; medians (least to greatest)", results.ticks);
-    let spread = |s: Spread| format!("{:.0} ({:.0} to {:.0})", s.median, s.min, s.max);
-    for row in &results.rows {
-        outln!("\n{} beams, {:.1} bytes a tick", row.beams, row.bytes_per_tick);
-        outln!("  log       {} MB/s", spread(row.log_mb_s));
-        outln!("  plain     {} MB/s", spread(row.plain_mb_s));
-        let s = row.log_over_plain;
-        outln!("  log/plain {:.2} ({:.2} to {:.2})", s.median, s.min, s.max);
-        outln!("  encoding  {} MB/s", spread(row.encode_mb_s));
-        outln!("            {} ns a tick", spread(row.encode_ns_per_tick));
-        outln!("  digest    {}", row.digest);
     }
 }

@@ -1,33 +1,26 @@
 //! `bench start`: from starting `launch` to its first frame, with an
 //! estimator, a scorer and a logger as processes; and what memory it takes.
-//!
-//! * [`section`]: the results on the page.
-
-pub mod section;
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use rusty_contract::{RunName, outln};
+use rusty_contract::RunName;
 use rusty_link::{Domain, monotonic_ns};
-use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::noise::NoiseMeter;
 use super::quantiles::Quantiles;
+use super::results::{Results, Row};
 use crate::error::BenchError;
 use rusty_engine::run::Stop;
 
-/// What came of it.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct Results {
-    /// From before the process is made to its first frame.
-    pub to_first_frame: Quantiles,
-    /// From before the process is made to its end, for two ticks, scores and a
-    /// picture.
-    pub to_end: Quantiles,
-    /// The most memory that was resident in any of the servers, bytes.
-    pub server_peak_resident_bytes: u64,
+/// What is measured from the start of a launch.
+const UNTIL: [&str; 2] = ["to the first frame", "to the end"];
+
+/// Returns the names of the rows.
+#[must_use]
+pub fn rows() -> Vec<String> {
+    UNTIL.map(str::to_owned).to_vec()
 }
 
 /// Launches so many runs, one after the other. `None` if somebody wanted it to
@@ -63,11 +56,21 @@ pub fn measure(
         }
         noise.look();
     }
-    Ok(Some(Results {
-        to_first_frame: Quantiles::of(&mut first),
-        to_end: Quantiles::of(&mut end),
-        server_peak_resident_bytes: peak,
-    }))
+    Ok(Some(results(&mut first, &mut end, peak)))
+}
+
+fn results(first_ns: &mut [u64], end_ns: &mut [u64], peak_bytes: u64) -> Results {
+    let row = |(until, durations_ns): (&str, &mut [u64])| {
+        let q = Quantiles::of(durations_ns);
+        let ms = |ns: u64| ns as f64 * 1e-6;
+        let row = Row::new(until).with("count", q.count).with("mean_ms", q.mean_ns * 1e-6);
+        row.with("p50_ms", ms(q.p50_ns)).with("p90_ms", ms(q.p90_ns)).with("max_ms", ms(q.max_ns))
+    };
+    let server = Row::new("server").with("peak_resident_mb", peak_bytes as f64 * 1e-6);
+    let rows = UNTIL.into_iter().zip([first_ns, end_ns]).map(row);
+    let tables: [&[_]; 2] =
+        [&[("count", 0), ("p50_ms", 1), ("p90_ms", 1), ("max_ms", 1)], &[("peak_resident_mb", 1)]];
+    Results::new(&tables, rows.chain([server]))
 }
 
 /// One run of two ticks, and its report.
@@ -87,20 +90,15 @@ fn launch(run: &RunName, folder: &Path) -> Result<Value, BenchError> {
     })
 }
 
-/// Prints the results.
-pub fn print(results: &Results) {
-    let ms = |ns: u64| ns as f64 * 1e-6;
-    for (what, q) in
-        [("to the first frame", results.to_first_frame), ("to the end", results.to_end)]
-    {
-        outln!(
-            "{what:20} p50 {:7.1} ms, p90 {:7.1} ms, max {:7.1} ms ({} launches)",
-            ms(q.p50_ns),
-            ms(q.p90_ns),
-            ms(q.max_ns),
-            q.count
-        );
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_in_ms_and_memory_in_mb() {
+        let found = results(&mut [31_250_000], &mut [80_000_000], 12_340_000);
+        assert_eq!(found.rows[0].name, rows()[0]);
+        assert_eq!((found.rows[0].number("p50_ms"), found.rows[1].number("max_ms")), (31.25, 80.0));
+        assert_eq!(found.rows[2].number("peak_resident_mb"), 12.34);
     }
-    let peak = results.server_peak_resident_bytes as f64 * 1e-6;
-    outln!("{:20} {peak:.1} MB at most", "server resident");
 }

@@ -3,24 +3,18 @@
 //! One tick of the world without a scan and with one, the digest of a frame and
 //! its seal, beside two things that everyone has an idea of: copying a frame and
 //! taking a sine and a cosine.
-//!
-//! * [`results`]: what a run of the bench comes to;
-//! * [`section`]: the same, on the page.
-
-pub mod results;
-pub mod section;
 
 use std::hint::black_box;
 use std::time::Duration;
 
 use rusty_contract::digest::RunDigest;
-use rusty_contract::{Frame, RunConfig, TruthKey};
-use rusty_geometry::trig;
+use rusty_contract::{Estimate, Frame, Reply, RunConfig, TruthKey};
+use rusty_geometry::{SE2, trig};
 use rusty_sim::Sim;
 
 use super::alternate::{Rival, alternate};
+use super::results::{Results, Row};
 use crate::error::BenchError;
-use results::{Part, StepResults};
 use rusty_engine::scenario_file;
 
 /// Ticks of the run whose digest is printed.
@@ -40,11 +34,17 @@ pub const PARTS: [&str; 9] = [
     "run digest of a frame and three replies",
 ];
 
+/// Returns the names of the rows.
+#[must_use]
+pub fn rows() -> Vec<String> {
+    PARTS.map(str::to_owned).to_vec()
+}
+
 /// Measures for about `time`.
 ///
 /// # Errors
 /// None that the built-in scenario can cause.
-pub fn run(time: Duration) -> Result<StepResults, BenchError> {
+pub fn run(time: Duration) -> Result<Results, BenchError> {
     let (few, many) = (scanned(180)?, scanned(1080)?);
     let mut rivals = [
         copy(),
@@ -59,13 +59,12 @@ pub fn run(time: Duration) -> Result<StepResults, BenchError> {
     ];
     let rounds = alternate(&mut rivals, time);
     let [copy, sine, ..] = &rivals;
-    let parts = PARTS.iter().zip(&rivals).map(|(name, rival)| Part {
-        name: (*name).to_owned(),
-        ns: rival.ns(),
-        over_copy: rival.over(copy),
-        over_sine: rival.over(sine),
+    let parts = PARTS.iter().zip(&rivals).map(|(name, rival)| {
+        let row = Row::new(*name).with("ns", rival.ns());
+        row.with("over_copy", rival.over(copy)).with("over_sine", rival.over(sine))
     });
-    Ok(StepResults { rounds, parts: parts.collect(), world_digest: world_digest()? })
+    let results = Results::new(&[&[("ns", 1), ("over_copy", 2), ("over_sine", 1)]], parts);
+    Ok(results.fact("rounds", rounds).fact("world_digest", world_digest()?))
 }
 
 /// The Apartment's run, steered so that no wall stops the robot.
@@ -99,65 +98,57 @@ fn world_digest() -> Result<String, BenchError> {
     Ok(digest.world_hex())
 }
 
+/// A rival whose batch does the same thing `count` times.
+fn repeated(count: usize, mut once: impl FnMut() + 'static) -> Rival<'static> {
+    Rival::new(count, move || (0..count).for_each(|_| once()))
+}
+
 fn copy() -> Rival<'static> {
     let (from, mut to) = (Frame::boxed(), Frame::boxed());
-    Rival::new(100, move || {
-        for _ in 0..100 {
-            *to = *black_box(&*from);
-            black_box(&mut *to);
-        }
+    repeated(100, move || {
+        *to = *black_box(&*from);
+        black_box(&mut *to);
     })
 }
 
 fn sine() -> Rival<'static> {
     let mut angle_rad = 0.0;
-    Rival::new(1000, move || {
-        for _ in 0..1000 {
-            // Angles of every quadrant, none of them far out.
-            angle_rad = if angle_rad > 3.0 { -3.0 } else { angle_rad + 0.01 };
-            black_box(trig::sin_cos(black_box(angle_rad)));
-        }
+    repeated(1000, move || {
+        // Angles of every quadrant, none of them far out.
+        angle_rad = if angle_rad > 3.0 { -3.0 } else { angle_rad + 0.01 };
+        black_box(trig::sin_cos(black_box(angle_rad)));
     })
 }
 
 fn ticks(mut sim: Sim, batch: usize) -> Rival<'static> {
     let mut frame = Frame::boxed();
-    Rival::new(batch, move || {
-        for _ in 0..batch {
-            let _ = black_box(sim.step(None, &mut frame));
-        }
+    repeated(batch, move || {
+        let _ = black_box(sim.step(None, &mut frame));
         black_box(&frame);
     })
 }
 
 fn digest(frame: Box<Frame>) -> Rival<'static> {
-    Rival::new(100, move || {
-        for _ in 0..100 {
-            black_box(black_box(&frame).observable_digest());
-        }
+    repeated(100, move || {
+        black_box(black_box(&frame).observable_digest());
     })
 }
 
 fn seal(mut frame: Box<Frame>) -> Rival<'static> {
-    let (key, pose) = (TruthKey::from_bytes([0; 32]), rusty_geometry::SE2::new(1.0, 2.0, 3.0));
-    Rival::new(100, move || {
-        for _ in 0..100 {
-            frame.seal(&key, Some(pose));
-            black_box(&mut frame);
-        }
+    let (key, pose) = (TruthKey::from_bytes([0; 32]), SE2::new(1.0, 2.0, 3.0));
+    repeated(100, move || {
+        frame.seal(&key, Some(pose));
+        black_box(&mut frame);
     })
 }
 
 fn run_digest(frame: Box<Frame>) -> Rival<'static> {
-    use rusty_contract::{Estimate, Reply};
-    let pose = rusty_geometry::SE2::new(1.0, 2.0, 3.0);
+    let pose = SE2::new(1.0, 2.0, 3.0);
     let replies = [Reply::Estimate(Estimate::from(pose)), Reply::Taken, Reply::Taken];
     let mut digest = RunDigest::default();
-    Rival::new(100, move || {
-        for _ in 0..100 {
-            digest.absorb_frame(black_box(&frame), Some(pose));
-            digest.absorb_replies(black_box(replies).into_iter());
-        }
+    repeated(100, move || {
+        digest.absorb_frame(black_box(&frame), Some(pose));
+        digest.absorb_replies(black_box(replies).into_iter());
         black_box(&digest);
     })
 }
@@ -169,10 +160,10 @@ mod tests {
     #[test]
     fn every_part_is_measured_and_the_digest_is_the_run_s() {
         let results = run(Duration::ZERO).unwrap();
-        let names: Vec<&str> = results.parts.iter().map(|part| part.name.as_str()).collect();
+        let names: Vec<&str> = results.rows.iter().map(|row| row.name.as_str()).collect();
         assert_eq!(names, PARTS);
-        assert!(results.parts.iter().all(|part| part.ns.min > 0.0));
-        assert_eq!(results.world_digest, world_digest().unwrap());
-        assert_eq!(results.world_digest.len(), 32);
+        assert!(results.rows.iter().all(|row| row.number("ns") > 0.0));
+        let digest = world_digest().unwrap();
+        assert_eq!((results.facts["world_digest"].as_str(), digest.len()), (Some(&*digest), 32));
     }
 }

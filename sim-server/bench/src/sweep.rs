@@ -3,12 +3,6 @@
 //! Sweeps without clients, the table kept in memory, beside the bare world: the
 //! same runs stepped one after the other, with nothing reckoned, digested or
 //! kept. Whoever sweeps pays the difference.
-//!
-//! * [`results`]: what a run of the bench comes to;
-//! * [`section`]: the same, on the page.
-
-pub mod results;
-pub mod section;
 
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -17,9 +11,10 @@ use rusty_contract::{FieldError, Frame};
 use rusty_sim::Sim;
 
 use super::alternate::{Rival, alternate};
+use super::quantiles::Spread;
 use super::report::results_hash;
+use super::results::{Results, Row};
 use crate::error::BenchError;
-use results::{SweepCase, SweepResults};
 use rusty_engine::run::Progress;
 use rusty_study::sweep::{Axis, Plan, Request, Shard, Sweeping};
 
@@ -38,16 +33,30 @@ pub const CASES: [(&str, u64, u64); 2] = [
     ("50 seeds × 300 ticks, 180 beams every 5 ticks", SEEDS_WITH_SCANS, 5),
 ];
 
+/// Returns the names of the rows.
+#[must_use]
+pub fn rows() -> Vec<String> {
+    CASES.iter().map(|(name, ..)| (*name).to_owned()).collect()
+}
+
 /// Measures for about `time`, with one worker and with `jobs`.
 ///
 /// # Errors
 /// None that the built-in scenario can cause.
-pub fn run(time: Duration, jobs: usize) -> Result<SweepResults, BenchError> {
-    let mut cases = Vec::new();
+pub fn run(time: Duration, jobs: usize) -> Result<Results, BenchError> {
+    let mut rows = Vec::new();
     for (name, seeds, scan_every) in CASES {
-        cases.push(case(name, seeds, scan_every, jobs, time / CASES.len() as u32)?);
+        rows.push(case(name, seeds, scan_every, jobs, time / CASES.len() as u32)?);
     }
-    Ok(SweepResults { jobs, cases })
+    let columns = [
+        ("one_ms", 1),
+        ("all_ms", 1),
+        ("one_over_all", 2),
+        ("one_over_bare", 2),
+        ("ticks_per_s", 0),
+        ("digests_hash", 0),
+    ];
+    Ok(Results::new(&[&columns], rows).fact("jobs", jobs))
 }
 
 fn case(
@@ -56,7 +65,7 @@ fn case(
     scan_every: u64,
     jobs: usize,
     time: Duration,
-) -> Result<SweepCase, BenchError> {
+) -> Result<Row, BenchError> {
     let digests = sweep(seeds, scan_every, jobs)?;
     let plan = plan(seeds, scan_every)?;
     let ticks = seeds * TICKS;
@@ -74,16 +83,20 @@ fn case(
     ];
     let rounds = alternate(&mut rivals, time);
     let [one, all, bare] = &rivals;
-    Ok(SweepCase {
-        name: name.to_owned(),
-        ticks,
-        rounds,
-        one_ns: one.ns(),
-        all_ns: all.ns(),
-        one_over_all: one.over(all),
-        one_over_bare: one.over(bare),
-        digests_hash: results_hash(&digests),
-    })
+    let ms = |Spread { median, min, max }: Spread| Spread {
+        median: median * 1e-6,
+        min: min * 1e-6,
+        max: max * 1e-6,
+    };
+    Ok(Row::new(name)
+        .with("ticks", ticks)
+        .with("rounds", rounds)
+        .with("one_ms", ms(one.ns()))
+        .with("all_ms", ms(all.ns()))
+        .with("one_over_all", one.over(all))
+        .with("one_over_bare", one.over(bare))
+        .with("ticks_per_s", ticks as f64 / (one.ns().median * 1e-9))
+        .with("digests_hash", results_hash(&digests)))
 }
 
 fn plan(seeds: u64, scan_every: u64) -> Result<Plan, BenchError> {
@@ -118,5 +131,18 @@ fn bare(world: &mut Sim, frame: &mut Frame, seeds: u64) {
         for _ in 0..TICKS {
             let _ = std::hint::black_box(world.step(None, frame));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_digests_do_not_depend_on_the_workers() {
+        let case = |jobs| case("x", 6, 5, jobs, Duration::ZERO).unwrap();
+        let (one, three) = (case(1), case(3));
+        assert_eq!(one.figures["digests_hash"], three.figures["digests_hash"]);
+        assert_eq!(one.number("ticks"), 1800.0);
     }
 }

@@ -1,17 +1,13 @@
 //! `bench idle`: what waiting costs, in a run that is paused and in one that
 //! goes at the pace of real time.
-//!
-//! * [`section`]: the results on the page.
-
-pub mod section;
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use rusty_contract::{RunName, outln};
+use rusty_contract::RunName;
 use rusty_link::WaitPolicy;
-use serde::{Deserialize, Serialize};
 
+use super::results::{Results, Row};
 use super::stage::{Stage, mix};
 use super::stamps::Stamps;
 use super::usage::Usage;
@@ -28,24 +24,16 @@ const LOOK: Duration = Duration::from_millis(20);
 const RUNS: [(&str, Pace, bool); 2] =
     [("paused", Pace::Max, true), ("real time, 50 ticks a second", Pace::Factor(1.0), false)];
 
-/// What came of it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Results {
-    /// How everyone waited.
-    pub wait: String,
-    /// For how long each was watched, s.
-    pub seconds: f64,
-    /// A run of each kind.
-    pub rows: Vec<Row>,
+/// Returns the names of the rows.
+#[must_use]
+pub fn rows() -> Vec<String> {
+    let processes = processes();
+    let of = |run: &'static str| processes.iter().map(move |process| label(run, process));
+    RUNS.iter().flat_map(|(run, _, _)| of(run)).collect()
 }
 
-/// One run.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Row {
-    /// What the run did meanwhile.
-    pub run: String,
-    /// Processor time over the time that passed, for each process.
-    pub cores: Vec<(String, f64)>,
+fn label(run: &str, process: &str) -> String {
+    format!("{run}, {process}")
 }
 
 /// Watches a paused run and one at the pace of real time, each for `seconds`.
@@ -63,11 +51,14 @@ pub fn measure(
     let mut rows = Vec::new();
     for (words, pace, paused) in RUNS {
         match one(&stage, (pace, paused), seconds)? {
-            Some(cores) => rows.push(Row { run: words.to_owned(), cores }),
+            Some(cores) => rows.extend(cores.into_iter().map(|(process, cores)| {
+                Row::new(label(words, &process)).with("core_percent", 100.0 * cores)
+            })),
             None => return Ok(None),
         }
     }
-    Ok(Some(Results { wait: wait.to_string(), seconds, rows }))
+    let results = Results::new(&[&[("core_percent", 2)]], rows);
+    Ok(Some(results.fact("wait", wait.to_string()).fact("seconds", seconds)))
 }
 
 fn one(
@@ -123,13 +114,15 @@ fn sleep(time: Duration, stage: &Stage<'_>) -> Option<()> {
     Some(())
 }
 
-/// Prints the results.
-pub fn print(results: &Results) {
-    outln!("watched for {} s, waiting {}", results.seconds, results.wait);
-    for row in &results.rows {
-        outln!("\n{}", row.run);
-        for (name, cores) in &row.cores {
-            outln!("  {name:14} {:6.2} % of a core", 100.0 * cores);
-        }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_for_each_process_of_each_run() {
+        let rows = rows();
+        assert_eq!(rows.len(), 2 * 4);
+        assert_eq!(rows[0], "paused, server");
+        assert_eq!(rows[7], "real time, 50 ticks a second, logger");
     }
 }
