@@ -1,5 +1,5 @@
-//! Rays in the places of the book: the anatomy of one LiDAR scan, watertight
-//! walls, materials, ties, and the tree against every wall in turn.
+//! Rays in the places of the book: watertight walls, materials, ties, and the
+//! tree against every wall in turn.
 #![allow(clippy::unwrap_used)]
 
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -40,46 +40,6 @@ fn world_of(walls: &[([f64; 2], [f64; 2])]) -> World {
         walls: walls.collect(),
     })
     .unwrap()
-}
-
-/// The scan of the Apartment from (4.9, 2.84, π/2), beam 90 straight ahead.
-fn anatomy() -> Vec<f64> {
-    let world = apartment();
-    let beam = |k: u32| {
-        let bearing_rad = -PI + TAU * f64::from(k) / 180.0;
-        world.raycast(Point2::new(4.9, 2.84), FRAC_PI_2 + bearing_rad, 8.0)
-    };
-    (0..180).map(|k| beam(k).distance_m).collect()
-}
-
-#[test]
-fn the_180_ranges_of_the_anatomy() {
-    let data: serde_json::Value =
-        serde_json::from_str(include_str!("data/lidar_anatomy.json")).unwrap();
-    let expected = data["ranges"].as_array().unwrap();
-    let ranges_m = anatomy();
-    assert_eq!(expected.len(), ranges_m.len());
-    for (k, (range_m, expected)) in ranges_m.iter().zip(expected).enumerate() {
-        let expected_m = expected.as_f64().unwrap();
-        assert!((range_m - expected_m).abs() < 1e-9, "beam {k}: {range_m} {expected_m}");
-    }
-    assert!((ranges_m[90] - 2.26).abs() < 1e-12);
-}
-
-#[test]
-fn the_three_jumps_of_the_anatomy() {
-    let ranges_m = anatomy();
-    let jumps: Vec<(usize, f64, f64)> = (0..179)
-        .filter(|k| (ranges_m[k + 1] - ranges_m[*k]).abs() > 0.25)
-        .map(|k| (k, ranges_m[k], ranges_m[k + 1]))
-        .collect();
-    let expected =
-        [(5, 2.883_812, 1.676_639), (77, 1.179_358, 2.473_878), (102, 2.473_878, 1.179_358)];
-    assert_eq!(jumps.len(), expected.len(), "{jumps:?}");
-    for (found, expected) in jumps.iter().zip(&expected) {
-        assert_eq!(found.0, expected.0);
-        assert!((found.1 - expected.1).abs() < 1e-6 && (found.2 - expected.2).abs() < 1e-6);
-    }
 }
 
 /// Points of a grid inside the bounds that are not on a wall. `below_y_m` cuts

@@ -1,5 +1,4 @@
-//! A run that differs in one parameter differs only in that parameter, and a
-//! run that differs in none has the same bits.
+//! A run that differs in one parameter differs only in that parameter.
 
 mod common;
 
@@ -54,11 +53,6 @@ fn assert_same_path(a: &[Shown], b: &[Shown]) {
         assert_eq!(a.truth, b.truth, "tick {tick}");
         assert_eq!((a.ticks, a.command), (b.ticks, b.command), "tick {tick}");
     }
-}
-
-#[test]
-fn the_same_configuration_gives_the_same_bits() {
-    assert_eq!(changed(|_| ()), changed(|_| ()));
 }
 
 #[test]
@@ -204,15 +198,4 @@ fn a_scan_can_be_computed_alone() {
         lidar.scan(sim.world(), &sim.truth(), &mut noise, tick + 1, &mut alone_m);
         assert_ne!(shown_m, alone_m);
     }
-}
-
-/// Digests of all frames of the base run, folded. It changes only when noise,
-/// physics, script, world or layout changes on purpose; to mint it anew, run this
-/// test and write down what it prints.
-const PINNED_RUN: u64 = 0xc14a_f521_908a_5f8f;
-
-#[test]
-fn the_bits_of_a_whole_run() {
-    let folded = changed(|_| ()).iter().fold(0_u64, |sum, shown| sum.rotate_left(5) ^ shown.digest);
-    assert_eq!(folded, PINNED_RUN, "pin {folded:#018x}");
 }

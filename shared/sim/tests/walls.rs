@@ -42,29 +42,6 @@ proptest! {
 }
 
 #[test]
-fn a_blocked_robot_stays_and_its_encoders_count_on() {
-    let mut config = driven();
-    config.start = SE2::new(11.0, 3.0, 0.0);
-    let mut sim = sim(config);
-    let mut frame = Frame::boxed();
-    let ahead = Some(Twist { v_m_s: 0.5, omega_rad_s: 0.0 });
-    let mut blocked = 0;
-    for _ in 0..100 {
-        let (pose, counts) = (sim.truth(), frame.ticks());
-        if sim.step(ahead, &mut frame) == StepOutcome::Blocked {
-            blocked += 1;
-            assert_eq!(sim.truth(), pose);
-        }
-        assert!(frame.ticks().left > counts.left && frame.ticks().right > counts.right);
-    }
-    assert!(blocked > 70, "{blocked}");
-    // 5 m by the wheels, less than 1 m by the floor.
-    let [left, right] = sim.wheel_angles_rad();
-    assert!((left * 0.033 - 5.0).abs() < 1e-9 && left == right);
-    assert!(sim.truth().x() < 11.9);
-}
-
-#[test]
 fn a_frame_tells_tick_time_and_the_command_as_applied() {
     let mut sim = sim(driven());
     let mut frame = Frame::boxed();
@@ -90,14 +67,6 @@ fn a_start_in_a_wall_is_refused_with_the_way_out() {
     }
     config.world = open().spec().clone();
     assert!(Sim::new(config).is_ok());
-}
-
-#[test]
-fn a_field_that_cannot_be_used_is_named() {
-    let mut config = driven();
-    config.robot.slip_std = -0.02;
-    let error = Sim::new(config).unwrap_err();
-    assert!(error.to_string().contains("robot.slip_std = -0.02"), "{error}");
 }
 
 #[cfg(debug_assertions)]

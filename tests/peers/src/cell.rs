@@ -15,9 +15,6 @@ use crate::stop::Stop;
 
 /// Starts a server and its clients by `plan` and waits for what they measure.
 /// No process of them is left when this returns.
-///
-/// # Errors
-/// [`BenchError::NoResult`] in the server's last words; [`BenchError::Stopped`].
 pub fn run(plan: &ServerPlan, stop: &Stop) -> Result<Measured, BenchError> {
     let program = Path::new("/proc/self/exe");
     let mut command = Command::new(program);

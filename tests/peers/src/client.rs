@@ -8,9 +8,6 @@ use crate::transport;
 use crate::work::{self, Mind};
 
 /// Answers every frame, up to the last.
-///
-/// # Errors
-/// [`BenchError`] of the transport, or for a frame out of turn.
 pub fn main(plan: &ClientPlan) -> Result<(), BenchError> {
     end_with_parent(plan.cell.parent, Signal::KILL)?;
     let config = work::config(1, plan.cell.scans)?;
@@ -21,9 +18,6 @@ pub fn main(plan: &ClientPlan) -> Result<(), BenchError> {
 }
 
 /// Has the kernel send this process `signal` when its parent ends.
-///
-/// # Errors
-/// [`BenchError::Stopped`] if the parent has ended before.
 pub fn end_with_parent(parent: u32, signal: Signal) -> Result<(), BenchError> {
     // A kernel that cannot do this leaves the process to its transport, which
     // fails when the other side is gone.

@@ -12,41 +12,29 @@ pub enum BenchError {
     /// A library that carries frames or answers failed.
     #[error("{library}: cannot {what}: {problem}")]
     Transport {
-        /// Which.
         library: &'static str,
         /// What it was asked for.
         what: &'static str,
-        /// What it said.
         problem: String,
     },
     /// Something came in a size that nothing has.
     #[error("{library}: {what} of {bytes} bytes, not {expected}")]
     Size {
-        /// Which library brought it.
         library: &'static str,
         /// What it was to be.
         what: &'static str,
-        /// Its size.
         bytes: usize,
         /// The size of such a thing.
         expected: usize,
     },
     /// A frame came out of turn.
     #[error("client {place}: frame {tick} came where frame {expected} was due")]
-    Frame {
-        /// Which client.
-        place: u32,
-        /// What came.
-        tick: u64,
-        /// What was due.
-        expected: u64,
-    },
+    Frame { place: u32, tick: u64, expected: u64 },
     /// An answer is not one to the frame that is out.
     #[error("tick {tick}: the answer of client {place} {problem}")]
     Answer {
         /// The frame that is out.
         tick: u64,
-        /// Whose answer.
         place: u32,
         /// What is wrong with it.
         problem: String,
@@ -56,27 +44,19 @@ pub enum BenchError {
     Number {
         /// The frame that is out.
         tick: u64,
-        /// Which.
         error: AnswerError,
     },
     /// A file or process of the operating system.
     #[error("{path}: {error}", path = path.display())]
-    Io {
-        /// Where.
-        path: PathBuf,
-        /// What it said.
-        error: std::io::Error,
-    },
+    Io { path: PathBuf, error: std::io::Error },
     /// The scenario cannot be set up.
     #[error(transparent)]
     Scenario(#[from] rusty_engine::scenario_file::SetupError),
     /// The world cannot be set up.
     #[error(transparent)]
     World(#[from] rusty_sim::SimError),
-    /// Our own transport.
     #[error(transparent)]
     Link(#[from] LinkError),
-    /// Our own client.
     #[error(transparent)]
     Client(#[from] rusty_clients::ClientError),
     /// A run of `sim-server` could not be made or did not end well.
@@ -85,7 +65,6 @@ pub enum BenchError {
     /// A server's process ended without a result.
     #[error("{0}")]
     NoResult(String),
-    /// It was interrupted.
     #[error("interrupted")]
     Stopped,
 }

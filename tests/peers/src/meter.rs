@@ -61,7 +61,6 @@ impl Meter {
         self.pids.iter().filter_map(|&pid| Some((pid, Usage::of(pid)?.cpu_ns))).collect()
     }
 
-    /// What came of it.
     pub fn finish(self, digest: String) -> Measured {
         let difference =
             |pid: &u32| Some(self.after.get(pid)?.saturating_sub(*self.before.get(pid)?));

@@ -57,9 +57,6 @@ impl FrameSource for Stamped {
 }
 
 /// One measurement.
-///
-/// # Errors
-/// [`BenchError::Ours`] if the run cannot be made or does not end well.
 pub fn measure(plan: &ServerPlan) -> Result<Measured, BenchError> {
     let cell = &plan.cell;
     let (run_id, key) = RunSetup::draw().map_err(ours)?;
@@ -123,9 +120,6 @@ fn client(place: usize) -> Participant {
 }
 
 /// A client's process: what the client `dead-reckoning` does.
-///
-/// # Errors
-/// [`BenchError::Client`].
 pub fn dead_reckoning(args: &ClientArgs) -> Result<(), BenchError> {
     if let Some(launcher) = args.launcher {
         end_with_parent(launcher, Signal::KILL)?;

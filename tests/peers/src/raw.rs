@@ -21,9 +21,6 @@ fn run_of(pid: u32) -> Result<RunName, BenchError> {
 }
 
 /// One measurement.
-///
-/// # Errors
-/// [`BenchError`] of the transport or of a client; [`BenchError::Stopped`].
 pub fn measure(plan: &ServerPlan) -> Result<Measured, BenchError> {
     let name = run_of(std::process::id())?;
     let domain = Domain::create(&name).map_err(|e| BenchError::Ours(e.to_string()))?;
@@ -51,9 +48,6 @@ pub fn measure(plan: &ServerPlan) -> Result<Measured, BenchError> {
 }
 
 /// A client's process.
-///
-/// # Errors
-/// [`BenchError::Link`].
 pub fn client(plan: &ClientPlan) -> Result<(), BenchError> {
     end_with_parent(plan.cell.parent, Signal::KILL)?;
     Ok(serve_raw(&run_of(plan.cell.parent)?, plan.cell.wait.policy())?)

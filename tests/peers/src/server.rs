@@ -17,9 +17,6 @@ use crate::watchdog::Watched;
 use crate::work::{self, World};
 
 /// One measurement.
-///
-/// # Errors
-/// [`BenchError`] of the transport or of a client; [`BenchError::Stopped`].
 pub fn measure(plan: &ServerPlan) -> Result<Measured, BenchError> {
     let cell = &plan.cell;
     let ticks = run_ticks(plan.warm_up, plan.ticks);
@@ -59,9 +56,6 @@ fn tick(end: &mut dyn ServerEnd, world: &mut World) -> Result<(), BenchError> {
 }
 
 /// A watchdog that hears of signals to this process.
-///
-/// # Errors
-/// [`BenchError::Io`].
 pub fn watch() -> Result<Watched, BenchError> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
@@ -72,9 +66,6 @@ pub fn watch() -> Result<Watched, BenchError> {
 }
 
 /// Starts the clients of `plan`, which are watched from then on.
-///
-/// # Errors
-/// [`BenchError::Io`].
 pub fn start_clients(plan: &ServerPlan, watched: &Watched) -> Result<(), BenchError> {
     let program = Path::new("/proc/self/exe");
     for place in 0..plan.clients {

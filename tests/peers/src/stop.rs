@@ -17,9 +17,6 @@ pub struct Stop {
 
 impl Stop {
     /// Listens for signals.
-    ///
-    /// # Errors
-    /// [`std::io::Error`] if they cannot be listened for.
     pub fn listen() -> std::io::Result<Self> {
         let stop = Self::default();
         let mut signals = Signals::new([SIGINT, SIGTERM])?;

@@ -26,18 +26,15 @@ pub struct Case {
 }
 
 impl Case {
-    /// Not measured yet.
     pub fn new(contender: Contender, wait: Wait, clients: u32) -> Self {
         Self { contender, wait, clients, measured: Vec::new(), failure: None }
     }
 
-    /// In words.
     pub fn name(&self) -> String {
         let plural = if self.clients == 1 { "" } else { "s" };
         format!("{} {} with {} client{plural}", self.contender, self.wait, self.clients)
     }
 
-    /// One more repetition.
     pub fn add(&mut self, measured: Measured) {
         self.measured.push(measured);
     }
@@ -47,7 +44,6 @@ impl Case {
         self.failure = Some(why);
     }
 
-    /// Whether it failed.
     pub fn has_failed(&self) -> bool {
         self.failure.is_some()
     }
@@ -95,7 +91,6 @@ pub struct Row {
     pub tick: Quantiles,
     /// Medians of the repetitions: how far to trust the row.
     pub p50_by_repetition_ns: Spread,
-    /// Ticks in a second.
     pub ticks_per_s: f64,
     /// Processor time of the server and all clients.
     pub cpu_ns_per_tick: Option<f64>,
@@ -160,7 +155,6 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Of a command line.
     pub fn of(args: &TourArgs) -> Self {
         Self {
             ticks: args.ticks,
@@ -181,9 +175,7 @@ pub struct Goal {
     pub at_least: f64,
     /// As people use it: it blocks, ours waits as it comes.
     pub as_used: Option<f64>,
-    /// Both poll.
     pub both_poll: Option<f64>,
-    /// Both block.
     pub both_block: Option<f64>,
 }
 

@@ -63,7 +63,6 @@ fn attendance(args: &TourArgs) -> (Vec<Contender>, Vec<Absent>) {
     (present, absent)
 }
 
-/// How the program ends.
 fn results_exit(results: &Results, stopped: bool, otherwise: Exit) -> Exit {
     if !results.are_the_same_runs() {
         say("two contenders made different runs of the same seed: see the digests");
@@ -76,7 +75,6 @@ fn results_exit(results: &Results, stopped: bool, otherwise: Exit) -> Exit {
     if results.has_failures() { Exit::Lost } else { otherwise }
 }
 
-/// The measurements so far.
 struct Tour<'a> {
     args: &'a TourArgs,
     stop: &'a Stop,

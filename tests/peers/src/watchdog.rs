@@ -10,7 +10,6 @@ use rusty_contract::Exit;
 
 use crate::output::say;
 
-/// Between two looks.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(500);
 /// Looks without a tick after which nothing will come.
 const PATIENCE: u32 = 60;
@@ -29,9 +28,6 @@ pub struct Watched {
 impl Watched {
     /// The clients, which are watched from now on. `stop` is raised when
     /// somebody wants the server to stop.
-    ///
-    /// # Errors
-    /// [`std::io::Error`] if there is no thread to be had.
     pub fn new(stop: Arc<AtomicBool>) -> std::io::Result<Self> {
         let watched = Self { stop, ..Self::default() };
         let looking = watched.clone();
@@ -39,17 +35,14 @@ impl Watched {
         Ok(watched)
     }
 
-    /// One more client.
     pub fn add(&self, client: Child) {
         self.lock().push(client);
     }
 
-    /// The clients' processes.
     pub fn pids(&self) -> Vec<u32> {
         self.lock().iter().map(Child::id).collect()
     }
 
-    /// A tick is complete.
     pub fn tick(&self) {
         self.ticks.fetch_add(1, Ordering::Relaxed);
     }

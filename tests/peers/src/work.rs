@@ -17,9 +17,6 @@ use crate::error::BenchError;
 
 /// The configuration of every run here: the apartment, with the scans of its
 /// scenario or with none.
-///
-/// # Errors
-/// [`BenchError::Scenario`].
 pub fn config(ticks: u64, scans: bool) -> Result<RunConfig, BenchError> {
     let mut changes = vec![format!("ticks={ticks}")];
     if !scans {
@@ -28,7 +25,6 @@ pub fn config(ticks: u64, scans: bool) -> Result<RunConfig, BenchError> {
     Ok(scenario_file::load("apartment", &changes)?.config()?)
 }
 
-/// The server's half.
 pub struct World {
     sim: Sim,
     key: TruthKey,
@@ -37,15 +33,11 @@ pub struct World {
     /// The digest of the frame that is out.
     frame_digest: u64,
     tick: u64,
-    /// By the client's place.
     replies: Vec<Option<Reply>>,
 }
 
 impl World {
     /// The world before its first tick, with so many clients.
-    ///
-    /// # Errors
-    /// [`BenchError::World`].
     pub fn new(config: RunConfig, clients: usize) -> Result<Self, BenchError> {
         Ok(Self {
             sim: Sim::new(config)?,
@@ -71,16 +63,12 @@ impl World {
         self.replies.fill(None);
     }
 
-    /// Writes the last word.
     pub fn end(&self, frame: &mut Frame) {
         frame.end(Phase::Done, self.sim.tick());
         frame.run_id = self.run_id;
     }
 
     /// Takes an answer to the frame that is out.
-    ///
-    /// # Errors
-    /// [`BenchError::Answer`] if it is none, or not the first of its client.
     pub fn take(&mut self, answer: &Answer) -> Result<(), BenchError> {
         let (tick, place) = (self.tick, answer.participant);
         let wrong =
@@ -104,12 +92,10 @@ impl World {
         Ok(())
     }
 
-    /// Whether everyone has answered.
     pub fn is_complete(&self) -> bool {
         self.replies.iter().all(Option::is_some)
     }
 
-    /// Ends the tick.
     pub fn close(&mut self) {
         let replies = self.replies.iter().map(|reply| reply.unwrap_or_default());
         self.digest.absorb_replies(replies);
@@ -121,7 +107,6 @@ impl World {
     }
 }
 
-/// The client's half.
 pub struct Mind {
     reckoning: DeadReckoning,
     place: u32,
@@ -143,9 +128,6 @@ impl Mind {
     }
 
     /// What it says to a frame; nothing to the last word.
-    ///
-    /// # Errors
-    /// [`BenchError::Frame`] for one out of turn.
     pub fn answer(&mut self, frame: &Frame) -> Result<Option<Answer>, BenchError> {
         let taken_ns = monotonic_ns();
         if frame.phase() != Phase::Tick {

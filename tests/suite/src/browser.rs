@@ -16,7 +16,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
-use crate::{WATCHDOG, folder, skipped};
+use crate::{Folder, WATCHDOG, folder, skipped};
 
 /// Names that the program goes by.
 const PROGRAMS: [&str; 4] =
@@ -52,7 +52,7 @@ pub struct Browser {
     asked: u64,
     session: Option<String>,
     /// Its own folder, with what it said on its standard error.
-    profile: tempfile::TempDir,
+    profile: Folder,
 }
 
 impl Browser {
@@ -75,7 +75,7 @@ impl Browser {
         command.arg(program).args(ARGS);
         command.arg(format!("--user-data-dir={}", profile.path().display()));
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
-        command.stderr(File::create(profile.path().join(WORDS)).unwrap());
+        command.stderr(File::create(profile.at(WORDS)).unwrap());
         let mut child = command.spawn().unwrap();
         let (input, output) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
         let (sender, messages) = channel();
@@ -271,7 +271,7 @@ mod tests {
         use std::os::unix::fs::PermissionsExt;
 
         let out = folder();
-        let program = out.path().join("chromium");
+        let program = out.at("chromium");
         std::fs::write(&program, "#!/bin/sh\necho no library of that name >&2\nexit 7\n").unwrap();
         std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).unwrap();
         let _ = Browser::of(&program);

@@ -9,6 +9,7 @@ use std::sync::OnceLock;
 
 use serde_json::Value;
 
+use crate::python::environment;
 use crate::{binaries, repository};
 
 /// The package and the version that is compared with.
@@ -43,33 +44,16 @@ fn prepare() -> Result<PathBuf, String> {
     // Tests of several processes come here at once.
     let lock = File::create(place.join("lock")).unwrap();
     lock.lock().unwrap();
-    let environment = place.join("environment");
-    let python = environment.join("bin/python");
-    let ready = place.join("ready");
-    let tried = || run(Command::new(&python).args(["-c", TRIED]));
-    if fs::read_to_string(&ready).is_ok_and(|made| made == EVO) && tried().is_ok() {
-        return Ok(python);
-    }
-    // Python may have been replaced since it was made.
-    let _ = fs::remove_file(&ready);
-    let _ = fs::remove_dir_all(&environment);
-    run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
-    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", EVO];
-    let few = run(Command::new(&python).args(pip).arg("--no-deps").args(NEEDED));
-    if few.and_then(|_| tried()).is_err() {
-        // A dependency has got one of its own since: then all of them.
-        run(Command::new(&python).args(pip))?;
-        tried().unwrap();
-    }
-    fs::write(ready, EVO).unwrap();
-    Ok(python)
+    // A dependency may have got one of its own since: then all of them.
+    let few = [&[EVO, "--no-deps"], &NEEDED[..]].concat();
+    environment(&place, ("ready", EVO), TRIED, &[&few, &[EVO]], run)
 }
 
 /// What evo says of an estimate beside the truth, both as files that it reads:
 /// the fields `ate` and `rpe` of a score.
 #[track_caller]
 pub fn measure(python: &Path, truth: &Path, estimate: &Path) -> Value {
-    let script = repository().join("tests/suite/tests/evo/measure.py");
+    let script = repository().join("tests/suite/tests/results/evo/measure.py");
     let said = run(Command::new(python).arg(script).args([truth, estimate])).unwrap();
     serde_json::from_str(&said).unwrap()
 }

@@ -9,22 +9,47 @@
 pub mod browser;
 pub mod counts;
 mod dice;
+mod documents;
 pub mod evo;
 pub mod fuzz;
+mod guard;
+pub mod hand;
+mod live;
+mod logs;
+mod process;
+mod processes;
 pub mod python;
+mod scenarios;
 
 pub use dice::{Dice, cases};
+pub use documents::*;
+pub use guard::*;
+pub use live::*;
+pub use logs::*;
+pub use process::*;
+pub use processes::*;
+pub use scenarios::*;
+
+// What nearly every test names.
+pub use std::fs;
+pub use std::path::{Path, PathBuf};
+pub use std::process::Command;
+pub use std::time::Duration;
+
+pub use rustix::process::Signal;
+pub use rusty_contract::log::TickRecord;
+pub use rusty_contract::{LogHeader, Reply, RunName};
+pub use rusty_geometry::SE2;
+pub use rusty_link::Domain;
+pub use serde_json::{Value, json};
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use rusty_contract::{Credentials, RunName};
-use rusty_link::Domain;
-use serde_json::Value;
+use rusty_contract::Credentials;
+use tempfile::TempDir;
 
 /// After this long a process counts as hanging.
 pub const WATCHDOG: Duration = Duration::from_secs(120);
@@ -32,19 +57,6 @@ pub const WATCHDOG: Duration = Duration::from_secs(120);
 /// The root of the repository.
 pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
-}
-
-/// A scenario of the filters, by the name of its file.
-pub fn filter_scenario(name: &str) -> String {
-    repository().join("clients/filters/scenarios").join(name).to_str().unwrap().to_owned()
-}
-
-/// Root mean square and 95th percentile of distances.
-pub fn spread(mut distances_m: Vec<f64>) -> (f64, f64) {
-    distances_m.sort_by(f64::total_cmp);
-    let count = distances_m.len();
-    let squares: f64 = distances_m.iter().map(|d| d * d).sum();
-    ((squares / count as f64).sqrt(), distances_m[count * 95 / 100])
 }
 
 /// Real logs and maps that lie beside the repository on some machines. `None`,
@@ -112,151 +124,32 @@ pub fn fresh_run(tag: &str) -> RunName {
     RunName::new(&format!("t{}-{n}-{tag}", std::process::id())).unwrap()
 }
 
+/// A path as an argument.
+#[track_caller]
+pub fn arg(path: &(impl AsRef<Path> + ?Sized)) -> &str {
+    path.as_ref().to_str().unwrap()
+}
+
 /// A folder that goes when it is dropped.
-pub fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().unwrap()
+pub struct Folder(TempDir);
+
+pub fn folder() -> Folder {
+    Folder(tempfile::tempdir().unwrap())
 }
 
-/// What a process left when it ended.
-#[derive(Debug)]
-pub struct Ended {
-    /// Exit code; `None` if a signal ended it.
-    pub code: Option<i32>,
-    pub stdout: String,
-    pub stderr: String,
-}
-
-impl Ended {
-    /// The JSON document on stdout.
-    pub fn json(&self) -> Value {
-        serde_json::from_str(&self.stdout)
-            .unwrap_or_else(|e| panic!("stdout is no JSON document ({e}):\n{self:#?}"))
+impl Folder {
+    pub fn path(&self) -> &Path {
+        self.0.path()
     }
 
-    /// Fails the test unless the exit code is this one.
-    #[track_caller]
-    pub fn expect(self, code: i32) -> Self {
-        assert_eq!(self.code, Some(code), "{self:#?}");
-        self
-    }
-}
-
-/// A process with a watchdog. Dropped, it is killed.
-pub struct Process {
-    child: Child,
-    stdout: std::thread::JoinHandle<String>,
-    stderr: std::thread::JoinHandle<String>,
-    what: String,
-}
-
-fn collect(mut pipe: impl std::io::Read + Send + 'static) -> std::thread::JoinHandle<String> {
-    std::thread::spawn(move || {
-        let mut text = Vec::new();
-        let _ = pipe.read_to_end(&mut text);
-        String::from_utf8_lossy(&text).into_owned()
-    })
-}
-
-impl Process {
-    /// Starts a program of ours.
-    pub fn start(program: &str, args: &[&str]) -> Self {
-        Self::spawn(Command::new(binary(program)).args(args))
+    /// The path of a file in it.
+    pub fn at(&self, name: impl AsRef<Path>) -> PathBuf {
+        self.path().join(name)
     }
 
-    /// Starts any command.
-    pub fn spawn(command: &mut Command) -> Self {
-        let what = format!("{command:?}");
-        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = command.spawn().unwrap_or_else(|e| panic!("{what}: {e}"));
-        let stdout = collect(child.stdout.take().unwrap());
-        let stderr = collect(child.stderr.take().unwrap());
-        Self { child, stdout, stderr, what }
-    }
-
-    pub fn pid(&self) -> u32 {
-        self.child.id()
-    }
-
-    /// Sends a signal.
-    pub fn signal(&self, signal: rustix::process::Signal) {
-        send_signal(self.pid(), signal);
-    }
-
-    /// Waits for the end, under the watchdog.
-    #[track_caller]
-    pub fn wait(self) -> Ended {
-        self.wait_within(WATCHDOG)
-    }
-
-    /// The same under a shorter one: for what must not come about by a timeout
-    /// of the run.
-    #[track_caller]
-    pub fn wait_within(mut self, limit: Duration) -> Ended {
-        let deadline = Instant::now() + limit;
-        let status = loop {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                break status;
-            }
-            if Instant::now() > deadline {
-                let _ = self.child.kill();
-                let _ = self.child.wait();
-                let (out, err) = (self.stdout.join().unwrap(), self.stderr.join().unwrap());
-                panic!("{} hangs.\nstdout: {out}\nstderr: {err}", self.what);
-            }
-            std::thread::sleep(Duration::from_millis(2));
-        };
-        let (stdout, stderr) = (self.stdout.join().unwrap(), self.stderr.join().unwrap());
-        Ended { code: status.code(), stdout, stderr }
-    }
-}
-
-/// Sends a signal to a process.
-pub fn send_signal(pid: u32, signal: rustix::process::Signal) {
-    let pid = rustix::process::Pid::from_raw(pid as i32).unwrap();
-    let _ = rustix::process::kill_process(pid, signal);
-}
-
-/// Runs `sim-server` to its end.
-#[track_caller]
-pub fn sim_server(args: &[&str]) -> Ended {
-    Process::start("sim-server", args).wait()
-}
-
-/// A whole run by `launch --json` in a folder of its own, exit code 0
-/// expected; fails if it leaves anything behind.
-#[track_caller]
-pub fn launch(tag: &str, out: &Path, args: &[&str]) -> Value {
-    launch_to(tag, out, args, 0)
-}
-
-/// The same, with another exit code expected. A run that was in the folder before
-/// is replaced.
-#[track_caller]
-pub fn launch_to(tag: &str, out: &Path, args: &[&str], code: i32) -> Value {
-    let run = fresh_run(tag);
-    let mut all = vec!["launch"];
-    all.extend_from_slice(args);
-    all.extend(["--json", "--force", "--run", run.as_str(), "--out", out.to_str().unwrap()]);
-    let ended = sim_server(&all).expect(code);
-    nothing_left(&run);
-    ended.json()
-}
-
-/// Fails if the run has left anything in shared memory or its folder. Another
-/// server that starts, or `clean`, sweeps beside it: one that looks at a folder
-/// in the moment in which it goes makes it once more, takes its lock, and
-/// removes it. What is still there after that was left.
-#[track_caller]
-pub fn nothing_left(run: &RunName) {
-    const SWEEPER: Duration = Duration::from_secs(5);
-    let deadline = Instant::now() + SWEEPER;
-    loop {
-        let traces = Domain::traces(run);
-        if traces.is_empty() {
-            return;
-        }
-        assert!(Instant::now() < deadline, "left behind: {traces:?}");
-        std::thread::sleep(Duration::from_millis(2));
+    /// Writes a file in it, and returns its path.
+    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) -> String {
+        write(self.path(), name, text)
     }
 }
 
@@ -274,19 +167,4 @@ pub fn until_within(limit: Duration, what: &str, mut done: impl FnMut() -> bool)
         assert!(Instant::now() < deadline, "{what}: never happened");
         std::thread::sleep(Duration::from_millis(2));
     }
-}
-
-/// Text of a JSON value that must be a string.
-#[track_caller]
-pub fn text<'a>(value: &'a Value, key: &str) -> &'a str {
-    value[key].as_str().unwrap_or_else(|| panic!("{key} is no text in {value}"))
-}
-
-/// Scores, but for how long answers took, which is another time in every run.
-#[track_caller]
-pub fn timeless(scores: &Value) -> Value {
-    let mut scores = scores.clone();
-    let list = scores.as_array_mut().unwrap_or_else(|| panic!("no list of scores"));
-    list.iter_mut().for_each(|score| score["compute"] = Value::Null);
-    scores
 }

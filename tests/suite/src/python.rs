@@ -35,19 +35,7 @@ fn prepare() -> Result<PathBuf, String> {
     // Tests of several processes come here at once.
     let lock = File::create(place.join("lock")).unwrap();
     lock.lock().unwrap();
-    let environment = place.join("environment");
-    let python = environment.join("bin/python");
-    let numpy = place.join("has-numpy");
-    let works = || run(Command::new(&python).args(["-c", "import numpy"])).is_ok();
-    if !numpy.exists() || !works() {
-        // Python may have been replaced since it was made.
-        let _ = fs::remove_file(&numpy);
-        let _ = fs::remove_dir_all(&environment);
-        run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
-        run(Command::new(&python).args(["-m", "pip", "install", "--quiet", "numpy"]))?;
-        run(Command::new(&python).args(["-c", "import numpy"])).unwrap();
-        File::create(&numpy).unwrap();
-    }
+    let python = environment(&place, ("has-numpy", ""), "import numpy", &[&["numpy"]], run)?;
     let find = "import sysconfig; print(sysconfig.get_path('platlib'))";
     let packages = run(Command::new(&python).args(["-c", find])).unwrap();
     let package = Path::new(packages.trim()).join("rusty");
@@ -57,6 +45,37 @@ fn prepare() -> Result<PathBuf, String> {
         refresh(&entry.path(), &package.join(entry.file_name()));
     }
     refresh(&built.join("lib_rusty.so"), &package.join("_rusty.abi3.so"));
+    Ok(python)
+}
+
+/// The interpreter of a virtual environment in which `tried` works, made once. The
+/// file `ready`, with its text, is there when it is. Each of `installs` is what pip
+/// is asked for, the next one where the one before did not suffice.
+pub(crate) fn environment(
+    place: &Path,
+    (ready, text): (&str, &str),
+    tried: &str,
+    installs: &[&[&str]],
+    run: fn(&mut Command) -> Result<String, String>,
+) -> Result<PathBuf, String> {
+    let (environment, ready) = (place.join("environment"), place.join(ready));
+    let python = environment.join("bin/python");
+    let works = || run(Command::new(&python).args(["-c", tried]));
+    if fs::read_to_string(&ready).is_ok_and(|made| made == text) && works().is_ok() {
+        return Ok(python);
+    }
+    // Python may have been replaced since it was made.
+    let _ = fs::remove_file(&ready);
+    let _ = fs::remove_dir_all(&environment);
+    run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
+    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
+    let install = |packages: &&[&str]| run(Command::new(&python).args(pip).args(*packages));
+    let (last, others) = installs.split_last().unwrap();
+    if !others.iter().any(|packages| install(packages).and_then(|_| works()).is_ok()) {
+        install(last)?;
+        works().unwrap();
+    }
+    fs::write(ready, text).unwrap();
     Ok(python)
 }
 

@@ -7,28 +7,20 @@
 //! `RUSTY_CHAOS=150 cargo test --test chaos` draws more combinations. One that
 //! fails says how to repeat it alone.
 
-mod common;
-
-use std::fs;
-use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Duration;
 
-use common::*;
-use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+use rustix::process::pidfd_send_signal;
 use rusty_tests::*;
 
 /// The run: the Apartment, a scan every fifth tick.
 const RUN: [&str; 5] = ["apartment", "--ticks", "300", "--answer-timeout", "100"];
-/// How many combinations.
 const USUAL: u64 = 30;
 const MOST: usize = 8;
 
 /// What is done to a run.
 #[derive(Debug)]
 struct Chaos {
-    number: u64,
     estimators: usize,
     wait: &'static str,
     pace: &'static str,
@@ -47,7 +39,6 @@ struct Chaos {
 
 /// How many stops hit a process of a run.
 static HITS: AtomicU64 = AtomicU64::new(0);
-/// How many participants were killed.
 static DEATHS: AtomicU64 = AtomicU64::new(0);
 
 impl Chaos {
@@ -68,7 +59,6 @@ impl Chaos {
         let may_die = ["dead-reckoning", "logger"];
         let killed = steps.is_some().then(|| *dice.pick(&may_die[..]));
         Self {
-            number,
             steps,
             killed,
             estimators: if spins {
@@ -128,21 +118,18 @@ impl Chaos {
 
     /// Goes some ticks, loses somebody there, and is let go.
     fn step_by_step(&self, live: &Live, steps: u64) {
-        let control = |wish: &[&str]| {
-            sim_server(&[&["control", live.run.as_str()], wish].concat()).code == Some(0)
-        };
-        until("the run takes steps", || control(&["step", &steps.to_string()]));
+        until("the run takes steps", || live.control(&["step", &steps.to_string()]));
         if let Some(who) = self.killed {
             send_signal(live.pid_of(who), Signal::KILL);
             DEATHS.fetch_add(1, Ordering::Relaxed);
         }
-        assert!(control(&["step"]) && control(&["resume"]), "{self:?}");
+        assert!(live.control(&["step"]) && live.control(&["resume"]), "{self:?}");
     }
 
     /// Stops a process once and lets it go on, if it is there and still runs.
     fn stop(&self, live: &Live, (who, after, during): (&str, Duration, Duration)) {
         let server = live.server.pid();
-        let ended = || fs::read(format!("/proc/{server}/cmdline")).map_or(true, |c| c.is_empty());
+        let ended = || has_ended(server);
         let log = live.log();
         let mut pid = (who == "sim-server").then_some(server);
         while !ended() && (pid.is_none() || !log.exists()) {
@@ -152,49 +139,27 @@ impl Chaos {
                 return;
             }
         }
-        // Held by a descriptor, its number cannot become another's.
-        let Some(number) = pid.and_then(|pid| Pid::from_raw(pid as i32)) else { return };
-        let Ok(pidfd) = pidfd_open(number, PidfdFlags::empty()) else { return };
+        let Some((pid, pidfd)) = pid.and_then(|pid| Some((pid, hold(pid)?))) else { return };
         std::thread::sleep(after);
         if pidfd_send_signal(&pidfd, Signal::STOP).is_err() {
             return;
         }
         std::thread::sleep(during);
-        let stat = fs::read_to_string(format!("/proc/{number}/stat")).unwrap_or_default();
-        if stat.rsplit(')').next().is_some_and(|rest| rest.trim_start().starts_with('T')) {
+        if is_stopped(pid) {
             HITS.fetch_add(1, Ordering::Relaxed);
         }
         let _ = pidfd_send_signal(&pidfd, Signal::CONT);
     }
 }
 
-/// Raised when it goes, whatever happens.
-struct Raise<'a>(&'a AtomicBool);
-
-impl Drop for Raise<'_> {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-}
-
-/// Says how to repeat a combination, if it fails.
-struct Named<'a>(&'a Chaos);
-
-impl Drop for Named<'_> {
-    fn drop(&mut self) {
-        if std::thread::panicking() {
-            println!("{:?} fails; again: RUSTY_CHAOS_CASE={}", self.0, self.0.number);
-        }
-    }
-}
-
 /// Arguments for so many estimators: dead reckoning, and others after it of
 /// which every second one may be slow.
 fn roster(estimators: usize, slow_us: u64) -> Vec<String> {
-    let slow = format!("{} --mode slow --sleep-us {slow_us}", binary("probe-client").display());
+    let slow = format!("slow --sleep-us {slow_us}");
     let one = |k: usize| {
-        let command = if k.is_multiple_of(2) && slow_us > 0 { &slow } else { "dead-reckoning" };
-        ["--add".to_owned(), format!("e{k}={command}")]
+        let (name, is_slow) = (format!("e{k}"), k.is_multiple_of(2) && slow_us > 0);
+        let add = if is_slow { probe(&name, &slow) } else { format!("{name}=dead-reckoning") };
+        ["--add".to_owned(), add]
     };
     (2..=estimators).flat_map(one).collect()
 }
@@ -226,7 +191,8 @@ fn whatever_happens_on_the_machine_changes_no_bit() {
                 return;
             }
             let chaos = Chaos::draw(number);
-            let _named = Named(&chaos);
+            let again = format!("RUSTY_CHAOS_CASE={number}");
+            let _repeat = Repeat(format!("{chaos:?} fails; again: {again}"));
             chaos.run();
         }
     };

@@ -1,30 +1,16 @@
 //! Twenty runs at once and a sweeper beside them: nobody disturbs anybody, and
 //! what a dead run left goes while the living go on.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use common::*;
-use rustix::process::Signal;
-use rusty_link::Domain;
 use rusty_tests::*;
 
 const CROWD: usize = 20;
 
-/// Raised when it goes, whatever happens.
-struct Raise<'a>(&'a AtomicBool);
-
-impl Drop for Raise<'_> {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-}
-
 /// A run that was killed with all its participants: nobody could sweep.
-fn dead_run() -> rusty_contract::RunName {
+fn dead_run() -> RunName {
     let live = Live::under_way("dead", &[&LONG]);
     let all = participants(&live.run);
     assert_eq!(all.len(), 3);
@@ -50,9 +36,16 @@ fn twenty_runs_and_a_sweeper_do_not_disturb_each_other() {
         scope.spawn(|| {
             while !over.load(Ordering::Relaxed) {
                 let report = sim_server(&["clean", "--json"]).expect(0).json();
-                let names = report["removed"].as_array().unwrap().clone();
+                let names = list(&report, "removed").clone();
                 let names = names.iter().map(|name| name.as_str().unwrap().to_owned());
                 removed.lock().unwrap().extend(names);
+            }
+        });
+        // Much faster than a process can be started.
+        scope.spawn(|| {
+            while !over.load(Ordering::Relaxed) {
+                Domain::sweep_dead().unwrap();
+                std::thread::sleep(Duration::from_millis(1));
             }
         });
         let few = ["--ticks", "500", "--pace", "1", "--without", "score"];

@@ -1,14 +1,12 @@
 //! A file system of shared memory that is small, full, or fills during a run: the
 //! run has its bits, or does not start and reports how much it needs.
 
-use std::process::Command;
-
 use rusty_tests::*;
 
 /// Runs a script in which `/dev/shm` is a file system of its own of `size`, with
 /// the arguments of a launch as `"$@"`; `None`, with a printed reason, where that
 /// is not allowed.
-fn with_memory(size: &str, script: &str, launch: &[&str]) -> Option<(Ended, tempfile::TempDir)> {
+fn with_memory(size: &str, script: &str, launch: &[&str]) -> Option<(Ended, Folder)> {
     let mount = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm");
     let can = Command::new("unshare").args(["-m", "sh", "-c", &mount]).output();
     if !can.as_ref().is_ok_and(|tried| tried.status.success()) {
@@ -45,8 +43,7 @@ fn a_run_has_its_bits_or_reports_how_much_memory_it_needs() {
 
 #[test]
 fn a_run_under_way_does_not_mind_that_others_fill_the_memory() {
-    let out = folder();
-    let undisturbed = launch("undisturbed", out.path(), &["--ticks", "200"]);
+    let undisturbed = launch("undisturbed", folder().path(), &["--ticks", "200"]);
     let run = fresh_run("filled");
     // Full after the first ticks. No port can be opened then.
     let script = format!(
@@ -59,6 +56,6 @@ fn a_run_under_way_does_not_mind_that_others_fill_the_memory() {
     );
     let paused = ["--ticks", "200", "--pace", "1", "--paused", "--run", run.as_str()];
     let Some((ended, _out)) = with_memory("64m", &script, &paused) else { return };
-    assert!(ended.stderr.contains("shared memory is full"), "{}", ended.stderr);
+    ended.says("shared memory is full");
     assert_eq!(ended.expect(0).json()["digest"], undisturbed["digest"]);
 }

@@ -26,7 +26,7 @@
 //! # What it may not
 //!
 //! `tests/suite/src/bin/hostile-client` tries each of these; the names of the attempts
-//! are in parentheses. `tests/suite/tests/sandbox.rs` requires that each fails confined
+//! are in parentheses. `tests/suite/tests/access/sandbox.rs` requires that each fails confined
 //! and, where the machine's settings allow it, succeeds otherwise.
 //!
 //! * open any other file or folder: scenario, log, output folder, key files,

@@ -17,44 +17,27 @@ use rusty_contract::{Answer, Frame};
 use crate::contender::{Contender, Wait};
 use crate::error::BenchError;
 
-/// The server's end.
 pub trait ServerEnd {
     /// Waits until so many clients are there and would get a frame.
-    ///
-    /// # Errors
-    /// [`BenchError::Transport`].
     fn gather(&mut self, clients: usize) -> Result<(), BenchError>;
 
     /// Sends everyone the frame that `write` writes. What was in its place
     /// before may be anything.
-    ///
-    /// # Errors
-    /// [`BenchError::Transport`].
     fn publish(&mut self, write: &mut dyn FnMut(&mut Frame)) -> Result<(), BenchError>;
 
     /// Waits for the next answer.
-    ///
-    /// # Errors
-    /// [`BenchError::Transport`].
     fn next_answer(&mut self) -> Result<Answer, BenchError>;
 }
 
 /// What a client says to a frame; nothing to the last one.
 pub type AnswerFn = Box<dyn FnMut(&Frame) -> Result<Option<Answer>, BenchError> + Send>;
 
-/// A client's end.
 pub trait ClientEnd {
     /// Says `ready`, then answers every frame, up to the last.
-    ///
-    /// # Errors
-    /// [`BenchError`] of the library, or of `answer`.
     fn serve(self: Box<Self>, ready: Answer, answer: AnswerFn) -> Result<(), BenchError>;
 }
 
 /// Opens the server's end in `folder`.
-///
-/// # Errors
-/// [`BenchError::Transport`], also for a contender that has none here.
 pub fn server(
     contender: Contender,
     wait: Wait,
@@ -71,9 +54,6 @@ pub fn server(
 }
 
 /// Opens a client's end on the server in `folder`.
-///
-/// # Errors
-/// As [`server`].
 pub fn client(
     contender: Contender,
     wait: Wait,

@@ -21,7 +21,6 @@ use crate::error::BenchError;
 
 const LIBRARY: &str = "unix sockets";
 
-/// One connected socket.
 struct Stream {
     socket: OwnedFd,
     wait: Wait,
@@ -70,18 +69,15 @@ fn address(folder: &Path) -> Result<SocketAddrUnix, BenchError> {
     SocketAddrUnix::new(folder.join("uds")).map_err(BenchError::of(LIBRARY, "name a socket"))
 }
 
-/// The server's end.
 pub struct Server {
     listener: OwnedFd,
     wait: Wait,
     clients: Vec<Stream>,
     frame: Box<Frame>,
-    /// Whose answer is next.
     turn: usize,
 }
 
 impl Server {
-    /// Listens in `folder`.
     pub fn open(wait: Wait, folder: &Path) -> Result<Self, BenchError> {
         let listener = socket()?;
         bind(&listener, &address(folder)?).map_err(BenchError::of(LIBRARY, "bind"))?;
@@ -121,7 +117,6 @@ impl ServerEnd for Server {
     }
 }
 
-/// A client's end.
 pub struct Client(Stream);
 
 impl Client {

@@ -106,7 +106,6 @@ fn put(to: &Publisher<'_>, bytes: impl Into<ZBytes>) -> Result<(), BenchError> {
     to.put(bytes).wait().map_err(BenchError::of(LIBRARY, "put"))
 }
 
-/// The server's end.
 pub struct Server {
     frames: Publisher<'static>,
     answers: Channel,
@@ -117,7 +116,6 @@ pub struct Server {
 }
 
 impl Server {
-    /// Listens in `folder`.
     pub fn open(wait: Wait, folder: &Path) -> Result<Self, BenchError> {
         let session = open(folder, true)?;
         let memory = ShmProviderBuilder::default_backend((POOL_BYTES, FRAME_ALIGNMENT))
@@ -170,7 +168,6 @@ impl ServerEnd for Server {
     }
 }
 
-/// A client's end.
 pub struct Client {
     session: Session,
     wait: Wait,

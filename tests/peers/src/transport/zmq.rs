@@ -62,7 +62,6 @@ fn receive_answer(socket: &Socket, wait: Wait) -> Result<Answer, BenchError> {
     }
 }
 
-/// The server's end.
 pub struct Server {
     frames: Socket,
     answers: Socket,
@@ -106,7 +105,6 @@ impl ServerEnd for Server {
     }
 }
 
-/// A client's end.
 pub struct Client {
     frames: Socket,
     answers: Socket,

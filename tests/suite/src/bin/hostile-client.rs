@@ -137,7 +137,6 @@ fn exited(status: ExitStatus) -> io::Result<String> {
     }
 }
 
-/// Says how an attempt went.
 fn report(attempt: &str, result: io::Result<String>) {
     let (ok, detail) = match result {
         Ok(detail) => (true, detail),

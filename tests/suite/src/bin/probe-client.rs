@@ -158,7 +158,6 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
     }
 }
 
-/// After the last frame.
 fn say_goodbye(cli: &Cli, link: &mut ClientLink, frame: &BorrowedFrame) -> Result<(), LinkError> {
     match cli.mode.as_str() {
         "last-word" => link.answer(frame, &Message::Reply(Reply::Abstain))?,

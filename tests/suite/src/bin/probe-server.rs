@@ -106,7 +106,6 @@ impl Play {
         }
     }
 
-    /// The next answer.
     fn answer(&mut self) -> Message {
         loop {
             if let Some(answer) = self.inbox.pop_front() {

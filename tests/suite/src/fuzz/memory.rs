@@ -3,22 +3,35 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-thread_local! {
-    /// Bytes in use by this thread beyond those at the start of the measurement.
-    static LIVE: Cell<isize> = const { Cell::new(0) };
+/// What a thread has allocated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Allocated {
+    pub times: i64,
+    /// Longest allocation since this was last looked at, bytes.
+    pub longest: usize,
+    /// Bytes in use.
+    pub held: i64,
     /// The most of them.
-    static PEAK: Cell<isize> = const { Cell::new(0) };
+    most: i64,
+}
+
+thread_local! {
+    static ALLOCATED: Cell<Allocated> =
+        const { Cell::new(Allocated { times: 0, longest: 0, held: 0, most: 0 }) };
 }
 
 /// The system's allocator, counting what each thread has in use. A test
 /// program makes it its `#[global_allocator]`; without it [`measured`] says 0.
 pub struct Counting;
 
-fn count(bytes: isize) {
+/// Counts bytes that are taken, and then bytes that are given back.
+fn count(taken: usize, given: usize) {
     // A thread that is ending has no counters any more.
-    let _ = LIVE.try_with(|live| {
-        live.set(live.get() + bytes);
-        let _ = PEAK.try_with(|peak| peak.set(peak.get().max(live.get())));
+    let _ = ALLOCATED.try_with(|cell| {
+        let Allocated { times, longest, held, most } = cell.get();
+        let (times, longest) = (times + i64::from(taken > 0), longest.max(taken));
+        let held = held + taken as i64;
+        cell.set(Allocated { times, longest, held: held - given as i64, most: most.max(held) });
     });
 }
 
@@ -26,37 +39,41 @@ fn count(bytes: isize) {
 // neither allocates nor panics.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count(layout.size() as isize);
+        count(layout.size(), 0);
         // SAFETY: as the caller promises.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count(layout.size() as isize);
+        count(layout.size(), 0);
         // SAFETY: as the caller promises.
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        count(-(layout.size() as isize));
+        count(0, layout.size());
         // SAFETY: as the caller promises.
         unsafe { System.dealloc(place, layout) }
     }
 
     unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // Both lie in memory while the bytes move.
-        count(size as isize);
-        count(-(layout.size() as isize));
+        count(size, layout.size());
         // SAFETY: as the caller promises.
         unsafe { System.realloc(place, layout, size) }
     }
 }
 
+/// What this thread allocated so far; the longest is that since the last call.
+pub fn allocated() -> Allocated {
+    ALLOCATED.with(|cell| cell.replace(Allocated { longest: 0, ..cell.get() }))
+}
+
 /// Does `work` and says how many bytes of memory this thread had in use for it
 /// at once.
 pub fn measured<T>(work: impl FnOnce() -> T) -> (T, usize) {
-    LIVE.with(|live| live.set(0));
-    PEAK.with(|peak| peak.set(0));
+    let before = allocated();
+    ALLOCATED.set(Allocated { most: before.held, ..before });
     let done = work();
-    (done, PEAK.with(Cell::get).unsigned_abs())
+    (done, (allocated().most - before.held) as usize)
 }

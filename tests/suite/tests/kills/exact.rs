@@ -1,13 +1,6 @@
 //! Kills at exact moments inside the transport: whoever dies ends itself there.
 
-use std::fs;
-use std::time::Duration;
-
-use rustix::process::Signal;
-use rusty_link::Domain;
 use rusty_tests::*;
-
-use crate::common::{GO_ON, Live, participants, with_probe};
 
 const TIMEOUTS: [&str; 4] = ["--answer-timeout", "60", "--join-timeout", "60"];
 const LIMIT: Duration = Duration::from_secs(40);
@@ -19,8 +12,7 @@ fn a_participant_that_dies_with_a_frame_in_its_hand_or_out_of_it_is_dead() {
     {
         for go_on in [false, true] {
             let policy: &[&str] = if go_on { &GO_ON } else { &[] };
-            let live =
-                with_probe("launch", "exact", mode, &[&["--ticks", "50"], &TIMEOUTS, policy]);
+            let live = with_probe("exact", mode, &[&["--ticks", "50"], &TIMEOUTS, policy]);
             let after = live.ends_with(if go_on || at == 50 { 3 } else { 1 });
             after.lost("dead-reckoning", "dead", "its process was killed by signal 9");
             let tick = after.report["losses"][0]["tick"].as_u64().unwrap();
@@ -44,9 +36,8 @@ fn a_participant_that_dies_with_a_frame_in_its_hand_or_out_of_it_is_dead() {
 
 #[test]
 fn one_that_dies_after_its_goodbye_is_a_remark_and_no_loss() {
-    let after = with_probe("launch", "exact", "kill-goodbye", &[&["--ticks", "50"], &TIMEOUTS])
-        .ends_with(3);
-    assert_eq!(after.report["losses"], serde_json::Value::Array(vec![]));
+    let after = with_probe("exact", "kill-goodbye", &[&["--ticks", "50"], &TIMEOUTS]).ends_with(3);
+    assert_eq!(after.report["losses"], json!([]));
     let remarks = after.report["remarks"].to_string();
     assert!(remarks.contains("dead-reckoning: its process was killed by signal 9"), "{remarks}");
     after.verifies(0);
@@ -58,7 +49,7 @@ fn one_that_dies_while_it_joins_is_dead_and_not_missing() {
         let after = Dice::of("joining", number).time(Duration::from_millis(25)).as_micros();
         let mode = format!("kill-joining --sleep-us {after} --at 100000");
         let ticks = ["--ticks", "1000000", "--set", "scan_every=0"];
-        let after = with_probe("launch", "joining", &mode, &[&ticks, &TIMEOUTS]).ends_with(1);
+        let after = with_probe("joining", &mode, &[&ticks, &TIMEOUTS]).ends_with(1);
         after.lost("dead-reckoning", "dead", "its process was killed by signal 9");
     }
 }
@@ -66,15 +57,14 @@ fn one_that_dies_while_it_joins_is_dead_and_not_missing() {
 #[test]
 fn one_that_was_launched_does_not_wait_for_a_server_that_was_killed_meanwhile() {
     let place = folder();
-    let script = place.path().join("late.sh");
-    let go = place.path().join("go");
+    let script = place.at("late.sh");
+    let go = place.at("go");
     let wait = format!("while [ ! -e {:?} ]; do sleep 0.02; done", go);
     let late = format!("exec {:?} --join-timeout 600 \"$@\"", binary("dead-reckoning"));
     fs::write(&script, format!("{wait}\n{late}\n")).unwrap();
     let add = format!("late=sh {}", script.display());
     // Nobody else is there to sweep.
-    let alone = ["--without", "dead-reckoning", "--without", "score", "--without", "logger"];
-    let live = Live::start("launch", "late", &[&["--add", &add], &alone, &TIMEOUTS]);
+    let live = Live::start("launch", "late", &[&["--add", &add], &ALONE, &TIMEOUTS]);
     live.pid_of("late");
     until("it is served", || Domain::traces(&live.run).len() > 3);
     live.server.signal(Signal::KILL);
@@ -83,7 +73,7 @@ fn one_that_was_launched_does_not_wait_for_a_server_that_was_killed_meanwhile() 
     fs::write(go, "").unwrap();
     until_within(LIMIT, "it has ended", || participants(&live.run).is_empty());
     nothing_left(&live.run);
-    let said = fs::read_to_string(live.out.path().join("late.txt")).unwrap();
+    let said = fs::read_to_string(live.out.at("late.txt")).unwrap();
     assert!(said.contains("is gone: it ended without a last word"), "{said}");
 }
 
@@ -93,19 +83,19 @@ fn a_server_that_dies_inside_the_transport_is_missed_and_swept_by_everyone() {
     let out = folder();
     let second = ["--add", "second=dead-reckoning", "--without", "score"];
     launch("played", out.path(), &[&["--ticks", "30"], &second[..]].concat());
-    let log = out.path().join("run.log");
+    let log = out.at("run.log");
     for mode in
         ["domain", "services", "asked", "ready", "loan", "sent", "answer", "answers", "last"]
     {
         let run = fresh_run("exact");
-        let args = ["--run", run.as_str(), "--log", log.to_str().unwrap(), "--mode", mode];
+        let args = ["--run", run.as_str(), "--log", arg(&log), "--mode", mode];
         let server = Process::start("probe-server", &args);
         if matches!(mode, "domain" | "services") {
             // Nobody knows of it yet: what it leaves is swept by the next start.
             assert_eq!(server.wait_within(LIMIT).code, None);
             assert!(!Domain::traces(&run).is_empty(), "{mode}");
             let (again, place) = (["launch", "--ticks", "5", "--run", run.as_str()], folder());
-            let place = place.path().to_str().unwrap();
+            let place = arg(place.path());
             sim_server(&[&again[..], &["--out", place]].concat()).expect(0);
         } else {
             let clients = ["dead-reckoning", "second"].map(|name| {

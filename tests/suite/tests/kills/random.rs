@@ -1,17 +1,10 @@
 //! Kills at random moments, drawn from the number of the case.
 
-use std::fs;
-use std::path::Path;
 use std::sync::OnceLock;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
-use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
-use rusty_link::Domain;
+use rustix::process::pidfd_send_signal;
 use rusty_tests::*;
-use serde_json::Value;
-
-use crate::common::{Live, participants};
 
 /// Everyone has a part: a driver, an estimator, a scorer, a logger.
 const RUN: [&str; 10] = [
@@ -35,7 +28,6 @@ const LIMIT: Duration = Duration::from_secs(40);
 const USUAL: u64 = 250;
 const VICTIMS: u64 = 5;
 
-/// A run that nobody disturbs.
 struct Calm {
     ticks: Vec<TickRecord>,
     took: Duration,
@@ -50,10 +42,11 @@ fn calm() -> &'static Calm {
         let began = Instant::now();
         launch("calm", out.path(), &RUN);
         let took = began.elapsed();
-        let (ticks, complete) = records(out.path()).unwrap();
+        let log = Log::read(&out.at("run.log"));
+        let (complete, ticks) = (log.is_complete(), log.intact());
         assert!(complete && ticks.len() as u64 == TICKS);
         // A log longer than this has ticks beside its header.
-        let bytes = fs::read(out.path().join("run.log")).unwrap();
+        let bytes = fs::read(out.at("run.log")).unwrap();
         let header = u32::from_le_bytes(bytes[12..16].try_into().unwrap());
         Calm { ticks, took, header: 20 + u64::from(header) }
     })
@@ -72,11 +65,9 @@ enum From {
     Drawing,
 }
 
-/// One kill.
 #[derive(Debug)]
 struct Case {
     victim: &'static str,
-    number: u64,
     go_on: bool,
     from: From,
     after: Duration,
@@ -106,7 +97,7 @@ impl Case {
             6 if sees_the_end => (From::Drawing, Duration::from_millis(100)),
             _ => (From::Ticks, Duration::from_millis(60)),
         };
-        Self { victim, number, go_on: number % 2 == 1, from, after: dice.time(limit) }
+        Self { victim, go_on: number % 2 == 1, from, after: dice.time(limit) }
     }
 
     fn run(&self) -> Hit {
@@ -121,7 +112,7 @@ impl Case {
 
     fn kill(&self, live: &Live) {
         let server = live.server.pid();
-        let ended = || fs::read(format!("/proc/{server}/cmdline")).map_or(true, |c| c.is_empty());
+        let ended = || has_ended(server);
         let mut victim = (self.victim == "sim-server").then_some(server);
         until("the victim runs", || {
             if victim.is_none() {
@@ -130,9 +121,7 @@ impl Case {
             }
             victim.is_some() || ended()
         });
-        // Held by a descriptor, its number cannot become another's.
-        let Some(pid) = victim.and_then(|pid| Pid::from_raw(pid as i32)) else { return };
-        let Ok(pidfd) = pidfd_open(pid, PidfdFlags::empty()) else { return };
+        let Some(pidfd) = victim.and_then(hold) else { return };
         let out = live.out.path();
         let size = |file: &str| fs::metadata(out.join(file)).map(|m| m.len()).ok();
         let come = || match self.from {
@@ -156,18 +145,6 @@ impl Case {
     }
 }
 
-/// Says how to repeat a case, if it fails.
-struct Named<'a>(&'a Case);
-
-impl Drop for Named<'_> {
-    fn drop(&mut self) {
-        if std::thread::panicking() {
-            let (case, number) = (self.0, self.0.number);
-            println!("{case:?} fails; again: RUSTY_KILLS_CASE={number}, this test alone");
-        }
-    }
-}
-
 /// All cases of a victim; prints when they hit.
 pub fn series(victim: &'static str) {
     let per_victim = cases("RUSTY_KILLS", USUAL);
@@ -178,7 +155,8 @@ pub fn series(victim: &'static str) {
     let mut hits = std::collections::BTreeMap::<Hit, u32>::new();
     for number in range.clone() {
         let case = Case::draw(victim, number);
-        let _named = Named(&case);
+        let again = format!("RUSTY_KILLS_CASE={number}, this test alone");
+        let _repeat = Repeat(format!("{case:?} fails; again: {again}"));
         *hits.entry(case.run()).or_default() += 1;
     }
     println!("{victim}: cases {range:?}: {hits:?}");
@@ -186,42 +164,26 @@ pub fn series(victim: &'static str) {
     assert!(range.end - range.start < 20 || on_time > 0, "{victim}: {hits:?}");
 }
 
-/// The ticks of a log, and whether it is complete; `None` where not even a
-/// header was written. No record is damaged.
-fn records(out: &Path) -> Option<(Vec<TickRecord>, bool)> {
-    let mut reader = LogReader::open(&out.join("run.log")).ok()?;
-    let mut ticks = Vec::new();
-    loop {
-        match reader.read().unwrap() {
-            Read::Tick(entry) => {
-                assert!(entry.intact, "tick {}", entry.record.tick);
-                ticks.push(entry.record);
-            }
-            Read::End(ending) => return Some((ticks, matches!(ending, Ending::Complete(_)))),
-        }
-    }
-}
-
 /// The log holds what the calm run had: all of a tick before `replies_until`,
 /// the world's part of it before `world_until`. It is simulated again, whatever
 /// was answered. Returns how many ticks it has, and whether it is complete.
 fn log_is_sound(out: &Path, replies_until: u64, world_until: u64) -> Option<(u64, bool)> {
-    let (ticks, complete) = records(out)?;
+    let path = out.join("run.log");
+    let log = Log::try_read(&path)?;
+    let (complete, ticks) = (log.is_complete(), log.intact());
     for (record, calm) in ticks.iter().zip(&calm().ticks) {
         assert_eq!(record.tick, calm.tick);
         assert!(record.tick >= replies_until || record == calm, "tick {}", record.tick);
         let world = |r: &TickRecord| TickRecord { replies: Vec::new(), ..r.clone() };
         assert!(record.tick >= world_until || world(record) == world(calm), "{}", record.tick);
     }
-    let log = out.join("run.log");
-    let verdict = sim_server(&["verify", "--json", log.to_str().unwrap()]);
+    let verdict = about("verify", &path, &["--json"]);
     let verdict = verdict.expect(if complete { 0 } else { 3 }).json();
     assert_eq!(verdict["bit_exact"], true, "{verdict}");
     assert_eq!(verdict["ticks"], ticks.len());
     Some((ticks.len() as u64, complete))
 }
 
-/// What participants printed, by name.
 fn talk(out: &Path) -> Vec<(String, String)> {
     let files = fs::read_dir(out).unwrap().flatten();
     let texts = files.filter(|f| f.path().extension().is_some_and(|e| e == "txt"));
@@ -269,13 +231,13 @@ fn killed_participant(live: Live, victim: &str, go_on: bool) -> Hit {
     nothing_left(&run);
     talk(out.path());
     let report = ended.json();
-    let losses = report["losses"].as_array().unwrap();
+    let losses = list(&report, "losses");
     let Some(loss) = losses.first() else {
         // It had said goodbye.
         assert_eq!(text(&report, "ended"), "done", "{ended:#?}");
         assert!(matches!(ended.code, Some(0 | 3)), "{ended:#?}");
         let blamed = format!("{victim}: its process was killed by signal 9");
-        let remarks = report["remarks"].as_array().unwrap();
+        let remarks = list(&report, "remarks");
         let fair = |r: &Value| r.as_str().unwrap().starts_with(&blamed);
         let scoreless = |r: &Value| victim == "score" && r == "there are no scores of this run";
         assert!(remarks.iter().all(|r| fair(r) || scoreless(r)), "{ended:#?}");
@@ -285,7 +247,7 @@ fn killed_participant(live: Live, victim: &str, go_on: bool) -> Hit {
     assert_eq!(losses.len(), 1, "{ended:#?}");
     assert_eq!((text(loss, "name"), text(loss, "kind")), (victim, "dead"), "{ended:#?}");
     assert!(text(loss, "detail").contains("its process was killed by signal 9"), "{loss}");
-    assert!(ended.stderr.contains(&format!("lost: {victim} dead")), "{ended:#?}");
+    ended.says(&format!("lost: {victim} dead"));
     let tick = loss["tick"].as_u64();
     let ending = tick == Some(TICKS);
     let aborted = !go_on && !ending;
@@ -305,16 +267,4 @@ fn killed_participant(live: Live, victim: &str, go_on: bool) -> Hit {
         Some(TICKS) => Hit::Ending,
         Some(_) => Hit::Running,
     }
-}
-
-/// Every process that has the run's name on its command line, those between
-/// `fork` and `exec` too.
-fn processes_of(run: &rusty_contract::RunName) -> Vec<String> {
-    let lines = fs::read_dir("/proc").unwrap().flatten();
-    let line = |entry: fs::DirEntry| {
-        let line = fs::read(entry.path().join("cmdline")).unwrap_or_default();
-        let ours = line.split(|b| *b == 0).any(|word| word == run.as_str().as_bytes());
-        ours.then(|| String::from_utf8_lossy(&line).replace('\0', " "))
-    };
-    lines.filter_map(line).collect()
 }

@@ -1,5 +1,0 @@
-//! `scenario`, guided by coverage.
-#![no_main]
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    let _ = rusty_tests::fuzz::target("scenario").check(bytes);
-});

@@ -1,5 +1,0 @@
-//! `score`, guided by coverage.
-#![no_main]
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    let _ = rusty_tests::fuzz::target("score").check(bytes);
-});

@@ -1,0 +1,10 @@
+//! The same bits: what repeats a run to the bit, what must not change one, and what must.
+
+mod control;
+mod fork;
+mod must_not_matter;
+mod same_bits;
+mod seeds;
+mod timing;
+mod verify_clients;
+mod wasm;

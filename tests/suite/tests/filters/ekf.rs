@@ -1,0 +1,70 @@
+//! `ekf` as a process: near the truth and right about how near, the same live,
+//! from the log and on a replay, and with words where it cannot begin.
+
+use rusty_tests::*;
+
+fn run(tag: &str, out: &Path, args: &[&str]) -> Value {
+    launch(tag, out, &[&[filter_scenario("ekf.toml").as_str()][..], args].concat())
+}
+
+#[test]
+fn it_is_near_knows_how_near_and_says_the_same_again() {
+    let place = folder();
+    let out = place.at("run");
+    let report = run("ekf", &out, &["--ticks", "700"]);
+    let score = score_of(&report, "ekf");
+    assert!(number(score, "ate_rmse_m") < 0.005, "{score}");
+    assert!(number(score, "rmse_heading_error_rad") < 0.5_f64.to_radians(), "{score}");
+    assert_eq!(score["nees"]["unusable"], 0);
+    assert!(number(score, "nees/mean") < 6.0, "{score}");
+    let surprise = number(score, "nis/sum") / number(score, "nis/degrees");
+    assert!((0.9..1.1).contains(&surprise), "{score}");
+
+    // Run again on the log, every answer is the same to the bit.
+    let log = log_of(&report);
+    let verdict = about("verify", &log, &["--clients", "--json"]).expect(0).json();
+    let again = named(&verdict["clients"], "participants", "ekf");
+    assert_eq!((&again["compared"], &again["equal"]), (&700.into(), &700.into()));
+    // And so it is as a process of a replay.
+    let replayed = replay(&log, &place.at("replay"), &[]).expect(0).json();
+    assert_eq!(replayed["digest"], report["digest"]);
+}
+
+#[test]
+fn unequal_wheels_lose_dead_reckoning_but_not_the_filter() {
+    let place = folder();
+    // Open loop, such wheels would drive into a wall.
+    let set =
+        ["--set", "script.kind=truth-steered-patrol", "--set", "robot.radius_bias_right=0.01"];
+    let args = [&["--ticks", "1000", "--without", "logger"][..], &set].concat();
+    let report = run("ekf-bias", place.path(), &args);
+    let error_m = |name: &str| number(score_of(&report, name), "ate_rmse_m");
+    assert!(error_m("ekf") < 0.01, "{}", error_m("ekf"));
+    assert!(error_m("dead-reckoning") > 20.0 * error_m("ekf"), "{report}");
+}
+
+#[test]
+fn without_a_map_it_predicts_and_without_a_start_it_says_what_to_do() {
+    let place = folder();
+    let text_of = fs::read_to_string(filter_scenario("ekf.toml")).unwrap();
+    let with = |line: &str| {
+        text_of.replacen("command = [\"ekf\"]", &format!("command = [\"ekf\"]\n{line}"), 1)
+    };
+    let map = place.write("map.toml", with("map = \"hidden\""));
+    let pose = place.write("pose.toml", with("initial_pose = \"hidden\""));
+
+    let out = place.at("run");
+    let report = launch("ekf-no-map", &out, &[&map, "--ticks", "200"]);
+    assert_eq!(
+        score_of(&report, "ekf")["ate_rmse_m"],
+        score_of(&report, "dead-reckoning")["ate_rmse_m"]
+    );
+    let on_log = ["--log", text(&report, "log"), "--name", "ekf"];
+    let ended = Process::spawn(Command::new(binary("ekf")).args(on_log)).wait();
+    ended.expect(0).says("there is no map with walls");
+
+    let out = place.at("refused");
+    let refused = run_to("ekf-no-pose", &out, &["launch", &pose, "--ticks", "20"]);
+    assert_ne!(refused.code, Some(0));
+    refused.says("is not told where the robot starts");
+}

@@ -1,0 +1,4 @@
+//! The Python package.
+
+mod models;
+mod package;

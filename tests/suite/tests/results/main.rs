@@ -1,0 +1,11 @@
+//! Logs, scores, exports and imports: what they hold, and what they never write over.
+
+mod evo;
+mod export;
+mod figures;
+mod files;
+mod out_folder;
+mod real_robot;
+mod recordings;
+mod run_folders;
+mod scores;

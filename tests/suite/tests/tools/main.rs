@@ -1,0 +1,9 @@
+//! Commands that measure, compare and draw.
+
+mod bench;
+mod calibration;
+mod conformance;
+mod doctor;
+mod report;
+mod sweep;
+mod versus;

@@ -1,0 +1,304 @@
+//! Sweeps: rows that are what launches come to, whatever is done beside each
+//! other, in parts, or after an interruption; and the chapter's table.
+
+use rusty_tests::*;
+
+/// `sweep … --out FILE`, with its exit code.
+#[track_caller]
+fn sweep(args: &[&str], out: &Path, code: i32) -> Ended {
+    sim_server(&[&["sweep"], args, &["--out", arg(out)]].concat()).expect(code)
+}
+
+#[test]
+fn a_row_is_what_launch_comes_to() {
+    let place = folder();
+    let few: [(&str, &[&str]); 2] = [
+        ("patrol", &["--set", "robot.slip_std=0.03"]),
+        // Scans, walls, steering on the truth.
+        ("apartment", &["--ticks", "120", "--set", "lidar.beams=90"]),
+    ];
+    for (scenario, args) in few {
+        let out = place.at(format!("{scenario}.csv"));
+        let mut all = vec![scenario];
+        all.extend(args);
+        sweep(&[&all[..], &["--seeds", "5..8"]].concat(), &out, 0);
+        let rows = Table::read(&out);
+        all.extend(["--seed", "6"]);
+        let report = launch("row", &place.at("run"), &all);
+        assert_eq!(rows.column("seed"), ["5", "6", "7"]);
+        assert_eq!(rows.column("digest")[1], text(&report, "digest"));
+        assert_eq!(rows.column("ticks")[1], report["ticks"].to_string());
+        let score = &report["scores"][0];
+        assert_eq!(rows.column("estimator")[1], text(score, "name"));
+        let columns = "distance_m final_position_error_m final_heading_error_rad \
+                       mean_position_error_m ate_rmse_m p95_position_error_m \
+                       max_position_error_m rmse_heading_error_rad max_heading_error_rad";
+        for column in columns.split_whitespace() {
+            let (found, expected) = (rows.numbers(column)[1], number(score, column));
+            assert_eq!(found.to_bits(), expected.to_bits(), "{scenario}, {column}");
+            assert!(found > 0.0, "{scenario}: {column} is nothing to compare");
+        }
+    }
+}
+
+#[test]
+fn with_clients_the_rows_are_the_same() {
+    let place = folder();
+    let [inside, clients, runs] = ["a.csv", "b.csv", "runs"].map(|n| place.at(n));
+    let args = ["patrol", "--seeds", "3..5", "--set", "robot.slip_std=0.02,0.04", "--ticks", "90"];
+    sweep(&args, &inside, 0);
+    let with = ["--clients", "--jobs", "2", "--runs", arg(&runs)];
+    sweep(&[&args[..], &with].concat(), &clients, 0);
+    let (a, b) = (Table::read(&inside), Table::read(&clients));
+    assert_eq!(a.rows.len(), 4);
+    for name in &a.names {
+        assert_eq!(a.column(name), b.column(name), "{name}");
+    }
+    assert!(runs.join("cell-1-seed-4/run.log").exists());
+}
+
+#[test]
+fn ticks_that_a_wall_held_are_counted_inside_and_by_the_scorer() {
+    let place = folder();
+    let [inside, clients] = ["a.csv", "b.csv"].map(|n| place.at(n));
+    // An open loop with much slip: it runs into the corridor's walls.
+    let set = ["script.leg_s=12.3", "robot.slip_std=0.1", "scan_every=0"];
+    let set = set.map(|set| ["--set", set]).concat();
+    let args = [&["apartment", "--seeds", "0..4", "--ticks", "900"], &set[..]].concat();
+    sweep(&args, &inside, 0);
+    sweep(&[&args[..], &["--clients"]].concat(), &clients, 0);
+    let (a, b) = (Table::read(&inside), Table::read(&clients));
+    assert_eq!(a.column("blocked_ticks"), b.column("blocked_ticks"));
+    assert_eq!(a.column("digest"), b.column("digest"));
+    assert!(
+        a.numbers("blocked_ticks").iter().sum::<f64>() > 0.0,
+        "{:?}",
+        a.column("blocked_ticks")
+    );
+}
+
+#[test]
+fn a_lost_client_is_a_row_without_figures_and_an_exit_code() {
+    let place = folder();
+    let (out, probe) = (place.at("a.csv"), binary("probe-client"));
+    let leaves = estimator("leaves", &[arg(&probe), "--mode", "exit"], "");
+    let text = format!("ticks = 40\nworld = \"open\"\nscan_every = 0\n{leaves}{WITNESSES}");
+    let scenario = place.write("scenario.toml", text);
+    let args = [&scenario, "--seeds", "0..2", "--clients"];
+    let said = sweep(&args, &out, 3).stderr;
+    assert!(said.contains("seed 1: leaves: "), "{said}");
+    let rows = Table::read(&out);
+    assert_eq!(rows.column("estimator"), ["leaves", "leaves"]);
+    assert!(rows.numbers("ticks").iter().all(|t| *t < 40.0), "{:?}", rows.column("ticks"));
+}
+
+const GRID: [&str; 7] =
+    ["patrol", "--seeds", "0..40", "--set", "robot.slip_std=0.01,0.05", "--set", "dt_s=0.1,0.05"];
+
+#[test]
+fn the_number_of_jobs_changes_no_byte() {
+    let place = folder();
+    for ending in ["csv", "parquet"] {
+        let out = |jobs: &str| place.at(format!("{jobs}.{ending}"));
+        for jobs in ["1", "2", "5"] {
+            sweep(&[&GRID[..], &["--jobs", jobs]].concat(), &out(jobs), 0);
+        }
+        let one = fs::read(out("1")).unwrap();
+        assert!(one.len() > 8_000, "{} bytes", one.len());
+        assert!(["2", "5"].iter().all(|jobs| fs::read(out(jobs)).unwrap() == one), "{ending}");
+    }
+    let rows = Table::read(&place.at("1.csv"));
+    let seeds: Vec<String> = (0..4).flat_map(|_| 0..40).map(|s: u64| s.to_string()).collect();
+    assert_eq!(rows.column("seed"), seeds);
+    let cell = |i: usize| [rows.column("robot.slip_std")[40 * i], rows.column("dt_s")[40 * i]];
+    let cells = [["0.01", "0.1"], ["0.01", "0.05"], ["0.05", "0.1"], ["0.05", "0.05"]];
+    assert_eq!([0, 1, 2, 3].map(cell), cells);
+}
+
+#[test]
+fn the_parts_one_after_the_other_are_the_whole() {
+    let place = folder();
+    let whole = place.at("whole.csv");
+    sweep(&GRID, &whole, 0);
+    let mut lines = Vec::new();
+    for index in 0..3 {
+        let out = place.at(format!("{index}.csv"));
+        sweep(&[&GRID[..], &["--shard", &format!("{index}/3")]].concat(), &out, 0);
+        let part = fs::read_to_string(&out).unwrap();
+        let skip = usize::from(index > 0);
+        lines.extend(part.lines().skip(skip).map(str::to_owned));
+    }
+    assert_eq!(lines, fs::read_to_string(&whole).unwrap().lines().collect::<Vec<_>>());
+}
+
+/// A sweep that is stopped in the middle: it stands still, with something done
+/// and something not.
+fn in_the_middle(args: &[&str], out: &Path) -> Process {
+    let all = [&["sweep"], args, &["--out", arg(out)]].concat();
+    let part = PathBuf::from(format!("{}.part", out.display()));
+    // One that is through before it is looked at is tried again.
+    for _ in 0..20 {
+        let _ = fs::remove_file(out);
+        let process = Process::start("sim-server", &all);
+        let length = || fs::metadata(&part).map_or(0, |m| m.len());
+        until("something is done", || length() > 100_000 || out.exists());
+        process.signal(Signal::STOP);
+        if !out.exists() {
+            return process;
+        }
+        process.signal(Signal::CONT);
+        process.wait().expect(0);
+    }
+    panic!("never caught in the middle");
+}
+
+#[test]
+fn an_interrupted_sweep_goes_on_to_the_same_bytes() {
+    let place = folder();
+    let args = ["patrol", "--seeds", "0..1500", "--jobs", "2"];
+    let whole = place.at("whole.parquet");
+    sweep(&args, &whole, 0);
+    for (name, signal, code) in [("int", Signal::INT, Some(3)), ("kill", Signal::KILL, None)] {
+        let out = place.at(format!("{name}.parquet"));
+        let part = PathBuf::from(format!("{}.part", out.display()));
+        let process = in_the_middle(&args, &out);
+        process.signal(signal);
+        process.signal(Signal::CONT);
+        let ended = process.wait();
+        assert_eq!(ended.code, code, "{ended:#?}");
+        assert!(!out.exists() && part.exists());
+        if signal == Signal::INT {
+            ended.says("go on with --resume");
+        } else {
+            // As if the machine had gone in the middle of a record.
+            let length = fs::metadata(&part).unwrap().len();
+            fs::File::options().write(true).open(&part).unwrap().set_len(length - 5).unwrap();
+        }
+        let said = sweep(&args, &out, 2).stderr;
+        assert!(said.contains("--resume"), "{said}");
+        let other = ["patrol", "--seeds", "0..1500", "--set", "robot.track_m=0.17", "--resume"];
+        let said = sweep(&other, &out, 2).stderr;
+        assert!(said.contains("robot.track_m: 0.16 and 0.17"), "{said}");
+        let again = sweep(&[&args[..3], &["--jobs", "1", "--resume", "--json"]].concat(), &out, 0);
+        assert!(again.json()["runs_resumed"].as_u64().unwrap() > 10, "{}", again.stdout);
+        assert!(fs::read(&out).unwrap() == fs::read(&whole).unwrap(), "{name}");
+        assert!(!part.exists());
+    }
+}
+
+#[test]
+fn a_table_that_is_there_is_not_written_over() {
+    let place = folder();
+    for name in ["a.csv", "a.parquet"] {
+        let out = place.at(name);
+        let args = ["patrol", "--seeds", "0..3"];
+        sweep(&args, &out, 0);
+        let bytes = fs::read(&out).unwrap();
+        let said = sweep(&args, &out, 2).stderr;
+        assert!(said.contains("is there already") && said.contains("--force"), "{said}");
+        let said = sweep(&[&args[..], &["--resume"]].concat(), &out, 0).stderr;
+        assert!(said.contains("complete already"), "{said}");
+        let other = ["patrol", "--seeds", "0..4"];
+        let said = sweep(&[&other[..], &["--resume"]].concat(), &out, 2).stderr;
+        assert!(said.contains("seeds: \"0..3\" and \"0..4\""), "{said}");
+        assert!(fs::read(&out).unwrap() == bytes);
+        sweep(&[&other[..], &["--force"]].concat(), &out, 0);
+        assert!(fs::read(&out).unwrap() != bytes);
+    }
+}
+
+#[test]
+fn what_cannot_be_swept_is_named_with_its_remedy() {
+    let place = folder();
+    let out = place.at("a.csv");
+    let cases: [(&[&str], &str); 9] = [
+        (&["driver", "--seeds", "0..2"], "give --clients"),
+        (&["patrol", "--seeds", "3..3"], "0..500"),
+        (&["patrol", "--seeds", "0..2", "--shard", "2/2"], "0 to n - 1"),
+        (&["patrol", "--seeds", "0..2", "--set", "seed=1,2"], "give --seeds"),
+        (&["patrol", "--seeds", "0..2", "--set", "robot.slip_std=0.1,-1"], "robot.slip_std = -1"),
+        (&["patrol", "--seeds", "0..2", "--set", "robot.slip_std=0.1,,1"], "is empty"),
+        (&["patrol", "--seeds", "0..2", "--ab", "robot.slip_std=1,2,3"], "has 3 values"),
+        (&["patrol", "--seeds", "0..2", "--ab", "a.b=1,2", "--set", "a.b=1"], "given twice"),
+        (&["patrol", "--seeds", "0..9000000000"], "a --shard i/n at a time"),
+    ];
+    for (args, words) in cases {
+        let said = sweep(args, &out, 2).stderr;
+        assert!(said.contains(words), "{args:?}: {said}");
+        assert!(fs::read_dir(place.path()).unwrap().next().is_none(), "{args:?} left something");
+    }
+    let said = sweep(&["patrol", "--seeds", "0..2"], &place.at("a.xlsx"), 2).stderr;
+    assert!(said.contains("FILE.parquet or FILE.csv"), "{said}");
+}
+
+#[test]
+fn an_interrupted_sweep_with_clients_leaves_nothing_but_its_journal() {
+    let place = folder();
+    let (out, runs) = (place.at("a.csv"), place.at("runs"));
+    let many = ["sweep", "patrol", "--seeds", "0..2", "--ticks", "10000000", "--clients"];
+    let files = ["--runs", arg(&runs), "--out", arg(&out)];
+    let process = Process::start("sim-server", &[&many[..], &["--jobs", "2"], &files].concat());
+    let pid = process.pid();
+    let log = |seed: u64| runs.join(format!("cell-0-seed-{seed}/run.log"));
+    until("both runs are under way", || {
+        (0..2).all(|seed| fs::metadata(log(seed)).is_ok_and(|m| m.len() > 0))
+    });
+    process.signal(Signal::INT);
+    process.wait().expect(3).says("0 of 2 runs");
+    assert!(!out.exists());
+    for run in 0..2 {
+        nothing_left(&RunName::new(&format!("sweep-{pid}-{run}")).unwrap());
+    }
+}
+
+/// Mean and 95th percentile, linear between ranks.
+fn mean_and_p95(values: &[f64]) -> [f64; 2] {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let rank = 0.95 * (sorted.len() - 1) as f64;
+    let (below, above) = (sorted[rank.floor() as usize], sorted[rank.ceil() as usize]);
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    [mean, below + (rank - rank.floor()) * (above - below)]
+}
+
+#[test]
+fn the_chapter_s_table_is_one_command() {
+    let place = folder();
+    let out = place.at("a.csv");
+    // From where the table's bits were pinned, see `shared/sim/tests/odometry.rs`.
+    let start = "start={ x_m = 6.0, y_m = 4.5, theta_rad = 0.0 }";
+    let said = sweep(&["patrol", "--seeds", "0..500", "--set", start], &out, 0).stdout;
+    let rows = Table::read(&out);
+    let [mean_m, p95_m] = mean_and_p95(&rows.numbers("final_position_error_m"));
+    let heading_deg: Vec<f64> =
+        rows.numbers("final_heading_error_rad").iter().map(|rad| rad.to_degrees()).collect();
+    let [heading_deg, _] = mean_and_p95(&heading_deg);
+    assert!((mean_m - 0.472).abs() < 0.016, "{mean_m}");
+    assert!((p95_m - 1.152).abs() < 0.048, "{p95_m}");
+    assert!((heading_deg - 7.25).abs() < 0.25, "{heading_deg}");
+    let pinned = [0x3fdd_455e_2326_5b0a, 0x3ff2_ae91_d122_e07d, 0x401c_cbc0_c4b6_a851];
+    assert_eq!([mean_m, p95_m, heading_deg].map(f64::to_bits), pinned);
+    assert!(rows.column("blocked_ticks").iter().all(|b| *b == "0"));
+    // What is printed are these.
+    for words in [format!("{mean_m:.3}"), format!("{p95_m:.3}"), format!("{heading_deg:.2}")] {
+        assert!(said.contains(&words), "{words} is not in {said}");
+    }
+    for picture in ["a-fan.svg", "a-fan.png", "a-growth.svg", "a-growth.png"] {
+        assert!(fs::metadata(place.at(picture)).unwrap().len() > 1000, "{picture}");
+        assert!(said.contains(picture), "{said}");
+    }
+}
+
+#[test]
+fn two_values_are_compared_on_the_same_seeds() {
+    let place = folder();
+    let out = place.at("a.csv");
+    let args = ["patrol", "--seeds", "0..30", "--ab", "robot.slip_std=0.02,0.03", "--json"];
+    let found = sweep(&args, &out, 0).json();
+    let rows = Table::read(&out).numbers("final_position_error_m");
+    let paired = &found["report"]["paired"][0];
+    assert_eq!(paired["cells"], json!([0, 1]), "{paired}");
+    let differences: Vec<f64> = (0..30).map(|i| rows[30 + i] - rows[i]).collect();
+    let [mean_m, _] = mean_and_p95(&differences);
+    assert!((number(paired, "difference") - mean_m).abs() < 1e-12, "{paired}");
+}
