@@ -3,8 +3,8 @@
 
 use nalgebra::{Matrix2, Matrix2x3, Vector2};
 use rusty_contract::LidarConfig;
-use rusty_contract::score::chi_square::quantile;
 use rusty_geometry::{DiffDrive, Scan, Twist, World};
+use rusty_metrics::chi_square::quantile;
 
 use super::*;
 use crate::Random;

@@ -151,7 +151,7 @@ fn split(key: Key) -> (i64, i64, i64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rusty_contract::score::chi_square;
+    use rusty_metrics::chi_square;
 
     #[test]
     fn sizes_are_those_of_the_chi_square_law() {

@@ -17,14 +17,12 @@ use rusty_contract::{
     BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport, errln, outln,
 };
 use rusty_contract::{WeightedPose, output};
+use rusty_metrics::{Given, Held, Meter, Moment, Planned, Yardstick};
 use rusty_plot::{PlotError, png};
 
 use crate::report::html;
 use crate::scoring::trace::Whole;
-use crate::scoring::{
-    BeliefKeeper, BeliefMoment, Given, Held, Meter, Moment, Planned, RunTrace, TraceKeeper,
-    Yardstick, svg,
-};
+use crate::scoring::{BeliefKeeper, BeliefMoment, RunTrace, TraceKeeper, scores, svg};
 use rusty_clients::output_folder;
 use rusty_clients::showing::{belief_file, failure};
 use rusty_clients::witness::{Ending, Step, Witness};
@@ -88,7 +86,10 @@ impl Witness for Scorer {
         let given = effects.replies().enumerate().map(|(i, in_effect)| Given {
             estimate: in_effect.estimate().copied(),
             innovation: step.replies.get(i).and_then(|r| r.estimate()?.innovation),
-            delay: step.delays.get(i).copied().flatten(),
+            times_ns: step
+                .delays
+                .get(i)
+                .and_then(|delay| delay.map(|d| [d.reported_ns, d.observed_ns])),
         });
         let moment = Moment { tick, time_s: frame.time_s(), truth: step.truth };
         self.meter.push(&moment, given);
@@ -114,7 +115,7 @@ impl Witness for Scorer {
         let mut trace = self.keeper.finish(whole);
         trace.beliefs = self.beliefs.finish(&trace.names);
         trace.from_log = self.from_log;
-        let scores = if unscored.is_none() { self.meter.scores(&trace) } else { Vec::new() };
+        let scores = if unscored.is_none() { scores(&mut self.meter, &trace) } else { Vec::new() };
         trace.digest = self.digest.run_hex();
         let mut report = ScoreReport {
             scenario: trace.scenario.clone(),

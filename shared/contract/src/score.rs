@@ -1,22 +1,18 @@
 //! What a scorer writes down (`score.json`) and a launcher prints.
 
-pub mod chi_square;
 mod compute;
 mod consistency;
 mod convergence;
-mod errors;
-pub mod nees;
+mod figures;
 mod numbers;
-pub mod quantile;
 mod table;
 mod trajectory;
 
 pub use compute::{ComputeTimes, Durations};
 pub use consistency::{Consistency, Verdict};
 pub use convergence::{Convergence, Recovery, Within};
-pub use errors::{Errors, Figures, PathLength, heading_error_rad, position_error_m};
+pub use figures::Figures;
 pub use numbers::{degrees, duration, metres, seconds};
-pub use quantile::Quantiles;
 pub use table::ScoreTable;
 pub use trajectory::{AbsoluteErrors, Alignment, PoseErrors, RelativeErrors, Statistics};
 

@@ -1,5 +1,6 @@
 //! What a list of durations comes to.
 
+use rusty_metrics::percentile;
 use serde::{Deserialize, Serialize};
 
 /// Quantiles of durations, ns. They are exact: each is one of the durations,
@@ -65,17 +66,9 @@ impl Spread {
     /// Of these numbers. Of none: zeros.
     #[must_use]
     pub fn of(numbers: impl IntoIterator<Item = f64>) -> Self {
-        let mut sorted: Vec<f64> = numbers.into_iter().collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let (Some(&min), Some(&max)) = (sorted.first(), sorted.last()) else {
-            return Self::default();
-        };
-        let middle = sorted.len() / 2;
-        let median = if sorted.len().is_multiple_of(2) {
-            f64::midpoint(sorted[middle - 1], sorted[middle])
-        } else {
-            sorted[middle]
-        };
+        let mut all: Vec<f64> = numbers.into_iter().collect();
+        let [min, median, max] =
+            [0.0, 0.5, 1.0].map(|at| percentile(&mut all, at).unwrap_or_default());
         Self { median, min, max }
     }
 }

@@ -3,11 +3,9 @@
 //! * [`sweep`]: many runs, a row each;
 //! * [`versus`]: which of two estimators is better, from a sweep's rows;
 //! * [`budget`]: odometry error by source;
-//! * [`umbmark`]: the square of Borenstein and Feng, in both directions;
-//! * [`statistics`]: means, intervals and tests.
+//! * [`umbmark`]: the square of Borenstein and Feng, in both directions.
 
 pub mod budget;
-pub mod statistics;
 pub mod sweep;
 pub mod umbmark;
 pub mod versus;

@@ -4,8 +4,8 @@ use clap::{Args, Parser};
 use rusty_clients::{ClientArgs, run_witness};
 use rusty_contract::Exit;
 use rusty_contract::score::Within;
+use rusty_metrics::Yardstick;
 use rusty_scorer::scorer::Scorer;
-use rusty_scorer::scoring::Yardstick;
 
 /// Score the estimators of a run or a log against the truth
 ///

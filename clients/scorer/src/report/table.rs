@@ -290,8 +290,8 @@ pub(super) fn readout(trace: &RunTrace, shown: usize) -> Result<String, PlotErro
         let cells = both.map(|(estimate, truth)| {
             let believed = &estimate.pose_in_world;
             [
-                Some(rusty_contract::score::position_error_m(believed, &truth)),
-                Some(rusty_contract::score::heading_error_rad(believed, &truth).to_degrees()),
+                Some(rusty_metrics::position_error_m(believed, &truth)),
+                Some(rusty_metrics::heading_error_rad(believed, &truth).to_degrees()),
                 bands::nees(&truth, estimate),
             ]
         });

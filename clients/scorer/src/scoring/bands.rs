@@ -15,8 +15,6 @@
 use rusty_contract::Estimate;
 use rusty_geometry::{SE2, trig};
 
-use super::consistency;
-
 /// Two-sided 95 % of χ² with three degrees of freedom: 2.5 % lie below, 2.5 %
 /// above.
 pub const NEES_BAND: [f64; 2] = [0.215_795_282_623_897_94, 9.348_403_604_496_148];
@@ -32,7 +30,7 @@ const LARGEST_M: f64 = 1e6;
 /// no covariance, or none of full rank.
 #[must_use]
 pub fn nees(truth: &SE2, estimate: &Estimate) -> Option<f64> {
-    consistency::nees(truth, &estimate.pose_in_world, &estimate.covariance?)
+    rusty_metrics::nees(truth, &estimate.pose_in_world, &estimate.covariance?)
 }
 
 /// The radius that the position error stays below with a probability of 95 %,
@@ -89,7 +87,7 @@ fn plane(covariance: &[f64; 9]) -> Option<[f64; 3]> {
 mod tests {
     use super::*;
     use nalgebra::Vector3;
-    use rusty_contract::score::chi_square;
+    use rusty_metrics::chi_square;
 
     #[test]
     fn the_quantiles_are_those_of_the_distribution() {

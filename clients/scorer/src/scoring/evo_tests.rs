@@ -4,6 +4,7 @@ use super::super::trace::tests::empty;
 use super::*;
 use core::f64::consts::FRAC_PI_2;
 use rusty_contract::score::Statistics;
+use rusty_geometry::SE2;
 use rusty_geometry::trig;
 
 /// Two turns of a circle of 3 m, and what was believed: shifted, waving, and

@@ -1,12 +1,13 @@
 //! Hand-computed scores, the trap at ±π, and the numbers evo gives.
 
-use super::super::scored::scored;
 use super::super::trace::distance_driven_m;
 use super::super::trace::tests::empty;
-use super::super::trajectory::relative_error;
 use super::*;
 use core::f64::consts::PI;
+use rusty_contract::score::Alignment;
+use rusty_geometry::SE2;
 use rusty_geometry::trig;
+use rusty_metrics::trajectory::relative_error;
 
 /// One estimator, one tick per pair of (truth, estimate).
 fn trace(ticks: &[(Option<SE2>, Option<SE2>)]) -> RunTrace {
@@ -167,7 +168,6 @@ fn of_the_whole_run(trace: &RunTrace, estimator: usize) -> Score {
     let headings_rad: Vec<f64> = ticks.iter().map(|s| s.heading_error_rad().abs()).collect();
     let (rpe_m, rpe_rad): (Vec<f64>, Vec<f64>) =
         ticks.windows(2).map(|pair| relative_error(&pair[0], &pair[1])).unzip();
-    let rpe_deg: Vec<f64> = rpe_rad.iter().map(|rad| rad.to_degrees()).collect();
     let mean = |v: &[f64]| (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64);
     let rmse = |v: &[f64]| mean(&v.iter().map(|v| v * v).collect::<Vec<_>>()).map(f64::sqrt);
     let mut sorted = errors_m.clone();
@@ -191,7 +191,7 @@ fn of_the_whole_run(trace: &RunTrace, estimator: usize) -> Score {
         p95_position_error_m: Some(low + (high - low) * (rank - rank.floor())),
         ate_rmse_m: rmse(&errors_m),
         rpe_rmse_m: rmse(&rpe_m),
-        rpe_rmse_deg: rmse(&rpe_deg),
+        rpe_rmse_deg: rmse(&rpe_rad).map(f64::to_degrees),
         distance_m: driven_m,
         drift_percent: final_m.map(|m| 100.0 * m / driven_m),
         ..Score::default()

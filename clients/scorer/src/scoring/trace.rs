@@ -2,8 +2,9 @@
 
 use rusty_contract::config::LidarConfig;
 use rusty_contract::log::LogHeader;
-use rusty_contract::score::{PathLength, Told};
+use rusty_contract::score::Told;
 use rusty_geometry::{SE2, WorldSpec};
+use rusty_metrics::PathLength;
 
 use super::beliefs::BeliefTrack;
 use super::stops::Stop;

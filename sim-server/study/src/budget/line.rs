@@ -1,13 +1,12 @@
 //! A row of the budget: runs with the same sources, over all seeds.
 
-use rusty_contract::score::{heading_error_rad, position_error_m};
 use rusty_contract::{Frame, RunConfig};
 use rusty_geometry::{EncoderTicks, odometry_delta};
 use rusty_sim::{Sim, SimError};
 use serde::Serialize;
 
-use crate::statistics::{Moments, percentile};
 use crate::sweep::Seeds;
+use rusty_metrics::{Moments, heading_error_rad, percentile, position_error_m};
 
 /// Runs between two questions whether to go on.
 const TURN: u64 = 16;
@@ -63,14 +62,14 @@ pub(super) fn of(
         ended.push(reckoned(&mut sim, &mut frame));
     }
     let all = |of: fn(&Ended) -> f64| ended.iter().map(of).collect::<Vec<f64>>();
-    let position_m = all(|e| e.position_m);
+    let mut position_m = all(|e| e.position_m);
     let squares: Vec<f64> = position_m.iter().map(|d| d * d).collect();
     Ok(Some(Line {
         name,
         runs,
         varies_with_seed,
         final_position_error_m: Moments::of(&position_m),
-        p95_final_position_error_m: percentile(&position_m, 0.95).unwrap_or(f64::NAN),
+        p95_final_position_error_m: percentile(&mut position_m, 0.95).unwrap_or(f64::NAN),
         final_heading_error_deg: Moments::of(&all(|e| e.heading_deg)),
         mean_square_m2: Moments::of(&squares).mean,
         share: None,

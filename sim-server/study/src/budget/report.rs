@@ -77,7 +77,7 @@ impl fmt::Display for Report {
     }
 }
 
-fn with_error(of: &crate::statistics::Moments, number: fn(f64) -> String, unit: &str) -> String {
+fn with_error(of: &rusty_metrics::Moments, number: fn(f64) -> String, unit: &str) -> String {
     if of.n < 2 {
         return format!("{} {unit}", number(of.mean));
     }

@@ -1,17 +1,10 @@
-//! Whether an estimator's errors are as large as it says, over the seeds.
+//! Whether an estimator's errors are as large as it reports, over the seeds.
+//! docs/metrics.md has the source.
 //!
-//! Source: Y. Bar-Shalom, X. Li, T. Kirubarajan, *Estimation with Applications to
-//! Tracking and Navigation* (2001), §5.4.2: the NEES of one tick in N runs that
-//! are independent of each other add up to χ² with 3N degrees of freedom if the
-//! covariances are right, so their mean, the ANEES, has an acceptance interval
-//! about 3. Above it the estimator is overconfident, below it conservative.
-//!
-//! Ticks of one run are not independent of each other: an error drags on. So the
-//! interval holds at one tick, the verdict is that of the last, and of the ticks
-//! along the way it is said how many are inside. A run's mean over its ticks is
-//! one number per run; beside the ANEES stands the mean of those over the runs
-//! with its own t interval. Innovations of a right filter *are* independent of
-//! each other, so the NIS of all ticks of all runs are taken together.
+//! Ticks of one run depend on each other. So the interval holds at one tick, and the
+//! verdict is that of the last; of the ticks along the way the share inside is given.
+//! The mean over time is one number for each run, with a t interval over the runs.
+//! Innovations of a consistent filter are independent: the NIS of all are taken together.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -21,9 +14,9 @@ use serde::Serialize;
 
 use super::lines::Whose;
 use super::{Row, Swept, Track};
-use crate::statistics::Moments;
-use crate::statistics::mean_of_squares::mean_interval;
-use crate::statistics::pairs::half_width;
+use rusty_metrics::Moments;
+use rusty_metrics::chi_square::mean_interval;
+use rusty_metrics::student::half_width;
 
 /// Probability of the intervals.
 pub const LEVEL: f64 = 0.95;
@@ -96,7 +89,7 @@ impl Average {
     /// The mean of `values`, at least one.
     fn of(time_s: f64, values: &[f64]) -> Self {
         let (n, anees) = (values.len(), Moments::of(values).mean);
-        let interval = mean_interval(n, POSE, LEVEL);
+        let interval = mean_interval(n as f64, POSE, LEVEL);
         Self { time_s, n, anees, interval, verdict: Verdict::of(anees, interval) }
     }
 
@@ -173,7 +166,7 @@ fn innovations(rows: &[&Row]) -> Option<Innovations> {
     let said = || rows.iter().filter_map(|row| row.clients.as_ref()).filter(|c| c.nis_samples > 0);
     let degrees: f64 = said().map(|c| c.nis_degrees).sum();
     let per_degree = said().map(|c| c.nis_sum).sum::<f64>() / degrees;
-    let interval = mean_interval(1, degrees, LEVEL).map(|end| end / degrees);
+    let interval = mean_interval(1.0, degrees, LEVEL).map(|end| end / degrees);
     let samples = said().map(|c| c.nis_samples).sum();
     let verdict = Verdict::of(per_degree, interval);
     (samples > 0).then_some(Innovations { samples, per_degree, interval, verdict })

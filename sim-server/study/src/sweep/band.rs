@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::Row;
 use super::client_figures::ClientFigures;
-use crate::statistics::{Moments, percentile};
+use rusty_metrics::{Moments, percentile};
 
 /// A figure of one estimator in one cell, over the seeds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -49,10 +49,10 @@ pub(super) const FIGURES: [(&str, &str, Figure); 5] = [
 #[must_use]
 pub fn bands(rows: &[&Row]) -> Vec<Band> {
     let band = |(figure, _, of): &(&'static str, &str, Figure)| {
-        let values: Vec<f64> = rows.iter().map(|r| of(r)).filter(|v| v.is_finite()).collect();
+        let mut values: Vec<f64> = rows.iter().map(|r| of(r)).filter(|v| v.is_finite()).collect();
         let moments = Moments::of(&values);
-        let at = |fraction| percentile(&values, fraction).unwrap_or(f64::NAN);
-        (!values.is_empty()).then(|| Band {
+        let mut at = |fraction| percentile(&mut values, fraction).unwrap_or(f64::NAN);
+        (moments.n > 0).then(|| Band {
             figure,
             n: moments.n,
             mean: moments.mean,

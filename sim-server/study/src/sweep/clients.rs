@@ -12,9 +12,9 @@ use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process};
 use rusty_contract::log::{LogReader, Read};
-use rusty_contract::score::nees::nees;
-use rusty_contract::score::{Alignment, PathLength, Score};
+use rusty_contract::score::{Alignment, Score};
 use rusty_contract::{Effects, Exit};
+use rusty_metrics::{PathLength, nees};
 use serde::Deserialize;
 
 use super::client_figures::ClientFigures;

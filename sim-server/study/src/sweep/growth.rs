@@ -1,44 +1,23 @@
-//! How a sweep's errors spread as the robot drives on.
+//! The spread of a sweep's errors as the robot drives on, and the power of the distance
+//! with which it grows. docs/metrics.md explains frames, exponents and sources.
 //!
-//! A position error is taken in two ways. In the *world frame*, estimate − truth
-//! along and across the track, which is where the seeds believe on average to head;
-//! there the banana that slip makes of the places is seen as it is, its bend as an
-//! error along the track, and the chapter's nine (across over along) is a figure of
-//! it. And in *log coordinates*, on the group: estimate ⊟ truth = log(truth⁻¹ ∘
-//! estimate), the constant twist that leads from the true robot to the believed one,
-//! in the frame of the true one: first along, then across, then the heading. There
-//! the banana is close to a Gaussian again (A. Long, K. Wolfe, M. Mashner, G.
-//! Chirikjian, *The Banana Distribution is Gaussian*, 2012). At each sample the seeds
-//! have a mean of these (what is systematic) and a standard deviation (what is
-//! chance), and the standard deviation grows like a power of the distance driven from
-//! the start.
+//! White slip gives the heading a random walk: exponent 0.5, and in log coordinates the
+//! same along a straight track. Across it the heading error is summed once more: the
+//! variance is proportional to Σ (n − j)² ≈ n³/3, exponent 1.5.
 //!
-//! Which power can be worked out. Slip that is drawn anew in every tick gives
-//! the heading a random walk, whose standard deviation after n equal ticks is
-//! √n times that of one: **exponent 0.5**, and in log coordinates the same for the
-//! error along a straight track. Across a straight track the heading error is summed once
-//! more: tick j has n − j ticks ahead of it in which its turn is carried
-//! sideways, so the variance is proportional to Σ (n − j)² ≈ n³/3: **exponent
-//! 1.5**. A systematic error has no spread; where it grows, its *mean* does,
-//! with exponent 1 for a heading and 2 across. (Chapter 4 of the online
-//! *Probabilistic Robotics*, "Measuring the lab like an experimentalist", which
-//! measures 1.4 to 1.5 for both axes together.) Turns, walls and steering bend
-//! these laws; there the exponent describes and explains nothing.
-//!
-//! The line is fitted to the logarithms from [`FIT_FROM`] of the way on, where
-//! the sums above have become powers. Its points are no independent
-//! measurements: they are the same runs, farther on, and lie on a smooth curve
-//! whether or not it is the right one. So the exponent's standard error is not
-//! taken from how well the line fits but by the jackknife over groups of seeds
-//! (B. Efron, *The Jackknife, the Bootstrap and Other Resampling Plans*, 1982).
+//! The line is fitted to the logarithms from [`FIT_FROM`] of the way on. Its points are
+//! the same runs, farther on, and not independent. So the exponent's standard error is
+//! that of the jackknife over groups of seeds (B. Efron, *The Jackknife, the Bootstrap
+//! and Other Resampling Plans*, 1982).
 
 use std::collections::BTreeMap;
 
 use rusty_geometry::{SE2, trig};
 use serde::Serialize;
 
+use super::lines::in_order;
 use super::{Sample, Track};
-use crate::statistics::{Moments, PowerLaw};
+use rusty_metrics::{Moments, PowerLaw};
 
 /// The part of the way that is left out of the fit: one sixth, that is half a
 /// second of the three in the chapter's laboratory.
@@ -122,14 +101,8 @@ const HEADING: Which = |s| s.heading_rad.standard_deviation;
 /// in `tracks`. A track that lacks a sample is left out there.
 #[must_use]
 pub fn growth(tracks: &[Track]) -> Vec<Growth> {
-    let mut keys: Vec<(usize, &str)> = Vec::new();
-    for track in tracks {
-        let key = (track.cell, &*track.estimator);
-        if !keys.iter().rev().any(|k| *k == key) {
-            keys.push(key);
-        }
-    }
-    keys.into_iter()
+    in_order(tracks.iter().map(|track| (track.cell, &*track.estimator)))
+        .into_iter()
         .map(|(cell, estimator)| {
             let is_it = |t: &&Track| t.cell == cell && *t.estimator == *estimator;
             let own: Vec<&Track> = tracks.iter().filter(is_it).collect();

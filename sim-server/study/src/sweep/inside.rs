@@ -8,9 +8,10 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use rusty_contract::score::{Errors, Figures, PathLength};
+use rusty_contract::score::Figures;
 use rusty_contract::{Frame, Reply, RunDigest};
 use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta};
+use rusty_metrics::{Errors, PathLength};
 use rusty_sim::{Sim, StepOutcome};
 
 use super::error::SweepError;

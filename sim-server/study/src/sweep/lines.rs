@@ -1,4 +1,4 @@
-//! The columns that all tables for people begin with.
+//! The lines of tables for people: their keys, and the columns that all begin with.
 
 /// The columns that all tables for people begin with: setting and estimator.
 pub(super) struct Whose {
@@ -34,4 +34,16 @@ pub fn setting(parameters: &[(String, String)]) -> String {
     let words: Vec<String> =
         parameters.iter().map(|(key, value)| format!("{key}={value}")).collect();
     words.join(" ")
+}
+
+/// Each key once, in the order in which they first come.
+pub(super) fn in_order<K: PartialEq>(keys: impl Iterator<Item = K>) -> Vec<K> {
+    let mut found = Vec::new();
+    for key in keys {
+        // Rows come cell by cell: a known key is near the end.
+        if !found.iter().rev().any(|known| *known == key) {
+            found.push(key);
+        }
+    }
+    found
 }

@@ -15,7 +15,7 @@ use super::anees::Anees;
 use super::client_figures::ClientFigures;
 use super::lines::Whose;
 use super::{Row, Swept};
-use crate::statistics::{Moments, percentile};
+use rusty_metrics::{Moments, percentile};
 
 /// An estimator in a cell, over all its runs with clients.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -77,11 +77,11 @@ fn line(swept: &Swept, of: &Anees) -> Overview {
         clients.iter().map(|c| get(c)).filter(|v| v.is_finite()).collect()
     };
     let mean = |values: &[f64]| Moments::of(values).mean;
-    let at = |values: &[f64], p| percentile(values, p).unwrap_or(f64::NAN);
-    let median = |get| at(&finite(get), 0.5);
+    let at = |values: &mut [f64], p| percentile(values, p).unwrap_or(f64::NAN);
+    let median = |get| at(&mut finite(get), 0.5);
     let root = |values: Vec<f64>| mean(&values.iter().map(|v| v * v).collect::<Vec<f64>>()).sqrt();
     let ate: Vec<f64> = rows().map(|r| r.ate_rmse_m).filter(|v| v.is_finite()).collect();
-    let found = finite(|c| c.converged_after_s);
+    let mut found = finite(|c| c.converged_after_s);
     Overview {
         cell: of.cell,
         parameters: of.parameters.clone(),
@@ -94,8 +94,8 @@ fn line(swept: &Swept, of: &Anees) -> Overview {
         nees: of.time_mean,
         verdict: of.time_verdict,
         found: found.len(),
-        found_after_s: at(&found, 0.5),
-        found_after_p95_s: at(&found, 0.95),
+        found_after_s: at(&mut found, 0.5),
+        found_after_p95_s: at(&mut found, 0.95),
         then_position_rmse_m: root(finite(|c| c.found.position_rmse_m)),
         then_heading_rmse_rad: root(finite(|c| c.found.heading_rmse_rad)),
         kidnapped: clients.iter().map(|c| c.found.kidnapped).sum(),

@@ -2,18 +2,18 @@
 //!
 //! Noise is placed by (seed, source, tick, beam), so the runs of one seed in two
 //! cells meet the same noise, and what chance adds to one it adds to the other.
-//! The difference is then taken seed by seed; [`Pairs`] says how, and what is
+//! The difference is then taken seed by seed; [`Paired`] says how, and what is
 //! gained by it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fmt;
 
 use rusty_contract::score::{degrees, metres};
 use serde::Serialize;
 
-use super::lines::setting;
+use super::lines::{in_order, setting};
 use super::{Row, Swept};
-use crate::statistics::Pairs;
+use rusty_metrics::Paired;
 
 /// Probability of the intervals.
 const LEVEL: f64 = 0.95;
@@ -22,7 +22,7 @@ const SHOWN: usize = 8;
 
 /// A figure of one estimator in two cells, A and B.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Paired {
+pub struct CellPair {
     /// Name in the roster.
     pub estimator: String,
     /// Which figure, with its unit.
@@ -31,25 +31,9 @@ pub struct Paired {
     pub cells: [usize; 2],
     /// What is set in A, and in B.
     pub settings: [String; 2],
-    /// Seeds that have a figure in both.
-    pub pairs: usize,
-    /// Mean over those seeds in A, and in B.
-    pub means: [f64; 2],
-    /// B − A, mean over the seeds.
-    pub difference: f64,
-    /// Half the width of its 95 % interval, seed by seed; NaN with fewer than
-    /// two pairs.
-    pub paired_half_width: f64,
-    /// Half the width that two independent samples of this size and spread
-    /// would have (Welch); NaN with fewer than two pairs.
-    pub unpaired_half_width: f64,
-    /// (unpaired over paired half width)²: how many times as many runs the
-    /// unpaired comparison needs; infinite where the differences have no spread.
-    pub variance_reduction: f64,
-    /// Correlation of A and B over the seeds; NaN where one has no spread.
-    pub correlation: f64,
-    /// Seeds that are missing, or have no figure, in A; and in B.
-    pub missing: [Vec<u64>; 2],
+    /// The comparison; intervals are at 95 %.
+    #[serde(flatten)]
+    pub paired: Paired,
 }
 
 /// What is compared.
@@ -88,7 +72,7 @@ impl Figure {
 /// What `--ab` says: its two values are those of the field that changes fastest,
 /// so cells 0 and 1 differ in it alone, and 2 and 3, and so on.
 #[must_use]
-pub fn ab(swept: &Swept) -> Vec<Paired> {
+pub fn ab(swept: &Swept) -> Vec<CellPair> {
     let first = (0..swept.cells.len()).step_by(2).filter(|a| a + 1 < swept.cells.len());
     first.flat_map(|a| paired(&swept.rows, [a, a + 1])).collect()
 }
@@ -96,13 +80,9 @@ pub fn ab(swept: &Swept) -> Vec<Paired> {
 /// Both figures of every estimator, B less A, in the order in which estimators
 /// first come in `rows`.
 #[must_use]
-pub fn paired(rows: &[Row], cells: [usize; 2]) -> Vec<Paired> {
-    let mut names: Vec<&str> = Vec::new();
-    for row in rows.iter().filter(|r| cells.contains(&r.cell)) {
-        if !names.contains(&&*row.estimator) {
-            names.push(&row.estimator);
-        }
-    }
+pub fn paired(rows: &[Row], cells: [usize; 2]) -> Vec<CellPair> {
+    let own = rows.iter().filter(|r| cells.contains(&r.cell));
+    let names = in_order(own.map(|r| &*r.estimator));
     let figures = [Figure::FinalPositionErrorM, Figure::FinalHeadingErrorDeg];
     names
         .into_iter()
@@ -110,38 +90,22 @@ pub fn paired(rows: &[Row], cells: [usize; 2]) -> Vec<Paired> {
         .collect()
 }
 
-fn compare(rows: &[Row], cells: [usize; 2], estimator: &str, figure: Figure) -> Paired {
-    let own =
-        |cell: usize| rows.iter().filter(move |r| r.cell == cell && *r.estimator == *estimator);
-    let by_seed = cells.map(|cell| -> BTreeMap<u64, f64> {
-        let figures = own(cell).map(|r| (r.seed, figure.of(r)));
-        figures.filter(|(_, value)| value.is_finite()).collect()
-    });
-    let seeds = |cell: usize| own(cell).map(|r| r.seed);
-    let every: BTreeSet<u64> = cells.into_iter().flat_map(seeds).collect();
-    let missing = [0, 1]
-        .map(|i| every.iter().copied().filter(|seed| !by_seed[i].contains_key(seed)).collect());
-    let (a, b): (Vec<f64>, Vec<f64>) =
-        by_seed[0].iter().filter_map(|(seed, a)| Some((*a, *by_seed[1].get(seed)?))).unzip();
-    let pairs = Pairs::of(&a, &b, LEVEL);
-    Paired {
-        estimator: estimator.to_owned(),
-        figure,
-        cells,
-        settings: cells
-            .map(|cell| own(cell).next().map_or_else(String::new, |r| setting(&r.parameters))),
-        pairs: pairs.n,
-        means: pairs.means,
-        difference: pairs.difference,
-        paired_half_width: pairs.half_width,
-        unpaired_half_width: pairs.unpaired_half_width,
-        variance_reduction: pairs.variance_reduction,
-        correlation: pairs.correlation,
-        missing,
+fn compare(rows: &[Row], cells: [usize; 2], estimator: &str, figure: Figure) -> CellPair {
+    let own = |cell: usize| rows.iter().filter(move |r| r.cell == cell && r.estimator == estimator);
+    let mut figures: BTreeMap<u64, [Option<f64>; 2]> = BTreeMap::new();
+    for (side, cell) in cells.into_iter().enumerate() {
+        for row in own(cell) {
+            let value = figure.of(row);
+            figures.entry(row.seed).or_default()[side] = value.is_finite().then_some(value);
+        }
     }
+    let settings =
+        cells.map(|cell| own(cell).next().map_or_else(String::new, |r| setting(&r.parameters)));
+    let paired = Paired::of(&figures, LEVEL);
+    CellPair { estimator: estimator.to_owned(), figure, cells, settings, paired }
 }
 
-impl fmt::Display for Paired {
+impl fmt::Display for CellPair {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (what, unit) = self.figure.words();
         let number = |value: f64| self.figure.number(value);
@@ -149,20 +113,21 @@ impl fmt::Display for Paired {
             f,
             "{} {what}: A {} {unit}, B {} {unit}, over {} pairs of runs on the same seeds",
             self.estimator,
-            number(self.means[0]),
-            number(self.means[1]),
-            self.pairs
+            number(self.paired.means[0]),
+            number(self.paired.means[1]),
+            self.paired.pairs
         )?;
-        if self.pairs < 2 {
+        if self.paired.pairs < 2 {
             write!(f, "  one pair has no interval: sweep more seeds")?;
         } else {
             let [paired, unpaired] =
-                [self.paired_half_width, self.unpaired_half_width].map(|half| self.interval(half));
+                [self.paired.paired_half_width, self.paired.unpaired_half_width]
+                    .map(|half| self.interval(half));
             writeln!(f, "  B − A  paired    {paired}")?;
             writeln!(f, "         unpaired  {unpaired}")?;
             write!(f, "         {}", self.gain())?;
         }
-        for (name, missing) in ["A", "B"].iter().zip(&self.missing) {
+        for (name, missing) in ["A", "B"].iter().zip(&self.paired.missing) {
             if !missing.is_empty() {
                 write!(f, "\n  {name} lacks {}", listed(missing))?;
             }
@@ -171,27 +136,28 @@ impl fmt::Display for Paired {
     }
 }
 
-impl Paired {
+impl CellPair {
     fn interval(&self, half_width: f64) -> String {
         let unit = self.figure.words().1;
         let number = |value: f64| self.figure.number(value);
-        let (low, high) = (self.difference - half_width, self.difference + half_width);
+        let (low, high) =
+            (self.paired.difference - half_width, self.paired.difference + half_width);
         let verdict = if low <= 0.0 && high >= 0.0 { "  (no difference shown)" } else { "" };
         format!(
             "{:>9} {unit}, 95 % in [{}, {}]{verdict}",
-            number(self.difference),
+            number(self.paired.difference),
             number(low),
             number(high)
         )
     }
 
     fn gain(&self) -> String {
-        if self.variance_reduction.is_infinite() || self.variance_reduction.is_nan() {
+        if self.paired.variance_reduction.is_infinite() || self.paired.variance_reduction.is_nan() {
             return "the differences have no spread".to_owned();
         }
         format!(
             "the same noise for both saves {:.1}× the runs (correlation {:.3})",
-            self.variance_reduction, self.correlation
+            self.paired.variance_reduction, self.paired.correlation
         )
     }
 }

@@ -11,7 +11,7 @@ use super::anees::Anees;
 use super::error::SweepError;
 use super::growth::Growth;
 use super::overview::Overview;
-use super::paired::Paired;
+use super::paired::CellPair;
 use super::summary::SummaryRow;
 use super::{AneesText, Bands, GrowthText, OverviewText, Summary, Swept};
 use super::{ab, anees, drawing, growth, overview, summary};
@@ -28,7 +28,7 @@ pub struct Report {
     /// All of it that one asks for first, of runs with clients.
     pub overview: Vec<Overview>,
     /// Differences of two cells that share every seed, where asked for.
-    pub paired: Vec<Paired>,
+    pub paired: Vec<CellPair>,
 }
 
 impl Report {

@@ -12,8 +12,8 @@ use serde::Serialize;
 
 use super::Row;
 use super::band::{Band, bands};
-use super::lines::Whose;
-use crate::statistics::{Moments, percentile};
+use super::lines::{Whose, in_order};
+use rusty_metrics::{Moments, percentile};
 
 /// One line: an estimator in a cell, over all its runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -49,14 +49,7 @@ pub struct SummaryRow {
 /// which JSON writes as null).
 #[must_use]
 pub fn summary(rows: &[Row]) -> Vec<SummaryRow> {
-    let mut keys: Vec<(usize, &str)> = Vec::new();
-    for row in rows {
-        let key = (row.cell, &*row.estimator);
-        // A sweep's rows come cell by cell: its key is near the end, if at all.
-        if !keys.iter().rev().any(|k| *k == key) {
-            keys.push(key);
-        }
-    }
+    let keys = in_order(rows.iter().map(|row| (row.cell, &*row.estimator)));
     keys.into_iter().filter_map(|(cell, estimator)| line(rows, cell, estimator)).collect()
 }
 
@@ -65,7 +58,8 @@ fn line(rows: &[Row], cell: usize, estimator: &str) -> Option<SummaryRow> {
         rows.iter().filter(|r| r.cell == cell && *r.estimator == *estimator).collect();
     let scored =
         |r: &&&Row| r.final_position_error_m.is_finite() && r.final_heading_error_rad.is_finite();
-    let error_m: Vec<f64> = own.iter().filter(scored).map(|r| r.final_position_error_m).collect();
+    let mut error_m: Vec<f64> =
+        own.iter().filter(scored).map(|r| r.final_position_error_m).collect();
     let heading_deg: Vec<f64> =
         own.iter().filter(scored).map(|r| r.final_heading_error_rad.abs().to_degrees()).collect();
     let (position, heading) = (Moments::of(&error_m), Moments::of(&heading_deg));
@@ -77,8 +71,8 @@ fn line(rows: &[Row], cell: usize, estimator: &str) -> Option<SummaryRow> {
         without: own.len() - position.n,
         mean_m: position.mean,
         standard_error_m: position.standard_error(),
-        p95_m: percentile(&error_m, 0.95).unwrap_or(f64::NAN),
-        max_m: error_m.iter().copied().reduce(f64::max).unwrap_or(f64::NAN),
+        p95_m: percentile(&mut error_m, 0.95).unwrap_or(f64::NAN),
+        max_m: percentile(&mut error_m, 1.0).unwrap_or(f64::NAN),
         mean_heading_deg: heading.mean,
         standard_error_heading_deg: heading.standard_error(),
         bands: bands(&own),

@@ -31,7 +31,7 @@ use serde::Serialize;
 use super::factors::Factors;
 use super::lap::{Return, Way};
 use super::model::returned_m;
-use crate::statistics::Moments;
+use rusty_metrics::Moments;
 
 /// Steps of Gauss and Newton; three are enough for errors of some percent.
 const STEPS: usize = 30;

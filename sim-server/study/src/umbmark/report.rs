@@ -108,7 +108,7 @@ const WHEELBASE: fn(&Factors) -> f64 = |f| f.wheelbase;
 const DIAMETERS: fn(&Factors) -> f64 = |f| f.diameters;
 
 fn line(centre: &Centre) -> String {
-    let part = |m: &crate::statistics::Moments| {
+    let part = |m: &rusty_metrics::Moments| {
         format!("{:>8} ± {} m", metres(m.mean), metres(m.standard_error()))
     };
     let (x, y) = (part(&centre.x_m), part(&centre.y_m));

@@ -3,7 +3,7 @@
 use rusty_contract::RunConfig;
 
 use super::*;
-use crate::statistics::Moments;
+use rusty_metrics::Moments;
 
 const SQUARE: Square = Square { side_m: 4.0, speed_m_s: 0.5, turn_rad_s: 1.0 };
 

@@ -8,7 +8,7 @@ use super::contents::Run;
 use super::error::VersusError;
 use super::metric::Metric;
 use super::side::{Side, shared_settings};
-use crate::statistics::Pairs;
+use rusty_metrics::Paired;
 
 /// What comparing A with B came to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -56,14 +56,9 @@ pub struct Outcome {
     pub metric: Metric,
     /// Its unit.
     pub unit: &'static str,
-    /// Seeds with a figure of both.
-    pub pairs: usize,
-    /// Seeds without a figure of A; of B.
-    pub missing: [Vec<u64>; 2],
-    /// Mean of A, and of B, over the pairs.
-    pub means: [f64; 2],
-    /// B − A, mean over the pairs.
-    pub difference: f64,
+    /// B − A over the seeds that both have.
+    #[serde(flatten)]
+    pub paired: Paired,
     /// Interval of the mean difference (Student's t); null with one pair.
     pub interval: [f64; 2],
     /// The difference in per cent of A's mean.
@@ -77,10 +72,6 @@ pub struct Outcome {
     pub one_sided: [u64; 2],
     /// Probability of wins as uneven if neither is better (sign test, exact).
     pub sign_p: f64,
-    /// How many times as many runs it would have taken without the pairing.
-    pub variance_reduction: f64,
-    /// Correlation of A and B over the seeds.
-    pub correlation: f64,
     /// Who is better, if the interval does not hold 0.
     pub better: Option<Better>,
     /// All of it in a sentence.
@@ -119,7 +110,11 @@ pub fn versus(
         let (a, b) = (a.contents.path.clone(), b.contents.path.clone());
         return Err(VersusError::NoPair { a, b });
     }
-    if contests.iter().flat_map(|c| &c.outcomes).all(|o| o.pairs < 2 && o.one_sided == [0, 0]) {
+    if contests
+        .iter()
+        .flat_map(|c| &c.outcomes)
+        .all(|o| o.paired.pairs < 2 && o.one_sided == [0, 0])
+    {
         let words: Vec<String> = metrics.iter().map(|m| m.word()).collect();
         return Err(VersusError::OnePair { metrics: words.join(", ") });
     }
@@ -217,24 +212,19 @@ impl<'c> Met<'c> {
     }
 
     fn outcome(&self, metric: Metric, level: f64, names: [&str; 2]) -> Outcome {
-        let of = |side: usize, runs: &[&Run; 2]| figure(runs[side], metric);
-        let lack = |side: usize| {
-            let lacking = self.pairs.iter().filter(|(_, runs)| of(side, runs).is_none());
-            lacking.map(|(seed, _)| *seed).collect()
-        };
-        let both = self.pairs.iter().filter_map(|(_, runs)| Some((of(0, runs)?, of(1, runs)?)));
-        let (a, b): (Vec<f64>, Vec<f64>) = both.unzip();
-        let mut pairs = Pairs::of(&a, &b, level);
+        let of = |(seed, runs): &(u64, [&Run; 2])| (*seed, runs.map(|run| figure(run, metric)));
+        let mut paired = Paired::of(&self.pairs.iter().map(of).collect(), level);
         let one_sided = self.one_sided(metric);
-        pairs.signs.above += one_sided[0];
-        pairs.signs.below += one_sided[1];
-        let interval = [pairs.difference - pairs.half_width, pairs.difference + pairs.half_width];
-        let sign_p = pairs.signs.p_value();
+        let signs = &mut paired.signs;
+        signs.above += one_sided[0];
+        signs.below += one_sided[1];
+        // A has less where B − A is above zero.
+        let (wins, ties, sign_p) = ([signs.above, signs.below], signs.ties, signs.p_value());
+        let interval = paired.interval();
         let better = match interval {
             // The mean is over those alone that came to it.
             _ if one_sided != [0, 0] => {
-                let likely =
-                    if pairs.signs.above > pairs.signs.below { Better::A } else { Better::B };
+                let likely = if wins[0] > wins[1] { Better::A } else { Better::B };
                 (sign_p < 1.0 - level).then_some(likely)
             }
             [_, high] if high < 0.0 => Some(Better::B),
@@ -244,21 +234,15 @@ impl<'c> Met<'c> {
         let mut outcome = Outcome {
             metric,
             unit: metric.unit(),
-            pairs: pairs.n,
-            missing: [lack(0), lack(1)],
-            means: pairs.means,
-            difference: pairs.difference,
             interval,
-            effect_percent: 100.0 * pairs.difference / pairs.means[0],
-            // A has less where B − A is above zero.
-            wins: [pairs.signs.above, pairs.signs.below],
-            ties: pairs.signs.ties,
+            effect_percent: 100.0 * paired.difference / paired.means[0],
+            wins,
+            ties,
             one_sided,
             sign_p,
-            variance_reduction: pairs.variance_reduction,
-            correlation: pairs.correlation,
             better,
             verdict: String::new(),
+            paired,
         };
         outcome.verdict = outcome.sentence(names, level);
         outcome

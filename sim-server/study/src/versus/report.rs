@@ -15,12 +15,12 @@ impl Outcome {
             return self.one_sided_sentence(names, level);
         }
         let broken = self.interval.iter().any(|bound| !bound.is_finite());
-        if self.pairs < 2 || broken {
-            let pairs = self.pairs;
+        if self.paired.pairs < 2 || broken {
+            let pairs = self.paired.pairs;
             return format!("{what}: nothing can be said of {pairs} pairs with a figure of both");
         }
         if self.wins == [0, 0] {
-            return format!("{what}: equal to the bit in all {} seeds", self.pairs);
+            return format!("{what}: equal to the bit in all {} seeds", self.paired.pairs);
         }
         let decided = self.decided();
         let [low, high] = self.interval.map(number);
@@ -29,7 +29,7 @@ impl Outcome {
         let many = if self.wins[1] >= self.wins[0] { Better::B } else { Better::A };
         let unlikely = self.sign_p < 1.0 - level;
         let Some(better) = self.better else {
-            let with_the_mean = (self.difference < 0.0) == (many == Better::B);
+            let with_the_mean = (self.paired.difference < 0.0) == (many == Better::B);
             let but = match (unlikely, with_the_mean) {
                 (false, _) => "",
                 (true, true) => "; better in most seeds, but by amounts too unlike for the mean",
@@ -40,7 +40,7 @@ impl Outcome {
             return format!(
                 "{what}: no difference shown: {} with {}{unit}, {interval}; {}{but}",
                 names[1],
-                signed(self.difference, &number),
+                signed(self.paired.difference, &number),
                 wins(many)
             );
         };
@@ -60,7 +60,7 @@ impl Outcome {
         };
         format!(
             "{what}: {winner} is better: {subject} {}{unit} {word} ({}), {interval}; {}{but}",
-            number(self.difference.abs()),
+            number(self.paired.difference.abs()),
             percent(self.effect_percent),
             wins(better)
         )
@@ -86,7 +86,7 @@ impl Outcome {
     /// Where it did not happen in all runs, the signs decide: a mean would be over
     /// those alone in which it did.
     fn one_sided_sentence(&self, names: [&str; 2], level: f64) -> String {
-        let ([only_a, only_b], [a, b], pairs) = (self.one_sided, names, self.pairs);
+        let ([only_a, only_b], [a, b], pairs) = (self.one_sided, names, self.paired.pairs);
         let many = if self.wins[1] > self.wins[0] { Better::B } else { Better::A };
         let verdict = match self.better {
             Some(Better::A) => format!("{a} is better"),
@@ -156,8 +156,8 @@ impl Contest {
                 true => format!("{}{}", o.metric.shown(value), o.metric.shown_unit()),
                 false => "–".to_owned(),
             };
-            let [a, b] = o.means.map(number);
-            let saved = match o.variance_reduction {
+            let [a, b] = o.paired.means.map(number);
+            let saved = match o.paired.variance_reduction {
                 factor if factor > 1000.0 && factor.is_finite() => ">1000×".to_owned(),
                 factor if factor.is_finite() => format!("{factor:.1}×"),
                 _ => "–".to_owned(),
@@ -166,9 +166,9 @@ impl Contest {
                 f,
                 "\n{:width$}  {a:>10}  {b:>10}  {:>10}  {:>10}  {:>5}  {saved:>10}",
                 o.metric.words(),
-                number(o.difference),
+                number(o.paired.difference),
                 format!("{}:{}", o.wins[0], o.wins[1]),
-                o.pairs
+                o.paired.pairs
             )?;
         }
         Ok(())
@@ -185,7 +185,7 @@ impl Contest {
             write!(f, "\nleft out, one of the two ended earlier: {}", listed(&self.cut_short))?;
         }
         for outcome in &self.outcomes {
-            for (seeds, name) in outcome.missing.iter().zip(names) {
+            for (seeds, name) in outcome.paired.missing.iter().zip(names) {
                 if !seeds.is_empty() {
                     let (what, count) = (outcome.metric.words(), seeds.len());
                     write!(f, "\n{name} has no {what} in {count} runs: {}", listed(seeds))?;

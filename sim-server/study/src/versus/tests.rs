@@ -52,14 +52,14 @@ fn ate(table: &Contents) -> contest::Outcome {
 #[test]
 fn who_is_better_and_by_how_much() {
     let found = ate(&two(100, 0.02));
-    assert_eq!((found.pairs, found.better), (100, Some(Better::B)));
-    assert!((found.difference + 0.02).abs() < 0.002, "{found:?}");
+    assert_eq!((found.paired.pairs, found.better), (100, Some(Better::B)));
+    assert!((found.paired.difference + 0.02).abs() < 0.002, "{found:?}");
     let [low, high] = found.interval;
     assert!(low < -0.02 && -0.02 < high && high - low < 0.003, "{found:?}");
     assert!(found.wins[1] > 95 && found.sign_p < 1e-20, "{found:?}");
     assert!((found.effect_percent + 4.0).abs() < 0.5, "{}", found.effect_percent);
     // Spreads of 0.1 against 0.005: some hundreds of times the runs.
-    assert!(found.variance_reduction > 100.0 && found.correlation > 0.99);
+    assert!(found.paired.variance_reduction > 100.0 && found.paired.correlation > 0.99);
     let text = &found.verdict;
     assert!(text.starts_with("ATE rmse: new is better: it has 0.0"), "{text}");
     assert!(text.contains(" m less (-3.9 %)") && text.contains("95 % in [-0.0"), "{text}");
@@ -139,7 +139,7 @@ fn who_never_converges_loses_to_who_does() {
     assert_eq!((few.better, few.wins, few.one_sided), (Some(Better::A), [16, 4], [16, 0]));
     assert!(few.verdict.starts_with("convergence time: sound is better: sound wins 16 of 20"));
     let never = timed(|_| false);
-    assert_eq!((never.better, never.pairs), (Some(Better::A), 0), "{never:?}");
+    assert_eq!((never.better, never.paired.pairs), (Some(Better::A), 0), "{never:?}");
     let half = timed(|seed| seed < 10);
     assert_eq!((half.better, half.wins), (None, [10, 10]));
     assert!(half.verdict.contains("no difference shown at 95 %"), "{}", half.verdict);
@@ -182,13 +182,16 @@ fn figures_that_are_missing_are_counted_and_named() {
     let found = versus(both, &Metric::USUAL, false, 0.95).unwrap();
     let contest = &found.settings[0];
     assert_eq!((contest.seeds, &contest.alone), (19, &[vec![], vec![0]]));
-    assert_eq!((contest.outcomes[0].pairs, &contest.outcomes[0].missing), (18, &[vec![], vec![3]]));
+    assert_eq!(
+        (contest.outcomes[0].paired.pairs, &contest.outcomes[0].paired.missing),
+        (18, &[vec![], vec![3]])
+    );
     let text = found.to_string();
     assert!(text.contains("A lacks seed 0"), "{text}");
     assert!(text.contains("new has no ATE rmse in 1 runs: seed 3"), "{text}");
     // Asked for by name, a metric without a figure is not left out.
     let asked = versus(both, &[Metric::Ate, Metric::Nees], true, 0.95).unwrap();
-    assert_eq!(asked.settings[0].outcomes[1].pairs, 0);
+    assert_eq!(asked.settings[0].outcomes[1].paired.pairs, 0);
     assert!(asked.remarks.iter().any(|r| r.contains("no independent tests")), "{asked:?}");
 }
 

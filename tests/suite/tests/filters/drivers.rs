@@ -7,7 +7,7 @@ use rusty_contract::{Frame, Scenario, Start, config::ScriptConfig};
 use rusty_filters::slam::{Slam, SlamOptions};
 use rusty_filters::{Cell, OccupancyMap, explore, goto, wander};
 use rusty_geometry::{Twist, apartment};
-use rusty_scorer::scoring::Held;
+use rusty_metrics::Held;
 use rusty_sim::{Sim, StepOutcome};
 use rusty_tests::*;
 

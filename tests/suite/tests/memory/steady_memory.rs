@@ -6,8 +6,8 @@ use rusty_clients::{ClientArgs, ClientError, Witness};
 use rusty_contract::log::LogHeader;
 use rusty_contract::{Brief, Estimate, Frame, Participant, Role, RunDigest, Start};
 use rusty_logger::Logger;
+use rusty_metrics::Yardstick;
 use rusty_scorer::scorer::Scorer;
-use rusty_scorer::scoring::Yardstick;
 use rusty_tests::fuzz::memory::measured;
 use rusty_tests::*;
 

@@ -17,7 +17,7 @@ use rusty_plot::{Anchor, Axes, Canvas, PlotError, Px, Rect, Step, paint, polylin
 use super::super::lines::setting;
 use super::super::{Cell, Sample, Swept, Track};
 use super::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH, draw_title, seeds_of, shortened};
-use crate::statistics::Moments;
+use rusty_metrics::Moments;
 
 /// Most panels; the rest of the cells is left out, and the page says so.
 const MOST_PANELS: usize = 6;

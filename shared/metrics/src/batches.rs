@@ -1,26 +1,13 @@
-//! How many independent numbers a row of dependent ones is worth, in memory of a
-//! fixed size.
+//! The number of independent samples that a row of dependent ones is worth, in memory
+//! of a fixed size: batch means with a correction for the correlation of neighbouring
+//! means. docs/metrics.md has the sources and a table of how often verdicts are right.
 //!
-//! Source: the method of batch means: A. M. Law and W. D. Kelton, *Simulation
-//! Modeling and Analysis* (3rd ed., 2000), §9.5.3; J. M. Flegal and G. L. Jones,
-//! *Batch means and spectral variance estimators in Markov chain Monte Carlo*,
-//! Annals of Statistics 38 (2010). The row is cut into batches of equal length
-//! b. If the batches' means scatter with variance S² and the numbers with s²,
-//! then b S²/s² numbers are worth an independent one.
-//!
-//! Departures: batches are not √n but n/64 to n/32 long, because so many means
-//! are kept: 64 of them, and when there are more, neighbours become one. And
-//! where errors drag on for longer than a batch, its neighbours are alike, and
-//! batch means alone would find far too many independent ones (with errors that
-//! forget in a hundred ticks, a run of 1500 ticks is called inconsistent in three
-//! cases of ten instead of one of twenty). So the means are taken for an
-//! autoregressive row of first order, and the count is divided by
-//! (1 + ρ)/(1 − ρ); ρ is the correlation of neighbours, with its bias for
-//! short rows undone to first order (F. H. C. Marriott and J. A. Pope, *Bias in
-//! the estimation of autocorrelations*, Biometrika 41 (1954)), and 0 where it is
-//! found negative.
+//! The row is cut into batches of equal length b. If the batches' means scatter with
+//! variance S² and the numbers with s², then b S²/s² numbers are worth an independent
+//! one. Departures: batches are n/64 to n/32 long, not √n; and the count is divided by
+//! (1 + ρ)/(1 − ρ), with ρ the correlation of neighbouring means, at least 0.
 
-use super::statistics::Moments;
+use super::moments::Running;
 
 const MOST: usize = 64;
 /// Of fewer numbers nobody can tell how they depend on each other.
@@ -28,8 +15,8 @@ const FEWEST: u64 = 16;
 
 /// A row of numbers, in batches.
 #[derive(Clone, Debug)]
-pub(super) struct Batches {
-    all: Moments,
+pub struct Batches {
+    all: Running,
     /// Sums of the batches that are full.
     sums: [f64; MOST],
     full: usize,
@@ -42,12 +29,13 @@ pub(super) struct Batches {
 
 impl Default for Batches {
     fn default() -> Self {
-        let all = Moments::default();
+        let all = Running::default();
         Self { all, sums: [0.0; MOST], full: 0, length: 1, sum: 0.0, count: 0 }
     }
 }
 
 impl Batches {
+    /// Takes the next number.
     pub fn push(&mut self, value: f64) {
         self.all.push(value);
         if self.full == MOST {
@@ -68,12 +56,13 @@ impl Batches {
 
     /// As many independent numbers would have as uncertain a mean: between 1 and
     /// their count. Fewer than 16 count as one.
+    #[must_use]
     pub fn effective(&self) -> f64 {
         let count = self.all.count() as f64;
         if self.all.count() < FEWEST {
             return count.min(1.0);
         }
-        let mut means = Moments::default();
+        let mut means = Running::default();
         self.means().for_each(|mean| means.push(mean));
         let batches = self.full as f64;
         let spread = means.variance() * batches / (batches - 1.0);

@@ -1,12 +1,9 @@
 //! The normalised estimation error squared (NEES) of a pose.
 //!
-//! Here and not with the scorer, because whoever looks at many runs at once must
-//! come to the same bits.
-//!
 //! Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications
 //! to Tracking and Navigation* (Wiley, 2001), §5.4.2. Departure: the error is
 //! taken on the group, in the tangent space at the estimate, where
-//! [`Estimate::covariance`](crate::Estimate::covariance) is defined: no angle
+//! [`Estimate::covariance`](rusty_contract::Estimate::covariance) is defined: no angle
 //! jumps at ±π.
 
 use nalgebra::{Matrix3, Vector3};

@@ -1,6 +1,7 @@
 //! The trap at ±π, covariances that are none, and how often a verdict is right.
 
 use super::*;
+use crate::nees;
 use core::f64::consts::PI;
 
 use nalgebra::Vector3;

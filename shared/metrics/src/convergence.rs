@@ -1,22 +1,5 @@
-//! When an estimator has found the robot, and found it again after it was
-//! carried away: as the ticks go by.
-//!
-//! A *hold* is a row of scored ticks that are all [`Within`], from the first of
-//! which to the last at least `hold_s` pass.
-//!
-//! * A tick that is scored and not within ends the row.
-//! * A tick without a truth says nothing and is passed over; so is one without
-//!   an estimate, but whoever gives none for longer than `hold_s` while there is
-//!   a truth to compare with begins a new row.
-//! * A kidnapping ends the row, and what was found is lost. So does the end of
-//!   the run: a row that had no time to become a hold is none.
-//! * Only a kidnapping ends convergence. An estimator that goes astray after it
-//!   has converged has the errors of that in its rmse.
-//!
-//! Times count from the beginning of the run (of a recording: the stamp of its
-//! first tick), or of the tick at whose start the
-//! robot was put elsewhere, to the end of the first tick of the hold. No
-//! textbook has *the* definition; the thresholds are part of the document.
+//! When an estimator has found the robot, and found it again after a kidnapping, as the
+//! ticks go by. docs/metrics.md defines a hold and what ends it.
 
 use rusty_contract::score::{Convergence, Recovery, Within};
 
@@ -28,7 +11,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// The search of one estimator for the robot.
 #[derive(Clone, Debug)]
-pub(super) struct Search {
+pub struct Search {
     within: Within,
     /// When the run began, s; not known before the first tick where that is what
     /// it began with.
@@ -73,6 +56,7 @@ impl Squares {
 impl Search {
     /// Before the first tick of a run that began at `began_s`; `None`: with its
     /// first tick.
+    #[must_use]
     pub fn new(within: Within, kidnapped_at: &[u64], began_s: Option<f64>) -> Self {
         let mut kidnapped_at = kidnapped_at.to_vec();
         kidnapped_at.sort_unstable();
@@ -149,7 +133,14 @@ impl Search {
         self.since.add(row.squares);
     }
 
+    /// Whether the robot was carried away.
+    #[must_use]
+    pub fn is_kidnapped(&self) -> bool {
+        !self.recoveries.is_empty()
+    }
+
     /// What came of it; `None` without a scored tick.
+    #[must_use]
     pub fn convergence(&self) -> Option<Convergence> {
         let Squares { count, position_m2, heading_rad2 } = self.since;
         let rmse = |sum: f64| (count > 0).then(|| (sum / count as f64).sqrt());

@@ -1,10 +1,7 @@
-//! How far the estimates are from the truth.
+//! [`Meter`]: all figures of a run.
 //!
-//! A [`Meter`] sees the ticks of a run one by one and keeps sums: it takes the
-//! same memory for any number of them, but for percentiles and medians
-//! ([`quantile`](rusty_contract::score::quantile) says how those are kept). What
-//! is measured lies in files of its own: `trajectory` (ATE and RPE), `alignment`,
-//! `consistency` (NEES and NIS, with `batches`), `convergence`, `compute`.
+//! It sees the ticks one by one and keeps sums: it takes the same memory for any
+//! number of them, but for percentiles and medians ([`Quantiles`](super::Quantiles)).
 //!
 //! Source: M. Grupp, *evo* (Python package, 1.38.1), and those that the other
 //! files name; docs/metrics.md explains each figure.
@@ -14,47 +11,38 @@
 //! Everything else (a recording's ticks between two scans, say) is passed over,
 //! and a pair of the relative error is two scored ticks with none between.
 
-use rusty_contract::score::{Alignment, Errors, PathLength, Score};
+use rusty_contract::score::{AbsoluteErrors, Alignment, Score, Told, Within};
 use rusty_contract::{Estimate, Innovation};
 use rusty_geometry::SE2;
 
 use super::alignment::aligned_errors;
 use super::compute::Times;
-use super::consistency::{Samples, nees};
+use super::consistency::Samples;
 use super::convergence::Search;
+use super::errors::Errors;
+use super::nees::nees;
+use super::path::PathLength;
 use super::scored::Scored;
-use super::trace::RunTrace;
-use super::trajectory::{Absolute, METRE, Relative};
-use super::yardstick::Yardstick;
-use rusty_clients::witness::Delay;
+use super::trajectory::{FromOrigin, METRE, Relative};
 
 /// The shortest way of which an error can be a share, m: that of a step of the
 /// relative error. Of less, rounding and the first error make any percentage.
 const LEAST_DRIVEN_M: f64 = METRE;
 
-/// One score per estimator, in roster order. A figure is `None` where nothing
-/// was scored that it could be made of: all of them without a scored tick, the
-/// relative ones with a single one, the drift where it is not one of driving.
-/// A trace knows no innovations and durations, nor the covariances of all ticks,
-/// so what is made of those is `None`, too.
-#[must_use]
-pub fn score(trace: &RunTrace) -> Vec<Score> {
-    let planned = Planned {
-        ticks: trace.ticks() as u64,
-        start: trace.start,
-        kidnapped_at: trace.kidnapped_at.clone(),
-        // What has no seed has stamps of its own.
-        began_s: trace.seed.map(|_| 0.0),
-    };
-    let mut meter = Meter::new(&trace.names, &planned, Yardstick::default());
-    for tick in 0..trace.ticks() {
-        let given =
-            |i| Given { estimate: trace.estimate(i, tick).map(Into::into), ..Given::default() };
-        let moment =
-            Moment { tick: tick as u64, time_s: trace.time_s[tick], truth: trace.true_pose(tick) };
-        meter.push(&moment, (0..trace.names.len()).map(given));
+/// What counts as consistent, and what as found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Yardstick {
+    /// A right filter is called consistent with this probability, 0 to 1.
+    pub level: f64,
+    /// How near for how long counts as found.
+    pub within: Within,
+}
+
+impl Default for Yardstick {
+    /// 95 %; a quarter of a metre and 10° for a second.
+    fn default() -> Self {
+        Self { level: 0.95, within: Within::default() }
     }
-    meter.scores(trace)
 }
 
 /// What is known of a run before its first tick.
@@ -89,8 +77,8 @@ pub struct Given {
     /// The innovation in the answer to this tick: what a filter saw is counted
     /// when it says so, once, however late its estimate takes effect.
     pub innovation: Option<Innovation>,
-    /// How long the answer to this tick took.
-    pub delay: Option<Delay>,
+    /// Compute time of the answer to this tick, as reported and as observed, ns.
+    pub times_ns: Option<[u64; 2]>,
 }
 
 /// What is measured of a run, tick by tick.
@@ -109,11 +97,8 @@ struct Sums {
     /// Ticks with an estimate.
     given: u64,
     errors: Errors,
-    absolute: Absolute,
+    from_origin: FromOrigin,
     relative: Relative,
-    pairs: u64,
-    relative_m2: f64,
-    relative_deg2: f64,
     nees: Samples,
     nis: Samples,
     search: Search,
@@ -130,11 +115,8 @@ impl Meter {
             name: name.clone(),
             given: 0,
             errors: Errors::expecting(ticks),
-            absolute: Absolute::expecting(ticks),
+            from_origin: FromOrigin::expecting(ticks),
             relative: Relative::expecting(ticks),
-            pairs: 0,
-            relative_m2: 0.0,
-            relative_deg2: 0.0,
             nees: Samples::of_errors(yardstick.level),
             nis: Samples::of_innovations(yardstick.level),
             search: Search::new(yardstick.within, &planned.kidnapped_at, planned.began_s),
@@ -173,27 +155,30 @@ impl Meter {
         self.ticks_with_truth
     }
 
-    /// Distance truly driven, m; see [`distance_driven_m`](super::trace::distance_driven_m).
+    /// Distance truly driven, m.
     #[must_use]
     pub fn driven_m(&self) -> f64 {
         self.driven.metres()
     }
 
-    /// One score per estimator, in the order of the names; see [`score()`].
-    /// `kept` are the ticks that are left for what needs all of them at once,
-    /// which is laying an estimate over the truth.
+    /// One score per estimator, in the order of the names, with what each was told. A
+    /// figure is `None` where no scored tick has it: all of them without a scored tick,
+    /// the relative ones with a single one, the drift where the error is not one of
+    /// driving. `kept` returns the scored ticks of an estimator that are left for the
+    /// alignment, which needs all of them at once.
     #[must_use]
-    pub fn scores(&mut self, kept: &RunTrace) -> Vec<Score> {
+    pub fn scores(&mut self, told: &[Told], kept: impl Fn(usize) -> Vec<Scored>) -> Vec<Score> {
         let (ticks, driven_m) = (self.ticks, self.driven.metres());
-        let kidnapped = kept.kidnapped_at.iter().any(|tick| *tick < ticks);
         let score = |(i, sums): (usize, &mut Sums)| {
             let mut score = sums.score(ticks, driven_m);
-            score.told = kept.told.get(i).copied().unwrap_or_default();
+            score.told = told.get(i).copied().unwrap_or_default();
             score.alignment = score.told.alignment();
-            if let Some((errors, figures)) = aligned_errors(kept, i) {
-                (score.ate.se2, score.aligned) = (Some(errors), figures);
+            if let Some(mut aligned) = aligned_errors(&kept(i))
+                && let Some(errors) = aligned.pose_errors()
+            {
+                (score.ate.se2, score.aligned) = (Some(errors), aligned.figures());
             }
-            let by_driving = score.alignment == Alignment::None && !kidnapped;
+            let by_driving = score.alignment == Alignment::None && !sums.search.is_kidnapped();
             score.drift_percent = score
                 .final_position_error_m
                 .filter(|_| by_driving && driven_m >= LEAST_DRIVEN_M)
@@ -210,9 +195,7 @@ impl Sums {
         if let Some(Innovation { nis, degrees }) = given.innovation {
             self.nis.push(Some(nis), degrees);
         }
-        if let Some(delay) = given.delay {
-            self.times.push(delay);
-        }
+        given.times_ns.into_iter().for_each(|times_ns| self.times.push(times_ns));
         let estimate = given.estimate.filter(|e| e.pose_in_world.is_finite());
         self.given += u64::from(estimate.is_some());
         let (truth, estimate) = match (moment.truth, estimate) {
@@ -221,26 +204,23 @@ impl Sums {
             (None, _) => return,
         };
         let pose = estimate.pose_in_world;
-        self.score_tick(&Scored { tick: moment.tick as usize, truth, estimate: pose });
+        let scored = Scored { tick: moment.tick as usize, truth, estimate: pose };
+        self.errors.push(&pose, &truth);
+        self.search.push(&scored);
+        self.from_origin.push(&scored);
+        self.relative.push(&scored);
         if let Some(covariance) = &estimate.covariance {
             self.nees.push(nees(&truth, &pose, covariance), 3);
         }
     }
 
-    fn score_tick(&mut self, scored: &Scored) {
-        self.errors.push(&scored.estimate, &scored.truth);
-        self.search.push(scored);
-        self.absolute.push(scored);
-        if let Some((error_m, error_rad)) = self.relative.push(scored) {
-            let error_deg = error_rad.to_degrees();
-            self.pairs += 1;
-            self.relative_m2 += error_m * error_m;
-            self.relative_deg2 += error_deg * error_deg;
-        }
-    }
-
     fn score(&mut self, ticks: u64, driven_m: f64) -> Score {
-        let figures = self.errors.figures();
+        let (figures, rpe) = (self.errors.figures(), self.relative.errors());
+        let ate = AbsoluteErrors {
+            none: self.errors.pose_errors(),
+            origin: self.from_origin.errors(),
+            se2: None,
+        };
         Score {
             name: self.name.clone(),
             scored_ticks: self.errors.ticks(),
@@ -254,11 +234,11 @@ impl Sums {
             rmse_heading_error_rad: figures.rmse_heading_error_rad,
             max_heading_error_rad: figures.max_heading_error_rad,
             ate_rmse_m: figures.ate_rmse_m,
-            rpe_rmse_m: root_mean(self.relative_m2, self.pairs),
-            rpe_rmse_deg: root_mean(self.relative_deg2, self.pairs),
+            rpe_rmse_m: rpe.per_tick.map(|e| e.translation_m.rmse),
+            rpe_rmse_deg: rpe.per_tick.map(|e| e.rotation_rad.rmse.to_degrees()),
             distance_m: driven_m,
-            ate: self.absolute.errors(&mut self.errors),
-            rpe: self.relative.errors(),
+            ate,
+            rpe,
             nees: self.nees.consistency(),
             nis: self.nis.consistency(),
             convergence: self.search.convergence(),
@@ -267,15 +247,3 @@ impl Sums {
         }
     }
 }
-
-fn root_mean(sum: f64, count: u64) -> Option<f64> {
-    (count > 0).then(|| (sum / count as f64).sqrt())
-}
-
-#[cfg(test)]
-#[path = "metrics_tests.rs"]
-mod tests;
-
-#[cfg(test)]
-#[path = "evo_tests.rs"]
-mod evo_tests;

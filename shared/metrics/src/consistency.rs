@@ -1,30 +1,15 @@
-//! Whether errors are as large as an estimator says they are.
-//!
-//! Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications
-//! to Tracking and Navigation* (Wiley, 2001), §5.4: the normalised estimation
-//! error squared (NEES), ε = τᵀ P⁻¹ τ, and the normalised innovation squared
-//! (NIS) are χ² if error and covariance, innovation and its covariance, belong
-//! together; so the mean of n independent ones with d degrees each is χ² with
-//! n·d degrees, over n.
-//!
-//! Departures: the error is not a difference of numbers but τ = truth ⊟
-//! estimate, in the tangent space at the estimate, where
-//! [`Estimate::covariance`](rusty_contract::Estimate::covariance) is defined: no
-//! angle jumps at ±π, and a covariance that lies along the robot's heading stays
-//! with it. The book averages over runs; one run's errors depend on each other,
-//! so here n is what [`Batches`] say they are worth. Innovations of a filter
-//! that is right are independent, and all of them count.
+//! Whether errors are as large as an estimator reports: mean NEES and NIS with their
+//! intervals. docs/metrics.md has source, departures and limits.
 
-use rusty_contract::score::chi_square::{band, cdf};
-use rusty_contract::score::nees::GREATEST;
-pub(super) use rusty_contract::score::nees::nees;
 use rusty_contract::score::{Consistency, Verdict};
 
 use super::batches::Batches;
+use super::chi_square::{cdf, mean_interval};
+use super::nees::GREATEST;
 
 /// Normalised squares of one run.
 #[derive(Clone, Debug)]
-pub(super) struct Samples {
+pub struct Samples {
     level: f64,
     /// How the samples depend on each other; `None`: not at all.
     batches: Option<Batches>,
@@ -39,11 +24,13 @@ pub(super) struct Samples {
 
 impl Samples {
     /// Of errors, which drag on from tick to tick.
+    #[must_use]
     pub fn of_errors(level: f64) -> Self {
         Self { batches: Some(Batches::default()), ..Self::of_innovations(level) }
     }
 
     /// Of innovations, each of which is new.
+    #[must_use]
     pub fn of_innovations(level: f64) -> Self {
         Self {
             level,
@@ -78,6 +65,7 @@ impl Samples {
     }
 
     /// What they say; `None` where there is no sample.
+    #[must_use]
     pub fn consistency(&self) -> Option<Consistency> {
         let count = self.count as f64;
         let effective = self.batches.as_ref().map_or(count, Batches::effective);
@@ -85,8 +73,7 @@ impl Samples {
         if self.count == 0 || !mean.is_finite() {
             return None;
         }
-        let band = band(self.level, self.degrees / count * effective);
-        let interval = band.map(|sum| sum / effective);
+        let interval = mean_interval(effective, self.degrees / count, self.level);
         Some(Consistency {
             samples: self.count,
             unusable: self.unusable,

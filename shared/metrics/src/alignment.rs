@@ -1,40 +1,25 @@
-//! The absolute error after the estimate was moved as a whole to where it fits
-//! the truth best.
+//! The absolute error after the estimate was moved as a whole to where it fits the truth
+//! best.
 //!
-//! Source: S. Umeyama, *Least-squares estimation of transformation parameters
-//! between two point patterns*, IEEE PAMI 13(4) (1991), without scale; evo's
-//! `evo_ape --align`.
-//!
-//! Departures: in the plane, where the best rotation has a closed form (the
-//! angle of the summed products of the points, seen from their centres, as
-//! complex numbers). evo solves the same in space. On poses that lie in a plane
-//! the two agree, but where the estimate fits better turned over: space has
-//! room for that, a robot on a floor has not. evo refuses points on a line,
-//! about which space may turn; the plane's rotation is determined by them. With
-//! all points in one place no rotation is better than another, and it is none.
+//! Source: S. Umeyama, *Least-squares estimation of transformation parameters between
+//! two point patterns*, IEEE PAMI 13(4) (1991), without scale; `evo_ape --align`.
+//! Departure: in the plane, where the best rotation has a closed form; docs/metrics.md
+//! has the cases in which evo differs.
 
-use rusty_contract::score::{Errors, Figures, PoseErrors};
 use rusty_geometry::{SE2, trig};
 
-use super::RunTrace;
-use super::scored::scored;
-use super::statistics::PoseRow;
-use super::trajectory::absolute_error;
+use super::errors::Errors;
+use super::scored::Scored;
 
-/// Errors of an estimator (index of its name) after alignment, over the ticks of
-/// the trace: as evo has them, and as those without alignment. `None` without a
-/// scored tick.
-pub(super) fn aligned_errors(trace: &RunTrace, estimator: usize) -> Option<(PoseErrors, Figures)> {
-    let motion = best_motion(|| scored(trace, estimator).map(|s| (s.estimate, s.truth)))?;
-    let ticks = trace.ticks() as u64;
-    let (mut poses, mut errors) = (PoseRow::expecting(ticks), Errors::expecting(ticks));
-    for s in scored(trace, estimator) {
-        let aligned = motion * s.estimate;
-        let (error_m, error_rad) = absolute_error(&aligned, &s.truth);
-        poses.push(error_m, error_rad);
-        errors.push(&aligned, &s.truth);
+/// The errors of these ticks after alignment; `None` without a tick.
+#[must_use]
+pub fn aligned_errors(ticks: &[Scored]) -> Option<Errors> {
+    let motion = best_motion(|| ticks.iter().map(|s| (s.estimate, s.truth)))?;
+    let mut errors = Errors::expecting(ticks.len() as u64);
+    for s in ticks {
+        errors.push(&(motion * s.estimate), &s.truth);
     }
-    Some((poses.errors()?, errors.figures()))
+    Some(errors)
 }
 
 /// The motion that, applied from the left, brings the positions of the first
@@ -60,6 +45,7 @@ fn best_motion<I: Iterator<Item = (SE2, SE2)>>(pairs: impl Fn() -> I) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::position_error_m;
 
     fn pairs(poses: &[[f64; 3]], moved: SE2) -> Vec<(SE2, SE2)> {
         poses.iter().map(|p| SE2::new(p[0], p[1], p[2])).map(|p| (p, moved * p)).collect()
@@ -93,8 +79,8 @@ mod tests {
         let pose = |y: f64| move |p: &[f64; 2]| SE2::new(p[0], y * p[1], 0.0);
         let pairs: Vec<_> = points.iter().map(|p| (pose(1.0)(p), pose(-1.0)(p))).collect();
         let found = best_motion(|| pairs.iter().copied()).unwrap();
-        let worst =
-            pairs.iter().map(|(e, t)| absolute_error(&(found * *e), t).0).fold(0.0, f64::max);
+        let error_m = |(e, t): &(SE2, SE2)| position_error_m(&(found * *e), t);
+        let worst = pairs.iter().map(error_m).fold(0.0, f64::max);
         assert!(worst > 1.0, "{worst}");
     }
 }

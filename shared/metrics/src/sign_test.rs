@@ -8,8 +8,7 @@
 //! Abramowitz and I. Stegun, *Handbook of Mathematical Functions*, 26.5.24).
 
 use serde::Serialize;
-
-use super::student::incomplete_beta;
+use statrs::function::beta::beta_reg;
 
 /// Signs of differences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -39,7 +38,7 @@ impl SignTest {
         if more == 0 {
             return 1.0;
         }
-        let tail = incomplete_beta(0.5, more as f64, fewer as f64 + 1.0);
+        let tail = beta_reg(more as f64, fewer as f64 + 1.0, 0.5);
         (2.0 * tail).min(1.0)
     }
 }
@@ -57,8 +56,8 @@ mod tests {
         let signs = SignTest::of(&[-1.0, 2.0, 0.0, 3.0, -0.0, f64::NAN]);
         assert_eq!(signs, SignTest { below: 1, above: 2, ties: 2 });
         // 2 (1 + 10) / 2¹⁰ and 2 / 2⁵.
-        assert!((p(9, 1) - 22.0 / 1024.0).abs() < 1e-15);
-        assert!((p(0, 5) - 1.0 / 16.0).abs() < 1e-16);
+        assert!((p(9, 1) - 22.0 / 1024.0).abs() < 1e-14);
+        assert!((p(0, 5) - 1.0 / 16.0).abs() < 1e-14);
         assert_eq!((p(0, 0), p(4, 4)), (1.0, 1.0));
         assert!((p(1, 2) - 1.0).abs() < 1e-14);
     }
