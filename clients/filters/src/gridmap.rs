@@ -16,7 +16,7 @@ use rusty_clients::{ClientArgs, ClientError, Filter, Tick, Witness};
 use rusty_contract::{Brief, Exit, Reply, Start, errln, output};
 use rusty_geometry::SE2;
 
-use crate::map_picture::picture;
+use crate::map_picture::svg;
 use crate::map_server::beside;
 use crate::numbers::seconds;
 use crate::occupancy_grid::{GridError, InverseModel};
@@ -179,15 +179,13 @@ impl Mapper {
     /// # Errors
     /// A file cannot be written.
     pub fn write(self) -> Result<Option<String>, ClientError> {
-        if self.grid.known().is_none() {
-            return Ok(None);
-        }
+        let Some(known) = self.grid.known() else { return Ok(None) };
         let (scans, stem) = (self.grid.scans(), &self.options.save);
         let map = self.grid.to_map();
         map.save(stem)?;
         let title = stem.file_name().unwrap_or_default().to_string_lossy();
         let title = format!("{title}: {scans} scans in cells of {} m", map.frame.cell_m);
-        let png = picture(&self.grid, &title, &self.path)
+        let png = rusty_plot::png(&svg(&self.grid, known, &title, &self.path))
             .map_err(|e| ClientError::Picture(e.to_string()))?;
         let file = beside(stem, ".png");
         output::write(&file, &png).map_err(ClientError::io(&file))?;

@@ -1,11 +1,9 @@
 //! A picture of a grid: how probable each cell is to be occupied, the path of
 //! the robot on it, and metres along its edges.
 
-use rusty_plot::axes::{Axes, Step};
-use rusty_plot::canvas::{Anchor, Canvas, Rect, paint};
 use rusty_plot::floor::draw_line;
 use rusty_plot::style::{INK, Look, RGBColor};
-use rusty_plot::{PlotError, png};
+use rusty_plot::{Anchor, Axes, Canvas, Rect, paint};
 
 use crate::{GridFrame, OccupancyGrid};
 
@@ -19,22 +17,15 @@ const BOTTOM: f64 = 40.0;
 const LEVELS: usize = 8;
 const UNKNOWN: RGBColor = RGBColor(198, 204, 212);
 
-/// The bytes of a PNG file: the grid, and a path (world frame, m) on it.
-///
-/// # Errors
-/// [`PlotError`] if nothing is known, or the picture cannot be drawn.
-pub fn picture(grid: &OccupancyGrid, title: &str, path: &[[f64; 2]]) -> Result<Vec<u8>, PlotError> {
-    png(&svg(grid, title, path)?)
-}
-
-/// The same as a drawing.
-///
-/// # Errors
-/// As [`picture`].
-pub fn svg(grid: &OccupancyGrid, title: &str, path: &[[f64; 2]]) -> Result<String, PlotError> {
-    let Some((corner, frame)) = grid.known() else {
-        return Err(PlotError::Draw { detail: "nothing is known of the map".to_owned() });
-    };
+/// Draws the part of a grid that is known, and a path (world frame, m) on it, as
+/// the text of an SVG file.
+#[must_use]
+pub fn svg(
+    grid: &OccupancyGrid,
+    (corner, frame): ([usize; 2], GridFrame),
+    title: &str,
+    path: &[[f64; 2]],
+) -> String {
     // Of a large map several cells are one square; a square is a whole number of
     // pixels, of which a unit of the page has two.
     let side = frame.width.max(frame.height) as f64;
@@ -45,17 +36,16 @@ pub fn svg(grid: &OccupancyGrid, title: &str, path: &[[f64; 2]]) -> Result<Strin
     let rect = Rect { left: LEFT, top: TOP, right: LEFT + width, bottom: TOP + height };
     let metres = |n: usize| (n * cells) as f64 * frame.cell_m;
     let (x0, y0) = (frame.origin_m.x, frame.origin_m.y);
-    let axes = Axes { frame: rect, x: [x0, x0 + metres(columns)], y: [y0, y0 + metres(rows)] };
+    let axes = Axes::equal(rect, [x0, x0 + metres(columns)], [y0, y0 + metres(rows)], 12.0);
     let squares = Squares { grid, corner, frame, cells };
     paint((width + LEFT + RIGHT, height + TOP + BOTTOM), title, |canvas| {
-        canvas.text([LEFT, TOP - 14.0], Anchor::Start, 15.0, &INK, title)?;
-        canvas.rectangle(&rect, &UNKNOWN)?;
+        canvas.text([LEFT, TOP - 14.0], Anchor::Start, 15.0, &INK, title);
+        canvas.rectangle(&rect, &UNKNOWN);
         for row in 0..rows {
-            squares.draw_row(canvas, &rect, (row, columns), px)?;
+            squares.draw_row(canvas, &rect, (row, columns), px);
         }
-        draw_line(canvas, &axes, path, (&Look::of(0, 1).ink, 1.5))?;
-        let step = Step::of(metres(columns.max(rows)), 12.0);
-        axes.draw_frame(canvas, Some(step), step)
+        draw_line(canvas, &axes, path, (&Look::of(0, 1).ink, 1.5));
+        axes.draw_frame(canvas, true);
     })
 }
 
@@ -69,13 +59,7 @@ struct Squares<'a> {
 
 impl Squares<'_> {
     /// Draws a row of squares, as many of one grey at once as there are.
-    fn draw_row(
-        &self,
-        canvas: &mut Canvas<'_>,
-        rect: &Rect,
-        (row, columns): (usize, usize),
-        px: f64,
-    ) -> Result<(), PlotError> {
+    fn draw_row(&self, canvas: &mut Canvas, rect: &Rect, (row, columns): (usize, usize), px: f64) {
         let greys: Vec<Option<usize>> = (0..columns).map(|column| self.grey(column, row)).collect();
         let bottom = rect.bottom - row as f64 * px;
         let mut from = 0;
@@ -85,11 +69,10 @@ impl Squares<'_> {
                 let left = rect.left + from as f64 * px;
                 let right = left + run.len() as f64 * px;
                 let square = Rect { left, top: bottom - px, right, bottom };
-                canvas.rectangle(&square, &RGBColor(value, value, value))?;
+                canvas.rectangle(&square, &RGBColor(value, value, value));
             }
             from += run.len();
         }
-        Ok(())
     }
 
     /// How dark a square is: as its cell that is occupied most probably; `None`
@@ -124,12 +107,13 @@ mod tests {
     fn walls_are_dark_and_floors_are_light() {
         let lidar = LidarConfig::default();
         let (beams, mut grid) = (Beams::new(&lidar), OccupancyGrid::new(InverseModel::default()));
-        assert!(svg(&grid, "", &[]).is_err());
+        assert!(grid.known().is_none());
         for _ in 0..10 {
             grid.add(&SE2::identity(), &[1.0; 180], &beams).unwrap();
         }
-        let drawn = svg(&grid, "a <round> room", &[[0.0, 0.0], [0.5, 0.5]]).unwrap();
+        let path = [[0.0, 0.0], [0.5, 0.5]];
+        let drawn = svg(&grid, grid.known().unwrap(), "a <round> room", &path);
         assert!(drawn.contains("a &lt;round&gt; room") && drawn.contains("#000000"));
-        assert!(picture(&grid, "", &[]).unwrap().starts_with(b"\x89PNG"));
+        assert!(rusty_plot::png(&drawn).unwrap().starts_with(b"\x89PNG"));
     }
 }

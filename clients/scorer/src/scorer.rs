@@ -18,7 +18,7 @@ use rusty_contract::{
 };
 use rusty_contract::{WeightedPose, output};
 use rusty_metrics::{Given, Held, Meter, Moment, Planned, Yardstick};
-use rusty_plot::{PlotError, png};
+use rusty_plot::png;
 
 use crate::report::html;
 use crate::scoring::trace::Whole;
@@ -267,17 +267,12 @@ fn draw(
         output::write(&path, bytes).map_err(ClientError::io(&path))?;
         Ok(path.display().to_string())
     };
-    let page = html(header, trace, report).map_err(not_drawn);
-    let page = page.and_then(|page| write("report.html", page.as_bytes()));
-    let drawing = svg(trace, &report.scores).map_err(not_drawn)?;
+    let page = write("report.html", html(header, trace, report).as_bytes());
+    let drawing = svg(trace, &report.scores);
     let lines = write("report.svg", drawing.as_bytes());
-    let pixels = png(&drawing).map_err(not_drawn);
+    let pixels = png(&drawing).map_err(|e| ClientError::Picture(e.to_string()));
     let pixels = pixels.and_then(|pixels| write("report.png", &pixels));
     report.report = page.as_ref().ok().cloned();
     report.pictures = [&lines, &pixels].into_iter().flatten().cloned().collect();
     page.and(lines).and(pixels).map(drop)
-}
-
-fn not_drawn(error: PlotError) -> ClientError {
-    ClientError::Picture(error.to_string())
 }

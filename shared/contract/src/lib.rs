@@ -19,6 +19,7 @@
 //! * [`score`]: what a scorer writes down;
 //! * [`suggest`]: suggestions for misspelled names, for error messages;
 //! * [`output`]: results to stdout, diagnostics to stderr, escape sequences made visible;
+//! * [`text_table`]: tables for people; [`replacement`]: a file that is complete or not there;
 //! * [`exit`]: the exit codes that every program here shares.
 //!
 //! # The protocol
@@ -101,12 +102,14 @@ pub mod layout;
 pub mod log;
 pub mod names;
 pub mod output;
+pub mod replacement;
 pub mod reply;
 pub mod sandbox;
 pub mod scenario;
 pub mod score;
 pub mod suggest;
 pub mod tally;
+pub mod text_table;
 pub mod timing;
 pub mod truth;
 
@@ -123,11 +126,13 @@ pub use frame::{Frame, MAX_BEAMS, Phase};
 pub use join::{Brief, CatchUp, JoinReply, JoinRequest, Refusal, Start};
 pub use log::LogHeader;
 pub use names::{NameError, RunName};
+pub use replacement::{Replacement, replace};
 pub use reply::{AnswerError, Estimate, Innovation, Reply};
 pub use sandbox::Sandbox;
 pub use scenario::{OnLoss, Participant, Role, Scenario};
 pub use score::ScoreReport;
 pub use tally::{MAX_PARTICIPANTS, Tally};
+pub use text_table::TextTable;
 pub use timing::ComputeTime;
 pub use truth::{KeyError, SealedTruth, Truth, TruthKey};
 

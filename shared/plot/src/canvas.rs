@@ -1,24 +1,25 @@
-//! A page to draw on: plotters' SVG backend with coordinates finer than a pixel.
+//! A page to draw on: SVG text with coordinates finer than a pixel.
 //!
-//! The backend takes whole numbers only, which turns a slow curve into a
-//! staircase. The page is therefore drawn ten times too large, and the view box
-//! of the finished SVG scales it back.
+//! The page is drawn ten times too large in whole numbers, which are short, and
+//! the view box of the finished SVG scales it back.
 
-use plotters::prelude::{DrawingBackend, FontTransform, IntoFont, RGBColor, SVGBackend};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color, ShapeStyle};
-
-use rusty_geometry::trig;
-
-use crate::error::PlotError;
+use std::fmt::{self, Write as _};
 
 /// A place on the page, units of the page (CSS pixels): x right, y down.
 pub type Px = [f64; 2];
 
-/// Steps of the backend per unit of the page.
+/// Steps of a drawing per unit of the page.
 pub(crate) const FINENESS: f64 = 10.0;
-/// plotters writes font sizes divided by this number.
-const PLOTTERS_FONT_FACTOR: f64 = 1.24;
+
+/// A colour: red, green and blue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RGBColor(pub u8, pub u8, pub u8);
+
+impl fmt::Display for RGBColor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "#{:02X}{:02X}{:02X}", self.0, self.1, self.2)
+    }
+}
 
 /// A rectangle of the page.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,229 +62,158 @@ pub enum Anchor {
 }
 
 /// The page while it is drawn.
-pub struct Canvas<'a> {
-    backend: SVGBackend<'a>,
+#[derive(Default)]
+pub struct Canvas {
+    text: String,
 }
 
 /// Draws a page of `width` × `height` units, white and opaque, with a title for
 /// those who cannot see it, and returns the SVG.
-///
-/// # Errors
-/// [`PlotError::Draw`] if the drawing backend refuses; it writes to memory only
-/// and is not known to.
-pub fn paint(
-    (width, height): (f64, f64),
-    title: &str,
-    draw: impl FnOnce(&mut Canvas<'_>) -> Result<(), PlotError>,
-) -> Result<String, PlotError> {
-    let body = body((width, height), |canvas| {
+#[must_use]
+pub fn paint((width, height): (f64, f64), title: &str, draw: impl FnOnce(&mut Canvas)) -> String {
+    let body = elements(|canvas| {
         let page = Rect { left: 0.0, top: 0.0, right: width, bottom: height };
-        canvas.rectangle(&page, &RGBColor(255, 255, 255))?;
-        draw(canvas)
-    })?;
+        canvas.rectangle(&page, &RGBColor(255, 255, 255));
+        draw(canvas);
+    });
     let (w, h) = fine([width, height]);
-    Ok(format!(
+    format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
          viewBox=\"0 0 {w} {h}\" role=\"img\" stroke-linejoin=\"round\">\n\
-         <title>{}</title>{body}</svg>\n",
+         <title>{}</title>\n{body}</svg>\n",
         escaped(title)
-    ))
+    )
 }
 
 /// The elements of what is drawn, without the `<svg>` around them.
-pub(crate) fn body(
-    size: (f64, f64),
-    draw: impl FnOnce(&mut Canvas<'_>) -> Result<(), PlotError>,
-) -> Result<String, PlotError> {
-    let mut text = String::new();
-    {
-        let (w, h) = fine([size.0, size.1]);
-        let size = (w.unsigned_abs(), h.unsigned_abs());
-        let mut canvas = Canvas { backend: SVGBackend::with_string(&mut text, size) };
-        draw(&mut canvas)?;
-        canvas.backend.present().map_err(refused)?;
-    }
-    // The backend's own opening tag knows one size only.
-    let body = text.split_once('>').map_or("", |(_, body)| body);
-    Ok(body.trim_end().strip_suffix("</svg>").unwrap_or(body).to_owned())
+pub(crate) fn elements(draw: impl FnOnce(&mut Canvas)) -> String {
+    let mut canvas = Canvas::default();
+    draw(&mut canvas);
+    canvas.text
 }
 
-impl Canvas<'_> {
+impl Canvas {
     /// A line through `points`; nothing if there are fewer than two.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] if the drawing backend refuses.
-    pub fn line(&mut self, points: &[Px], ink: &RGBColor, width: f64) -> Result<(), PlotError> {
-        if points.len() < 2 {
-            return Ok(());
-        }
-        let style = stroke(ink, width);
-        self.backend.draw_path(points.iter().map(|&p| fine(p)), &style).map_err(refused)
+    pub fn line(&mut self, points: &[Px], ink: &RGBColor, width: f64) {
+        self.stroke(points, ink, width, "");
     }
 
     /// As [`Canvas::line`], but what lies beneath shines through: many such
     /// lines on top of each other show where most of them are. `opacity` is 0
     /// to 1.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] if the drawing backend refuses.
-    pub fn veil(
-        &mut self,
-        points: &[Px],
-        ink: &RGBColor,
-        width: f64,
-        opacity: f64,
-    ) -> Result<(), PlotError> {
-        if points.len() < 2 {
-            return Ok(());
-        }
-        let mut style = stroke(ink, width);
-        style.color = ink.mix(opacity);
-        self.backend.draw_path(points.iter().map(|&p| fine(p)), &style).map_err(refused)
+    pub fn veil(&mut self, points: &[Px], ink: &RGBColor, width: f64, opacity: f64) {
+        self.stroke(points, ink, width, &format!(" opacity=\"{opacity}\""));
     }
 
     /// A line of dashes through `points`, each `dash` long with as much between
     /// two of them, units of the page.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] if the drawing backend refuses.
-    pub fn dashes(
-        &mut self,
-        points: &[Px],
-        ink: &RGBColor,
-        width: f64,
-        dash: f64,
-    ) -> Result<(), PlotError> {
-        for part in dashed(points, dash) {
-            self.line(&part, ink, width)?;
+    pub fn dashes(&mut self, points: &[Px], ink: &RGBColor, width: f64, dash: f64) {
+        let dash = dash * FINENESS;
+        self.stroke(points, ink, width, &format!(" stroke-dasharray=\"{dash}\""));
+    }
+
+    fn stroke(&mut self, points: &[Px], ink: &RGBColor, width: f64, more: &str) {
+        if points.len() < 2 {
+            return;
         }
-        Ok(())
+        let (points, width) = (listed(points), (width * FINENESS).round());
+        self.element(&format!(
+            "polyline fill=\"none\"{more} stroke=\"{ink}\" stroke-width=\"{width}\" \
+             points=\"{points}\""
+        ));
     }
 
     /// A filled polygon.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] if the drawing backend refuses.
-    pub fn polygon(&mut self, corners: &[Px], ink: &RGBColor) -> Result<(), PlotError> {
-        let corners = corners.iter().map(|&p| fine(p));
-        self.backend.fill_polygon(corners, &ink.filled()).map_err(refused)
+    pub fn polygon(&mut self, corners: &[Px], ink: &RGBColor) {
+        self.element(&format!("polygon fill=\"{ink}\" points=\"{}\"", listed(corners)));
     }
 
     /// A filled polygon that what lies beneath shines through; `opacity` is 0
     /// to 1.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] if the drawing backend refuses.
-    pub fn wash(&mut self, corners: &[Px], ink: &RGBColor, opacity: f64) -> Result<(), PlotError> {
-        let corners = corners.iter().map(|&p| fine(p));
-        self.backend.fill_polygon(corners, &ink.mix(opacity).filled()).map_err(refused)
+    pub fn wash(&mut self, corners: &[Px], ink: &RGBColor, opacity: f64) {
+        let corners = listed(corners);
+        self.element(&format!("polygon opacity=\"{opacity}\" fill=\"{ink}\" points=\"{corners}\""));
     }
 
     /// A filled circle.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] if the drawing backend refuses.
-    pub fn disc(&mut self, centre: Px, radius: f64, ink: &RGBColor) -> Result<(), PlotError> {
-        let radius = (radius * FINENESS) as u32;
-        self.backend.draw_circle(fine(centre), radius, &ink.filled(), true).map_err(refused)
+    pub fn disc(&mut self, centre: Px, radius: f64, ink: &RGBColor) {
+        let ((x, y), radius) = (fine(centre), (radius * FINENESS).round());
+        self.element(&format!("circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" fill=\"{ink}\""));
     }
 
     /// A filled rectangle.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] if the drawing backend refuses.
-    pub fn rectangle(&mut self, rect: &Rect, ink: &RGBColor) -> Result<(), PlotError> {
-        let (from, to) = (fine([rect.left, rect.top]), fine([rect.right, rect.bottom]));
-        self.backend.draw_rect(from, to, &ink.filled(), true).map_err(refused)
+    pub fn rectangle(&mut self, rect: &Rect, ink: &RGBColor) {
+        let place = placed(rect);
+        self.element(&format!("rect {place} fill=\"{ink}\""));
     }
 
     /// A text on one line whose baseline goes through `place`. Characters that
     /// XML cannot hold become spaces.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] if the drawing backend refuses.
-    pub fn text(
-        &mut self,
-        place: Px,
-        anchor: Anchor,
-        size: f64,
-        ink: &RGBColor,
-        text: &str,
-    ) -> Result<(), PlotError> {
-        let (h_pos, transform) = match anchor {
-            Anchor::Start => (HPos::Left, FontTransform::None),
-            Anchor::Middle => (HPos::Center, FontTransform::None),
-            Anchor::End => (HPos::Right, FontTransform::None),
-            Anchor::Upwards => (HPos::Center, FontTransform::Rotate270),
+    pub fn text(&mut self, place: Px, anchor: Anchor, size: f64, ink: &RGBColor, text: &str) {
+        let ((x, y), size) = (fine(place), (size * FINENESS).round());
+        let (anchor, turn) = match anchor {
+            Anchor::Start => ("start", String::new()),
+            Anchor::Middle => ("middle", String::new()),
+            Anchor::End => ("end", String::new()),
+            Anchor::Upwards => ("middle", format!(" transform=\"rotate(-90, {x}, {y})\"")),
         };
-        // The backend lowers centred text by half the height of an x.
-        let lowered = 0.25 * size;
-        let at = match anchor {
-            Anchor::Upwards => [place[0] - lowered, place[1]],
-            _ => [place[0], place[1] - lowered],
-        };
-        let font = ("sans-serif", size * FINENESS * PLOTTERS_FONT_FACTOR).into_font();
-        let style = font.transform(transform).color(ink).pos(Pos::new(h_pos, VPos::Center));
-        self.backend.draw_text(&printable(text), &style, fine(at)).map_err(refused)
+        let _ = write!(
+            self.text,
+            "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" \
+             font-size=\"{size}\" fill=\"{ink}\"{turn}>\n{}\n</text>\n",
+            escaped(text)
+        );
+    }
+
+    fn element(&mut self, inside: &str) {
+        let _ = writeln!(self.text, "<{inside}/>");
     }
 }
 
-/// The drawn parts of a dashed line.
-fn dashed(points: &[Px], dash: f64) -> Vec<Vec<Px>> {
-    let mut parts: Vec<Vec<Px>> = Vec::new();
-    // How far the line has come, in dashes and gaps.
-    let mut gone = 0.0_f64;
-    for pair in points.windows(2) {
-        let ([x0, y0], [x1, y1]) = (pair[0], pair[1]);
-        let length = trig::hypot(x1 - x0, y1 - y0) / dash;
-        // A line this long is none that a page could show.
-        if length.is_nan() || length >= 1e5 {
-            continue;
-        }
-        let at = |way: f64| {
-            let share = if length > 0.0 { (way / length).clamp(0.0, 1.0) } else { 0.0 };
-            [x0 + share * (x1 - x0), y0 + share * (y1 - y0)]
-        };
-        let mut way = 0.0;
-        while way < length {
-            let step = (gone.floor() + 1.0 - gone).min(length - way).max(1e-9);
-            if (gone.floor() as u64).is_multiple_of(2) {
-                match parts.last_mut() {
-                    Some(part) if way == 0.0 && part.last() == Some(&pair[0]) => {
-                        part.push(at(way + step));
-                    }
-                    _ => parts.push(vec![at(way), at(way + step)]),
-                }
-            }
-            way += step;
-            gone += step;
-        }
-    }
-    parts
+fn listed(points: &[Px]) -> String {
+    points.iter().map(|&p| fine(p)).map(|(x, y)| format!("{x},{y} ")).collect()
 }
 
-fn stroke(ink: &RGBColor, width: f64) -> ShapeStyle {
-    ink.stroke_width((width * FINENESS).round() as u32)
+/// Place and size of a rectangle, as attributes.
+pub(crate) fn placed(rect: &Rect) -> String {
+    let ((x, y), (right, bottom)) = (fine([rect.left, rect.top]), fine([rect.right, rect.bottom]));
+    let (width, height) = ((right - x).max(0), (bottom - y).max(0));
+    format!("x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"")
 }
 
-/// A place in steps of the backend. Far outside the page is as good as any other
+/// A place in steps of the drawing. Far outside the page is as good as any other
 /// place there, and stays within what renderers can hold.
 pub(crate) fn fine(place: Px) -> (i32, i32) {
     let step = |v: f64| (v * FINENESS).round().clamp(-1e6, 1e6) as i32;
     (step(place[0]), step(place[1]))
 }
 
-fn refused(error: impl std::fmt::Display) -> PlotError {
-    PlotError::Draw { detail: error.to_string() }
+/// Text as it may stand in an element or an attribute of SVG or hypertext.
+/// Characters that they cannot hold become spaces.
+#[must_use]
+pub fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\'' => safe.push_str("&#39;"),
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => safe.push(' '),
+            c => safe.push(c),
+        }
+    }
+    safe
 }
 
-fn printable(text: &str) -> String {
-    let usual = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
-    text.chars().map(|c| if usual(c) { c } else { ' ' }).collect()
-}
-
-pub(crate) fn escaped(text: &str) -> String {
-    printable(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+/// A text of at most `most` characters; a longer one ends with an ellipsis.
+#[must_use]
+pub fn shortened(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.to_owned();
+    }
+    text.chars().take(most.saturating_sub(1)).chain(['…']).collect()
 }
 
 #[cfg(test)]
@@ -292,21 +222,17 @@ mod tests {
 
     #[test]
     fn a_dashed_line_is_half_there() {
-        let parts = dashed(&[[0.0, 0.0], [10.0, 0.0]], 2.0);
-        let ends: Vec<(f64, f64)> = parts.iter().map(|p| (p[0][0], p[1][0])).collect();
-        assert_eq!(ends, [(0.0, 2.0), (4.0, 6.0), (8.0, 10.0)]);
-        // Round a corner the rhythm goes on.
-        let parts = dashed(&[[0.0, 0.0], [1.0, 0.0], [1.0, 4.0]], 2.0);
-        assert_eq!(parts[0], [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
-        assert_eq!(parts[1], [[1.0, 3.0], [1.0, 4.0]]);
-        assert!(dashed(&[[0.0, 0.0], [f64::NAN, 1.0]], 2.0).is_empty());
+        let ink = RGBColor(1, 2, 3);
+        let line = [[1.0, 1.0], [5.0, 5.0]];
+        let svg = paint((9.0, 9.0), "", |canvas| canvas.dashes(&line, &ink, 1.0, 2.0));
+        assert!(svg.contains("stroke-dasharray=\"20\""), "{svg}");
     }
 
     #[test]
     fn a_veil_is_transparent() {
         let ink = RGBColor(1, 2, 3);
         let line = [[1.0, 1.0], [5.0, 5.0]];
-        let svg = paint((9.0, 9.0), "", |canvas| canvas.veil(&line, &ink, 1.0, 0.25)).unwrap();
+        let svg = paint((9.0, 9.0), "", |canvas| canvas.veil(&line, &ink, 1.0, 0.25));
         assert!(svg.contains("opacity=\"0.25\""), "{svg}");
     }
 
@@ -314,10 +240,9 @@ mod tests {
     fn a_page_says_its_size_once_and_draws_finer() {
         let ink = RGBColor(0, 0, 0);
         let svg = paint((30.0, 20.0), "a < b & c", |canvas| {
-            canvas.line(&[[1.04, 2.0], [3.0, f64::NAN], [f64::INFINITY, -1e300]], &ink, 1.5)?;
-            canvas.text([5.0, 5.0], Anchor::Upwards, 10.0, &ink, "tab\there\u{0} <&>")
-        })
-        .unwrap();
+            canvas.line(&[[1.04, 2.0], [3.0, f64::NAN], [f64::INFINITY, -1e300]], &ink, 1.5);
+            canvas.text([5.0, 5.0], Anchor::Upwards, 10.0, &ink, "tab\there\u{0} <&>");
+        });
         assert_eq!(svg.matches("<svg").count(), 1);
         assert!(svg.contains(r#"width="30" height="20" viewBox="0 0 300 200""#), "{svg}");
         assert!(svg.contains("<title>a &lt; b &amp; c</title>"), "{svg}");

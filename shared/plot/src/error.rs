@@ -5,12 +5,6 @@ use thiserror::Error;
 /// Why there is no picture.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PlotError {
-    /// The drawing backend refuses.
-    #[error("picture: drawing failed: {detail}; the numbers do not need it: leave the picture out")]
-    Draw {
-        /// What it says.
-        detail: String,
-    },
     /// The text to be rendered is no SVG.
     #[error("picture: the text is no SVG ({detail}); give it as `svg` made it")]
     NotSvg {

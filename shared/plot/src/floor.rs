@@ -1,23 +1,13 @@
 //! A floor seen from above: walls, paths, robots.
 
-use plotters::prelude::RGBColor;
 use rusty_geometry::{Material, WallSpec, trig};
 
 use crate::axes::Axes;
 use crate::canvas::{Canvas, Px};
-use crate::error::PlotError;
-use crate::polyline;
-use crate::style::{DOOR, GLASS, INK, WALL, WHITE};
+use crate::style::{DOOR, GLASS, INK, RGBColor, WALL, WHITE};
 
 /// Draws walls, glass and doors, as far as they lie in the frame.
-///
-/// # Errors
-/// [`PlotError::Draw`] if the drawing backend refuses.
-pub fn draw_walls(
-    canvas: &mut Canvas<'_>,
-    axes: &Axes,
-    walls: &[WallSpec],
-) -> Result<(), PlotError> {
+pub fn draw_walls(canvas: &mut Canvas, axes: &Axes, walls: &[WallSpec]) {
     // Doors last: a door often shares its ends with a wall.
     for order in 0..3 {
         for wall in walls {
@@ -27,51 +17,39 @@ pub fn draw_walls(
                 Material::Door(_) => (2, DOOR),
             };
             if rank == order {
-                draw_line(canvas, axes, &[wall.a, wall.b], (&ink, width))?;
+                draw_line(canvas, axes, &[wall.a, wall.b], (&ink, width));
             }
         }
     }
-    Ok(())
 }
 
 /// Draws a line through points of the data, thinned to what can be seen and cut
 /// at the frame.
-///
-/// # Errors
-/// [`PlotError::Draw`] if the drawing backend refuses.
 pub fn draw_line(
-    canvas: &mut Canvas<'_>,
+    canvas: &mut Canvas,
     axes: &Axes,
     line: &[[f64; 2]],
     (ink, width): (&RGBColor, f64),
-) -> Result<(), PlotError> {
-    let line: Vec<Px> = line.iter().map(|&at| axes.px(at)).collect();
-    for part in polyline::clip(&polyline::thin(&line), &axes.frame) {
-        canvas.line(&part, ink, width)?;
+) {
+    for part in axes.seen(line) {
+        canvas.line(&part, ink, width);
     }
-    Ok(())
 }
 
 /// Draws a robot at `at` that looks along `heading_rad`: where it started, or
 /// where it stopped.
-///
-/// # Errors
-/// [`PlotError::Draw`] if the drawing backend refuses.
-pub fn draw_robot(
-    canvas: &mut Canvas<'_>,
-    at: Px,
-    heading_rad: f64,
-    started: bool,
-) -> Result<(), PlotError> {
+pub fn draw_robot(canvas: &mut Canvas, at: Px, heading_rad: f64, started: bool) {
     let (s, c) = trig::sin_cos(heading_rad);
     // The end is the larger: the last estimates often lie on top of it.
     let radius = if started { 7.0 } else { 9.5 };
     let nose = [at[0] + 2.0 * radius * c, at[1] - 2.0 * radius * s];
-    canvas.line(&[at, nose], &WHITE, 5.5)?;
-    canvas.disc(at, radius + 1.5, &WHITE)?;
-    canvas.line(&[at, nose], &INK, 2.5)?;
-    canvas.disc(at, radius, &INK)?;
-    if started { canvas.disc(at, radius - 2.4, &WHITE) } else { Ok(()) }
+    canvas.line(&[at, nose], &WHITE, 5.5);
+    canvas.disc(at, radius + 1.5, &WHITE);
+    canvas.line(&[at, nose], &INK, 2.5);
+    canvas.disc(at, radius, &INK);
+    if started {
+        canvas.disc(at, radius - 2.4, &WHITE);
+    }
 }
 
 /// A box around points, units of the data.

@@ -5,8 +5,7 @@
 //! it was moved to, and a frame beyond which nothing of it is seen. Coordinates
 //! in the drawing are [`STEPS_PER_UNIT`] times those of the page.
 
-use crate::canvas::{Canvas, FINENESS, Px, Rect, body, escaped, fine};
-use crate::error::PlotError;
+use crate::canvas::{Canvas, FINENESS, Px, Rect, elements, escaped, fine, placed};
 
 /// Coordinates in the text of a drawing per unit of the page.
 pub const STEPS_PER_UNIT: f64 = FINENESS;
@@ -64,18 +63,11 @@ impl Drawing {
     }
 
     /// Adds a layer on top of those before.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] if the drawing backend refuses.
-    pub fn layer(
-        &mut self,
-        layer: &Layer,
-        draw: impl FnOnce(&mut Canvas<'_>) -> Result<(), PlotError>,
-    ) -> Result<(), PlotError> {
-        let inside = body(self.size, draw)?;
+    pub fn layer(&mut self, layer: &Layer, draw: impl FnOnce(&mut Canvas)) {
+        let inside = elements(draw);
         let attribute = |name: &str, value: &str| match value {
             "" => String::new(),
-            value => format!(" {name}=\"{}\"", escaped(value).replace('"', "&quot;")),
+            value => format!(" {name}=\"{}\"", escaped(value)),
         };
         let (class, moved) =
             (attribute("class", &layer.class), attribute("transform", &layer.transform));
@@ -89,7 +81,6 @@ impl Drawing {
             }
             None => self.text.push_str(&format!("<g{class}{moved}>{inside}</g>\n")),
         }
-        Ok(())
     }
 
     /// The name of the path that cuts at `frame`; defined where it is new.
@@ -98,13 +89,8 @@ impl Drawing {
         let name = format!("{}-frame-{}", self.id, known.unwrap_or(self.frames.len()));
         if known.is_none() {
             self.frames.push(frame);
-            let ((x, y), (right, bottom)) =
-                (fine([frame.left, frame.top]), fine([frame.right, frame.bottom]));
-            let (width, height) = ((right - x).max(0), (bottom - y).max(0));
-            self.text.push_str(&format!(
-                "<clipPath id=\"{name}\"><rect x=\"{x}\" y=\"{y}\" width=\"{width}\" \
-                 height=\"{height}\"/></clipPath>\n"
-            ));
+            let place = placed(&frame);
+            self.text.push_str(&format!("<clipPath id=\"{name}\"><rect {place}/></clipPath>\n"));
         }
         name
     }
@@ -137,11 +123,11 @@ mod tests {
     fn layers_are_groups_that_were_moved_and_cut() {
         let frame = Rect { left: 10.0, top: 20.0, right: 30.0, bottom: 50.0 };
         let mut drawing = Drawing::new((100.0, 60.0), "a");
-        let dot = |canvas: &mut Canvas<'_>| canvas.disc([0.0, 0.0], 4.0, &INK);
-        drawing.layer(&Layer::of("ground"), dot).unwrap();
+        let dot = |canvas: &mut Canvas| canvas.disc([0.0, 0.0], 4.0, &INK);
+        drawing.layer(&Layer::of("ground"), dot);
         for _ in 0..2 {
             let layer = Layer::of("x \"<").within(frame).moved([1.0, 0.0, 0.0, 2.0], [5.0, 6.5]);
-            drawing.layer(&layer, dot).unwrap();
+            drawing.layer(&layer, dot);
         }
         let text = drawing.finish("a < b", "more & more", "data-x=\"1\"");
         for part in [

@@ -6,10 +6,12 @@
 //! * [`canvas`]: a page to draw on;
 //! * [`layers`]: a drawing in parts that a page of hypertext can move;
 //! * [`style`]: colours, widths and marks;
-//! * [`axes`], [`log_axes`]: a frame with round numbers, linear or logarithmic in
-//!   one direction or both;
+//! * [`axes`]: a frame with round numbers, linear or logarithmic in one direction
+//!   or both;
 //! * [`polyline`]: long lines made short, and cut at a frame;
 //! * [`floor`]: walls, paths and robots, seen from above;
+//! * [`ellipse`]: what holds 95 % of a normal distribution;
+//! * [`page`]: titles, legends and rows of figures;
 //! * [`mod@png`]: a page in pixels, with a font of its own.
 //!
 //! Whoever has something to show draws it with these: the scorer a run, a sweep
@@ -18,18 +20,18 @@
 
 pub mod axes;
 pub mod canvas;
+pub mod ellipse;
 pub mod error;
 pub mod floor;
 pub mod layers;
-pub mod log_axes;
+pub mod page;
 pub mod png;
 pub mod polyline;
 pub mod style;
 
-pub use axes::{Axes, Step};
-pub use canvas::{Anchor, Canvas, Px, Rect, paint};
+pub use axes::{Axes, Axis, Step};
+pub use canvas::{Anchor, Canvas, Px, RGBColor, Rect, escaped, paint, shortened};
 pub use error::PlotError;
 pub use layers::{Drawing, Layer};
-pub use log_axes::{LogAxes, SemiLogAxes};
 pub use png::png;
 pub use style::Look;

@@ -4,10 +4,9 @@
 //! a set that people with any of the usual colour deficiencies tell apart. A
 //! colour is never alone: every estimator also has a mark of its own.
 
-pub use plotters::prelude::RGBColor;
+pub use crate::canvas::RGBColor;
 
 use crate::canvas::{Canvas, Px};
-use crate::error::PlotError;
 
 /// Text and frames.
 pub const INK: RGBColor = RGBColor(26, 26, 26);
@@ -65,12 +64,6 @@ pub const ON_DARK: [(RGBColor, RGBColor); 15] = [
     (BAND, RGBColor(38, 62, 52)),
 ];
 
-/// An ink as text: `#` and six hexadecimal digits, as drawings have it.
-#[must_use]
-pub fn hex(ink: RGBColor) -> String {
-    format!("#{:02X}{:02X}{:02X}", ink.0, ink.1, ink.2)
-}
-
 /// How one estimator is drawn, everywhere.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
@@ -92,23 +85,27 @@ impl Look {
     }
 
     /// Draws its mark, `size` units in radius, with a white rim.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`] if the drawing backend refuses.
-    pub fn mark(&self, canvas: &mut Canvas<'_>, at: Px, size: f64) -> Result<(), PlotError> {
+    pub fn mark(&self, canvas: &mut Canvas, at: Px, size: f64) {
         // After all colours are used up the shapes move on by one, so that no
         // two of the sixteen possible estimators share both.
         let shape = (self.index + self.index / COLOURS.len()) % (SHAPES.len() + 1);
         if shape == 0 {
-            canvas.disc(at, size + 1.2, &WHITE)?;
+            canvas.disc(at, size + 1.2, &WHITE);
             return canvas.disc(at, size, &self.ink);
         }
         let corners = SHAPES[shape - 1];
         let place = |radius: f64| -> Vec<Px> {
             corners.iter().map(|[x, y]| [at[0] + radius * x, at[1] + radius * y]).collect()
         };
-        canvas.polygon(&place(size + 1.8), &WHITE)?;
-        canvas.polygon(&place(size), &self.ink)
+        canvas.polygon(&place(size + 1.8), &WHITE);
+        canvas.polygon(&place(size), &self.ink);
+    }
+
+    /// Draws what stands before its name: `length` of its line to the right of
+    /// `at`, with its mark in the middle.
+    pub fn swatch(&self, canvas: &mut Canvas, at: Px, length: f64, size: f64) {
+        canvas.line(&[at, [at[0] + length, at[1]]], &self.ink, self.width);
+        self.mark(canvas, [at[0] + 0.5 * length, at[1]], size);
     }
 }
 
@@ -157,7 +154,6 @@ mod tests {
             crate::canvas::paint((20.0, 20.0), "", |canvas| {
                 Look::of(index, 16).mark(canvas, [10.0, 10.0], 5.0)
             })
-            .unwrap()
         };
         let looks: std::collections::BTreeSet<String> = (0..16).map(look).collect();
         assert_eq!(looks.len(), 16);
@@ -170,11 +166,11 @@ mod tests {
             assert_eq!(ON_DARK.iter().filter(|(light, _)| *light == ink).count(), 1, "{ink:?}");
         }
         let dark: std::collections::BTreeSet<String> =
-            ON_DARK.iter().map(|(_, dark)| hex(*dark)).collect();
+            ON_DARK.iter().map(|(_, dark)| dark.to_string()).collect();
         assert_eq!(dark.len(), ON_DARK.len());
         // As the backend writes it, or no rule would find it.
-        let svg = crate::canvas::paint((9.0, 9.0), "", |c| c.disc([1.0, 1.0], 1.0, &SCAN)).unwrap();
-        assert!(svg.contains(&format!("fill=\"{}\"", hex(SCAN))), "{svg}");
+        let svg = crate::canvas::paint((9.0, 9.0), "", |c| c.disc([1.0, 1.0], 1.0, &SCAN));
+        assert!(svg.contains(&format!("fill=\"{}\"", SCAN)), "{svg}");
     }
 
     #[test]

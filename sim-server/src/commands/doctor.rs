@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use rusty_bench::machine;
-use rusty_contract::{Exit, outln};
+use rusty_contract::{Exit, TextTable, outln};
 use rusty_engine::confine;
 use rusty_link::memory_state;
 use rusty_sim::{GOLDENS, Golden};
@@ -145,14 +145,15 @@ fn build() -> Build {
 }
 
 fn print(c: &Checkup) {
-    outln!("{:20}  {:32}  {:32}", "golden run", "expected", "found");
+    let mut table = TextTable::new("golden run  expected  found  result");
     for g in &c.goldens {
         let word = if g.ok { "ok" } else { "WRONG" };
-        outln!("{:20}  {:32}  {:32}  {word}", g.name, g.expected, g.found);
+        table.row(&[&g.name, &g.expected, &g.found, &word]);
         if !g.ok {
-            outln!("{:20}  it pins {}", "", g.pins);
+            table.row(&[&"", &format!("it pins {}", g.pins)]);
         }
     }
+    outln!("{table}");
     let Build { version, profile, arch, os, compiled_for, cpu } = &c.build;
     outln!("");
     outln!("same bits      {}", if c.same_bits { "yes" } else { "no" });

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use rusty_contract::belief::{self as beliefs, belief_hash};
 use rusty_contract::layout::{layout_hash, tables};
-use rusty_contract::{Exit, PROTOCOL_VERSION, outln};
+use rusty_contract::{Exit, PROTOCOL_VERSION, TextTable, outln};
 use serde_json::json;
 
 use super::arguments::Output;
@@ -25,10 +25,8 @@ fn print(hash: &str) {
     outln!("protocol {PROTOCOL_VERSION}, layout {hash}, little-endian, alignment 8");
     outln!("(the last two, of beliefs, have a hash of their own: {:016x})", belief_hash());
     for table in tables().into_iter().chain(beliefs::tables()) {
-        outln!("\n{} ({} bytes)", table.name, table.size);
-        outln!("{:>8}  {:>6}  {:14}  type", "offset", "size", "field");
-        for f in table.fields {
-            outln!("{:>8}  {:>6}  {:14}  {}", f.offset, f.size, f.name, f.ty);
-        }
+        let mut text = TextTable::new(">offset  >size  field  type");
+        table.fields.iter().for_each(|f| text.row(&[&f.offset, &f.size, &f.name, &f.ty]));
+        outln!("\n{} ({} bytes)\n{text}", table.name, table.size);
     }
 }

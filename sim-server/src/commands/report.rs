@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rusty_bench::usage::Usage;
 use rusty_contract::log::Finding;
 use rusty_contract::score::{Score, ScoreTable};
-use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, Timing, input};
+use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, TextTable, Timing, input};
 use rusty_engine::confine::Gate;
 use rusty_engine::lockstep::{Loss, SeatSummary};
 use rusty_engine::run::{Outcome, has_content};
@@ -280,30 +280,14 @@ impl std::fmt::Display for RunReport {
 
 impl RunReport {
     fn write_processes(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let width = self.participants.iter().map(|p| p.name.len()).max().unwrap_or(0).max(10);
-        writeln!(f)?;
-        writeln!(
-            f,
-            "{:width$}  {:9}  {:>8}  {:>9}  {:>9}",
-            "process", "role", "pid", "answers", "abstained"
-        )?;
-        writeln!(f, "{:width$}  {:9}  {:>8}", "sim-server", "server", self.server_pid)?;
+        let mut table = TextTable::new("process  role  >pid  >answers  >abstained  lost");
+        table.row(&[&"sim-server", &"server", &self.server_pid, &"", &"", &""]);
         for p in &self.participants {
             let pid = p.pid.map_or_else(|| "-".to_owned(), |pid| pid.to_string());
-            write!(
-                f,
-                "{:width$}  {:9}  {pid:>8}  {:>9}  {:>9}",
-                p.name,
-                p.role.word(),
-                p.answers,
-                p.abstained
-            )?;
-            match &p.lost {
-                Some(loss) => writeln!(f, "  {}", loss.kind.word())?,
-                None => writeln!(f)?,
-            }
+            let lost = p.lost.as_ref().map_or("", |loss| loss.kind.word());
+            table.row(&[&p.name, &p.role.word(), &pid, &p.answers, &p.abstained, &lost]);
         }
-        writeln!(f)
+        writeln!(f, "\n{table}\n")
     }
 
     fn write_comparison(

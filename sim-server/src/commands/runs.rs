@@ -4,7 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use rusty_contract::{Exit, FieldError, outln};
+use rusty_contract::{Exit, FieldError, TextTable, outln};
 use rusty_logs::folder::{FoundRun, OldRun, runs_in};
 use serde_json::json;
 
@@ -67,33 +67,22 @@ fn print(dir: &Path, found: &[FoundRun]) {
     if found.is_empty() {
         return outln!("no runs in {}", dir.display());
     }
-    let wide = |of: fn(&FoundRun) -> &str| found.iter().map(|run| of(run).len()).max().unwrap_or(0);
-    let names = wide(|run| &run.name).max(4);
-    let scenarios = wide(|run| &run.marker.scenario).max(8);
-    outln!(
-        "{:names$}  {:scenarios$}  {:>10}  {:>8}  {:32}  {:16}  {:>9}  state",
-        "name",
-        "scenario",
-        "seed",
-        "ticks",
-        "digest",
-        "started (UTC)",
-        "size"
-    );
+    let mut table =
+        TextTable::new("name  scenario  >seed  >ticks  >digest  >started (UTC)  >size  state");
     for run in found {
         let end = run.marker.end.as_ref();
-        outln!(
-            "{:names$}  {:scenarios$}  {:>10}  {:>8}  {:32}  {:16}  {:>6.1} MB  {}",
-            run.name,
-            run.marker.scenario,
-            run.marker.seed.map_or_else(|| "-".to_owned(), |seed| seed.to_string()),
-            end.map_or_else(|| "-".to_owned(), |end| end.ticks.to_string()),
-            end.map_or("-", |end| &end.digest),
-            date_and_time(run.marker.started_unix_s),
-            run.bytes as f64 / 1e6,
-            run.state()
-        );
+        table.row(&[
+            &run.name,
+            &run.marker.scenario,
+            &run.marker.seed.map_or_else(|| "-".to_owned(), |seed| seed.to_string()),
+            &end.map_or_else(|| "-".to_owned(), |end| end.ticks.to_string()),
+            &end.map_or("-", |end| &end.digest),
+            &date_and_time(run.marker.started_unix_s),
+            &format!("{:.1} MB", run.bytes as f64 / 1e6),
+            &run.state(),
+        ]);
     }
+    outln!("{table}");
 }
 
 /// Every folder is looked at before the first one is removed.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result};
 use clap::Args;
 use rusty_contract::config::check_within;
-use rusty_contract::{Exit, errln};
+use rusty_contract::{Exit, errln, output};
 use rusty_engine::scenario_file;
 use rusty_plot::png;
 use rusty_study::umbmark::drawing::drawing;
@@ -84,11 +84,7 @@ pub fn run(args: &UmbmarkArgs) -> Result<Exit> {
     let square = Square { side_m: args.side, speed_m_s: args.speed, turn_rad_s: args.turn };
     let report = drive(&config, &square, args.runs)?;
     args.output.print(&report);
-    if args.svg.is_none() && args.png.is_none() {
-        return Ok(Exit::Done);
-    }
-    let place = args.svg.as_deref().or(args.png.as_deref()).unwrap_or(Path::new("picture"));
-    let svg = drawing(&report).with_context(|| refused(place))?;
+    let svg = drawing(&report);
     if let Some(path) = &args.svg {
         write(path, svg.as_bytes())?;
     }
@@ -99,7 +95,7 @@ pub fn run(args: &UmbmarkArgs) -> Result<Exit> {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    std::fs::write(path, bytes).with_context(|| path.display().to_string())?;
+    output::write(path, bytes).with_context(|| path.display().to_string())?;
     errln!("drawn into {}", path.display());
     Ok(())
 }

@@ -1,15 +1,17 @@
 //! `worlds`: list, draw or scan worlds.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Context as _, Result};
 use clap::Args;
-use plotters::prelude::*;
 use rusty_contract::config::LidarConfig;
-use rusty_contract::{Exit, FieldError, errln, outln};
+use rusty_contract::{Exit, FieldError, TextTable, errln, outln, output};
 use rusty_engine::scenario_file::{self, SetupError};
 use rusty_geometry::places::PLACES;
-use rusty_geometry::{Hit, Material, SE2, World, WorldSpec};
+use rusty_geometry::{Hit, SE2, World, WorldSpec};
+use rusty_plot::floor::draw_walls;
+use rusty_plot::style::INK;
+use rusty_plot::{Anchor, Axes, Rect, paint};
 use rusty_sim::Lidar;
 use serde_json::json;
 
@@ -38,15 +40,18 @@ pub struct WorldsArgs {
     pub output: Output,
 }
 
-/// Width of a drawing, pixels.
-const WIDTH_PX: f64 = 1000.0;
+/// Width of a drawn world, and where it begins, CSS pixels.
+const WIDTH: f64 = 920.0;
+const LEFT: f64 = 60.0;
+const TOP: f64 = 44.0;
 
 pub fn run(args: &WorldsArgs) -> Result<Exit> {
     let Some(name) = &args.name else { return list(args) };
     let spec = scenario_file::world(name)?;
     if let Some(path) = &args.svg {
         check_free(path, args.force)?;
-        draw(&spec, path)?;
+        output::write(path, drawing(&spec).as_bytes())
+            .with_context(|| path.display().to_string())?;
         errln!("drawn into {}", path.display());
     }
     if let Some(pose) = &args.scan {
@@ -103,60 +108,31 @@ fn scan(args: &WorldsArgs, name: &str, spec: WorldSpec, pose: &str) -> Result<Ex
     let materials: Vec<Option<String>> =
         hits.iter().map(|h| h.material.map(|m| m.to_string())).collect();
     args.output.print_with(&json!({ "ranges": ranges, "materials": materials }), || {
-        outln!("beam  bearing     range  material");
+        let mut table = TextTable::new(">beam  >bearing  >range  material");
         for (k, (range, material)) in ranges.iter().zip(&materials).enumerate() {
-            let bearing_deg = lidar.bearing_rad(k as u32).to_degrees();
+            let bearing = format!("{:.1}°", lidar.bearing_rad(k as u32).to_degrees());
             let material = material.as_deref().unwrap_or("nothing within range");
-            outln!("{k:4}  {bearing_deg:6.1}°  {range:7.4} m  {material}");
+            table.row(&[&k, &bearing, &format!("{range:.4} m"), &material]);
         }
+        outln!("{table}");
     });
     Ok(Exit::Done)
 }
 
-fn draw(spec: &WorldSpec, path: &Path) -> Result<()> {
-    let path_name = path.display();
-    let svg = drawing(spec).map_err(|why| anyhow!("cannot draw {path_name}: {why}"))?;
-    std::fs::write(path, svg).with_context(|| path_name.to_string())
-}
-
-fn drawing(spec: &WorldSpec) -> Result<String, String> {
-    let text = |e: &dyn std::fmt::Display| e.to_string();
+fn drawing(spec: &WorldSpec) -> String {
     let [x0, y0, x1, y1] = if spec.walls.is_empty() { [-5.0, -5.0, 5.0, 5.0] } else { spec.bounds };
     let margin = 0.04 * (x1 - x0).max(y1 - y0);
-    let (width, height) = (x1 - x0 + 2.0 * margin, y1 - y0 + 2.0 * margin);
-    let px_per_m = WIDTH_PX / width;
-    // Room for the labels of the axes.
-    let size = ((width * px_per_m) as u32 + 60, (height * px_per_m).max(120.0) as u32 + 80);
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-        root.fill(&WHITE).map_err(|e| text(&e))?;
-        let mut chart = ChartBuilder::on(&root)
-            .caption(&spec.name, ("sans-serif", 22))
-            .margin(8)
-            .x_label_area_size(36)
-            .y_label_area_size(44)
-            .build_cartesian_2d(x0 - margin..x1 + margin, y0 - margin..y1 + margin)
-            .map_err(|e| text(&e))?;
-        chart
-            .configure_mesh()
-            .x_desc("x, m")
-            .y_desc("y, m")
-            .light_line_style(TRANSPARENT)
-            .draw()
-            .map_err(|e| text(&e))?;
-        let walls = spec.walls.iter().map(|w| {
-            let color = match w.material {
-                Material::Wall => RGBColor(34, 34, 34),
-                Material::Glass => RGBColor(0, 114, 178),
-                Material::Door(_) => RGBColor(213, 94, 0),
-            };
-            PathElement::new(vec![(w.a[0], w.a[1]), (w.b[0], w.b[1])], color.stroke_width(3))
-        });
-        chart.draw_series(walls).map_err(|e| text(&e))?;
-        root.present().map_err(|e| text(&e))?;
-    }
-    Ok(svg)
+    let (x, y) = ([x0 - margin, x1 + margin], [y0 - margin, y1 + margin]);
+    let height = (WIDTH * (y[1] - y[0]) / (x[1] - x[0])).clamp(120.0, 10.0 * WIDTH);
+    let frame = Rect { left: LEFT, top: TOP, right: LEFT + WIDTH, bottom: TOP + height };
+    let axes = Axes::equal(frame, x, y, 12.0);
+    paint((WIDTH + LEFT + 20.0, frame.bottom + 50.0), &spec.name, |canvas| {
+        canvas.text([LEFT, 28.0], Anchor::Start, 22.0, &INK, &spec.name);
+        axes.draw_grid(canvas);
+        draw_walls(canvas, &axes, &spec.walls);
+        axes.draw_frame(canvas, true);
+        axes.draw_titles(canvas, "", "x (m)", "y (m)");
+    })
 }
 
 #[cfg(test)]
@@ -166,7 +142,7 @@ mod tests {
     #[test]
     fn every_place_can_be_drawn() {
         for (name, _) in PLACES {
-            let svg = drawing(&scenario_file::world(name).unwrap()).unwrap();
+            let svg = drawing(&scenario_file::world(name).unwrap());
             assert!(svg.contains("<svg") && svg.contains(name), "{name}");
         }
     }

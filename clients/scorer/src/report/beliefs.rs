@@ -14,7 +14,7 @@ use base64::prelude::BASE64_STANDARD;
 use rusty_contract::BeliefKind;
 use rusty_geometry::trig;
 use rusty_plot::style::Look;
-use rusty_plot::{Axes, Drawing, Layer, PlotError, Px};
+use rusty_plot::{Axes, Drawing, Layer, Px};
 use serde::Serialize;
 
 use super::units::steps;
@@ -81,22 +81,21 @@ impl<'a> Beliefs<'a> {
     }
 
     /// Draws those that are the latest at a tick.
-    pub fn draw(&self, drawing: &mut Drawing, axes: &Axes, tick: u64) -> Result<(), PlotError> {
+    pub fn draw(&self, drawing: &mut Drawing, axes: &Axes, tick: u64) {
         for (k, track) in self.tracks.iter().enumerate() {
             let whose = track.estimator.map_or_else(String::new, |i| format!("e e{i} "));
             let layer = Layer::of(format!("{whose}belief b{k}")).within(axes.frame);
             let shown = track.at(tick).map_or(&[][..], |moment| &moment.marks);
             drawing.layer(&layer, |canvas| {
-                (0..track.marks).try_for_each(|place| {
+                (0..track.marks).for_each(|place| {
                     let (at, mark) = match shown.get(place) {
                         Some(mark) => (place_px(axes, mark), *mark),
                         None => ([-1000.0; 2], Mark::NOWHERE),
                     };
                     draw_possible(canvas, &track.look, at, &mark)
                 })
-            })?;
+            });
         }
-        Ok(())
     }
 
     /// What stands below the map.

@@ -3,7 +3,7 @@
 
 use rusty_contract::score::{Durations, Score};
 use rusty_plot::style::{INK, Look, SOFT_INK, WHITE};
-use rusty_plot::{Anchor, Canvas, Drawing, Layer, LogAxes, PlotError, Rect};
+use rusty_plot::{Anchor, Axes, Axis, Canvas, Drawing, Layer, Rect, shortened};
 
 use super::figure;
 
@@ -16,7 +16,7 @@ const ROW: f64 = 18.0;
 const EACH: f64 = NAME + 2.0 * ROW + 8.0;
 
 /// The part of the page that is about compute times.
-pub(super) fn draw(names: &[String], scores: &[Score]) -> Result<String, PlotError> {
+pub(super) fn draw(names: &[String], scores: &[Score]) -> String {
     let times: Vec<(usize, &Score)> = names
         .iter()
         .enumerate()
@@ -24,9 +24,9 @@ pub(super) fn draw(names: &[String], scores: &[Score]) -> Result<String, PlotErr
         .filter(|(_, score)| score.compute.is_some())
         .collect();
     if times.is_empty() {
-        return Ok("<p>Not part of a log: how long answers took is known in a living run \
+        return "<p>Not part of a log: how long answers took is known in a living run \
                    alone.</p>\n"
-            .to_owned());
+            .to_owned();
     }
     let height = TOP + EACH * times.len() as f64;
     let frame = Rect { left: LEFT, top: TOP, right: WIDTH - 14.0, bottom: height };
@@ -37,32 +37,31 @@ pub(super) fn draw(names: &[String], scores: &[Score]) -> Result<String, PlotErr
     let shown = |s: f64| (s * 1e6).max(0.1);
     let least = durations().map(shown).fold(f64::INFINITY, f64::min);
     let most = durations().map(shown).fold(0.0, f64::max);
-    let axes = LogAxes { frame, x: [0.7 * least, 1.5 * most.max(10.0 * least)], y: [1.0, 10.0] };
+    let x = Axis::log([0.7 * least, 1.5 * most.max(10.0 * least)]);
+    let axes = Axes { frame, x, y: Axis::plain([0.0, 1.0]) };
     let mut drawing = Drawing::new((WIDTH, height + 48.0), "compute");
     drawing.layer(&Layer::of("ground"), |canvas| {
-        axes.draw_columns(canvas)?;
-        axes.draw_base(canvas)?;
-        let at = [0.5 * (frame.left + frame.right), frame.bottom + 37.0];
-        canvas.text(at, Anchor::Middle, 13.0, &INK, "time to an answer (µs)")
-    })?;
+        axes.draw_grid(canvas);
+        axes.draw_frame(canvas, true);
+        axes.draw_titles(canvas, "", "time to an answer (µs)", "");
+    });
     for (place, (i, score)) in times.iter().enumerate() {
         let Some(compute) = score.compute else { continue };
         let look = Look::of(*i, names.len());
         let top = TOP + EACH * place as f64;
         drawing.layer(&Layer::of(format!("e e{i}")), |canvas| {
             let at = [frame.left + 8.0, top + 15.0];
-            canvas.text(at, Anchor::Start, 13.0, &INK, &shortened(&score.name))?;
+            canvas.text(at, Anchor::Start, 13.0, &INK, &shortened(&score.name, 46));
             for (row, what, durations) in
                 [(0.0, "reported", compute.reported), (1.0, "observed", compute.observed)]
             {
                 let y = top + NAME + ROW * (row + 0.5);
                 let at = [frame.left - 9.0, y + 4.2];
-                canvas.text(at, Anchor::End, 12.0, &SOFT_INK, what)?;
-                let px = |s: f64| axes.px([shown(s), 1.0])[0];
-                draw_durations(canvas, &look, y, &durations, px)?;
+                canvas.text(at, Anchor::End, 12.0, &SOFT_INK, what);
+                let px = |s: f64| axes.px([shown(s), 0.0])[0];
+                draw_durations(canvas, &look, y, &durations, px);
             }
-            Ok(())
-        })?;
+        });
     }
     let who: Vec<&str> = times.iter().map(|(_, score)| score.name.as_str()).collect();
     let text = format!("Median, 99th percentile and longest time of: {}", who.join(", "));
@@ -70,29 +69,20 @@ pub(super) fn draw(names: &[String], scores: &[Score]) -> Result<String, PlotErr
     let caption = "Mark: median. Line: up to 99 % of all answers. Stroke: the longest. Reported is \
                    from taking a frame to answering it, observed from publishing it to the \
                    answer's arrival.";
-    Ok(figure(&svg, caption))
+    figure(&svg, caption)
 }
 
 fn draw_durations(
-    canvas: &mut Canvas<'_>,
+    canvas: &mut Canvas,
     look: &Look,
     y: f64,
     durations: &Durations,
     px: impl Fn(f64) -> f64,
-) -> Result<(), PlotError> {
+) {
     let [p50, p99, max] = [durations.p50_s, durations.p99_s, durations.max_s].map(px);
-    canvas.line(&[[p99, y], [max, y]], &look.ink, 1.0)?;
-    canvas.line(&[[max, y - 5.0], [max, y + 5.0]], &look.ink, 1.6)?;
-    canvas.line(&[[p50, y], [p99, y]], &WHITE, 7.0)?;
-    canvas.line(&[[p50, y], [p99, y]], &look.ink, 5.0)?;
+    canvas.line(&[[p99, y], [max, y]], &look.ink, 1.0);
+    canvas.line(&[[max, y - 5.0], [max, y + 5.0]], &look.ink, 1.6);
+    canvas.line(&[[p50, y], [p99, y]], &WHITE, 7.0);
+    canvas.line(&[[p50, y], [p99, y]], &look.ink, 5.0);
     look.mark(canvas, [p50, y], 5.0)
-}
-
-/// A name as far as it fits.
-fn shortened(name: &str) -> String {
-    const MOST: usize = 46;
-    match name.chars().count() {
-        0..=MOST => name.to_owned(),
-        _ => name.chars().take(MOST - 1).chain(['…']).collect(),
-    }
 }

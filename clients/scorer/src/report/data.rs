@@ -146,7 +146,7 @@ pub(super) fn json(
     (scans, beliefs): (&Scans, &Beliefs<'_>),
     chart: Rect,
 ) -> String {
-    let origin_m = [0.5 * (axes.x[0] + axes.x[1]), 0.5 * (axes.y[0] + axes.y[1])];
+    let origin_m = [axes.x, axes.y].map(|axis| 0.5 * (axis.range[0] + axis.range[1]));
     let poses: Vec<u8> = trace
         .stops
         .iter()

@@ -5,9 +5,10 @@
 //! `cursor` shows it on a chart.
 
 use rusty_geometry::{SE2, trig};
+use rusty_plot::ellipse::circle;
 use rusty_plot::floor::draw_robot;
 use rusty_plot::style::{INK, Look, WHITE};
-use rusty_plot::{Axes, Drawing, Layer, PlotError, Px, Rect};
+use rusty_plot::{Axes, Drawing, Layer, Px, Rect};
 
 use super::beliefs::Beliefs;
 use super::data::{self, Scans};
@@ -66,7 +67,7 @@ fn turned(axes: &Axes, pose: &SE2) -> ([f64; 4], Px) {
 }
 
 impl Figures {
-    pub fn of(trace: &RunTrace) -> Result<Self, PlotError> {
+    pub fn of(trace: &RunTrace) -> Self {
         let time = Timeline::of(trace);
         // The end, as far as the truth is known.
         let known = trace.stops.iter().rposition(|stop| stop.truth.is_some());
@@ -78,12 +79,12 @@ impl Figures {
         let frame = Rect { left: 62.0, top: 10.0, right: MAP_WIDTH - 16.0, bottom: 10.0 + height };
         let axes = view.axes(frame);
         let beliefs = Beliefs::of(trace);
-        let (map, left_map) = draw_map(trace, &time, &axes, (&scans, &beliefs), shown)?;
+        let (map, left_map) = draw_map(trace, &time, &axes, (&scans, &beliefs), shown);
         let at_s = trace.stops.get(shown).and_then(|stop| time.place_s(stop.time_s));
         let chart = |kind| draw_chart(trace, &time, kind, at_s);
-        let errors = [chart(Kind::Position)?, chart(Kind::Heading)?].map(|(text, _)| text);
-        let nees = chart(Kind::Nees)?;
-        Ok(Self {
+        let errors = [chart(Kind::Position), chart(Kind::Heading)].map(|(text, _)| text);
+        let nees = chart(Kind::Nees);
+        Self {
             map,
             errors,
             nees: (!nees.1).then_some(nees.0),
@@ -93,7 +94,7 @@ impl Figures {
             left_map,
             possible: beliefs.caption(),
             possible_now: beliefs.now(trace.stops.get(shown).map_or(0, |stop| stop.tick)),
-        })
+        }
     }
 }
 
@@ -103,44 +104,43 @@ fn draw_map(
     axes: &Axes,
     (scans, beliefs): (&Scans, &Beliefs<'_>),
     shown: usize,
-) -> Result<(String, bool), PlotError> {
+) -> (String, bool) {
     let frame = axes.frame;
     let stop = trace.stops.get(shown);
     let mut drawing = Drawing::new((MAP_WIDTH, frame.bottom + 50.0), "map");
-    drawing.layer(&Layer::of("ground"), |canvas| map::draw_ground(canvas, axes, trace))?;
+    drawing.layer(&Layer::of("ground"), |canvas| map::draw_ground(canvas, axes, trace));
     for i in (0..trace.names.len()).filter(|&i| trace.reports_covariance(i)) {
-        draw_ellipse(&mut drawing, axes, stop, (i, trace.names.len()))?;
+        draw_ellipse(&mut drawing, axes, stop, (i, trace.names.len()));
     }
-    beliefs.draw(&mut drawing, axes, stop.map_or(0, |stop| stop.tick))?;
+    beliefs.draw(&mut drawing, axes, stop.map_or(0, |stop| stop.tick));
     drawing.layer(&Layer::of("scan").within(frame), |canvas| {
         let nowhere = [-1000.0; 2];
         scans
             .points_px(trace, axes, shown)
             .into_iter()
-            .try_for_each(|at| map::draw_echo(canvas, at.unwrap_or(nowhere)))
-    })?;
+            .for_each(|at| map::draw_echo(canvas, at.unwrap_or(nowhere)))
+    });
     let mut left_map = false;
     for i in 0..trace.names.len() {
         drawing.layer(&Layer::of(format!("e e{i}")).within(frame), |canvas| {
-            left_map |= map::draw_believed(canvas, axes, trace, i)?;
+            left_map |= map::draw_believed(canvas, axes, trace, i);
             map::draw_marks(canvas, axes, (trace, time), i)
-        })?;
+        });
     }
     drawing.layer(&Layer::of("start").within(frame), |canvas| {
-        match (0..trace.ticks()).find_map(|tick| trace.true_pose(tick)) {
-            Some(pose) => draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), true),
-            None => Ok(()),
+        if let Some(pose) = (0..trace.ticks()).find_map(|tick| trace.true_pose(tick)) {
+            draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), true);
         }
-    })?;
+    });
     let truth = stop.and_then(|stop| stop.truth).map(|pose| turned(axes, &pose));
     let robot = placed(Layer::of("robot").within(frame), truth);
-    drawing.layer(&robot, |canvas| draw_robot(canvas, [0.0; 2], 0.0, false))?;
+    drawing.layer(&robot, |canvas| draw_robot(canvas, [0.0; 2], 0.0, false));
     for i in 0..trace.names.len() {
-        draw_estimate(&mut drawing, axes, stop, (i, trace.names.len()))?;
+        draw_estimate(&mut drawing, axes, stop, (i, trace.names.len()));
     }
     let who = trace.names.join(", ");
     let text = format!("The floor seen from above, with the true path and those of: {who}");
-    Ok((drawing.finish("Map of the run", &text, ""), left_map))
+    (drawing.finish("Map of the run", &text, ""), left_map)
 }
 
 /// The ellipse at the chosen tick: what a circle becomes.
@@ -149,7 +149,7 @@ fn draw_ellipse(
     axes: &Axes,
     stop: Option<&Stop>,
     (i, count): (usize, usize),
-) -> Result<(), PlotError> {
+) {
     let look = Look::of(i, count);
     let place = stop.and_then(|stop| stop.estimate(i)).and_then(|estimate| {
         let [xx, yx, yy] = bands::ellipse_m(estimate)?.map(|m| m * units_per_m(axes) / CIRCLE);
@@ -157,8 +157,8 @@ fn draw_ellipse(
     });
     let layer = placed(Layer::of(format!("e e{i} ellipse")).within(axes.frame), place);
     drawing.layer(&layer, |canvas| {
-        let around: Vec<Px> = map::unit_circle().map(|at| at.map(|v| CIRCLE * v)).collect();
-        canvas.wash(&around, &look.ink, 0.18)?;
+        let around = circle([0.0; 2], CIRCLE);
+        canvas.wash(&around, &look.ink, 0.18);
         canvas.line(&around, &look.ink, 1.6)
     })
 }
@@ -169,7 +169,7 @@ fn draw_estimate(
     axes: &Axes,
     stop: Option<&Stop>,
     (i, count): (usize, usize),
-) -> Result<(), PlotError> {
+) {
     let look = Look::of(i, count);
     let place = stop
         .and_then(|stop| stop.estimate(i))
@@ -177,9 +177,9 @@ fn draw_estimate(
     let layer = |what: &str| Layer::of(format!("e e{i} {what}")).within(axes.frame);
     drawing.layer(&placed(layer("nose"), place), |canvas| {
         let nose = [[0.0, 0.0], [17.0, 0.0]];
-        canvas.line(&nose, &WHITE, 5.0)?;
+        canvas.line(&nose, &WHITE, 5.0);
         canvas.line(&nose, &look.ink, 2.6)
-    })?;
+    });
     // A mark keeps upright, or one could be taken for another.
     let upright = place.map(|(_, at)| ([1.0, 0.0, 0.0, 1.0], at));
     drawing.layer(&placed(layer("mark"), upright), |canvas| look.mark(canvas, [0.0; 2], 6.2))
@@ -191,12 +191,7 @@ fn chart_frame() -> Rect {
 }
 
 /// A chart, and whether there is nothing on it.
-fn draw_chart(
-    trace: &RunTrace,
-    time: &Timeline,
-    kind: Kind,
-    at_s: Option<f64>,
-) -> Result<(String, bool), PlotError> {
+fn draw_chart(trace: &RunTrace, time: &Timeline, kind: Kind, at_s: Option<f64>) -> (String, bool) {
     let count = trace.names.len();
     let points = (ALL_POINTS / count.max(1)).clamp(POINTS[0], POINTS[1]);
     let frame = chart_frame();
@@ -207,21 +202,20 @@ fn draw_chart(
         Kind::Nees => ("nees", "Normalised squared error over time"),
     };
     let mut drawing = Drawing::new(CHART, id);
-    drawing.layer(&Layer::of("ground"), |canvas| chart.draw_ground(canvas, true))?;
+    drawing.layer(&Layer::of("ground"), |canvas| chart.draw_ground(canvas, true));
     for i in 0..count {
         let layer = Layer::of(format!("e e{i}")).within(frame);
-        drawing.layer(&layer, |canvas| chart.draw_band(canvas, i))?;
+        drawing.layer(&layer, |canvas| chart.draw_band(canvas, i));
     }
     for i in 0..count {
         // Marks may reach over the frame.
-        drawing.layer(&Layer::of(format!("e e{i}")), |canvas| chart.draw_curve(canvas, i))?;
+        drawing.layer(&Layer::of(format!("e e{i}")), |canvas| chart.draw_curve(canvas, i));
     }
     let share = |at_s: f64| (at_s - time.range_s[0]) / time.span_s();
     let place = at_s.map(|at_s| [frame.left + share(at_s) * frame.width(), 0.0]);
     let cursor = placed(Layer::of("cursor"), place.map(|at| ([1.0, 0.0, 0.0, 1.0], at)));
-    drawing.layer(&cursor, |canvas| {
-        canvas.line(&[[0.0, frame.top], [0.0, frame.bottom]], &INK, 1.2)
-    })?;
+    drawing
+        .layer(&cursor, |canvas| canvas.line(&[[0.0, frame.top], [0.0, frame.bottom]], &INK, 1.2));
     let text = format!("{} of: {}", kind.title(), trace.names.join(", "));
-    Ok((drawing.finish(title, &text, "class=\"chart\""), chart.is_empty()))
+    (drawing.finish(title, &text, "class=\"chart\""), chart.is_empty())
 }

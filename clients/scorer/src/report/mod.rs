@@ -26,35 +26,27 @@ use std::fmt::Write as _;
 
 use rusty_contract::log::{LogHeader, Source};
 use rusty_contract::score::{ScoreReport, seconds};
-use rusty_plot::PlotError;
-use rusty_plot::style::{ON_DARK, hex};
+use rusty_plot::escaped;
+use rusty_plot::style::ON_DARK;
 
 use crate::scoring::trace::{RunTrace, Whole};
 use figures::Figures;
 
 /// Writes the report of a run: its header, what was kept of it, and its scores.
-///
-/// # Errors
-/// [`PlotError::Draw`] if the drawing backend refuses; it writes to memory only
-/// and is not known to.
-pub fn html(
-    header: &LogHeader,
-    trace: &RunTrace,
-    scores: &ScoreReport,
-) -> Result<String, PlotError> {
-    let figures = Figures::of(trace)?;
-    let times = compute::draw(&trace.names, &scores.scores)?;
+pub fn html(header: &LogHeader, trace: &RunTrace, scores: &ScoreReport) -> String {
+    let figures = Figures::of(trace);
+    let times = compute::draw(&trace.names, &scores.scores);
     let mut page = String::with_capacity(1 << 18);
     write_head(&mut page, trace);
     write_title(&mut page, header, trace, scores);
     page.push_str("<main>\n");
-    section(&mut page, "map", "Map", &map_part(trace, &figures)?);
+    section(&mut page, "map", "Map", &map_part(trace, &figures));
     section(&mut page, "errors", "Errors over time", &errors_part(trace, &figures));
     page.push_str("<div class=\"pair\">\n");
     section(&mut page, "consistency", "Consistency", &consistency_part(trace, &figures));
     section(&mut page, "times", "Compute time", &times);
     page.push_str("</div>\n");
-    section(&mut page, "scores", "Scores", &table::table(&trace.names, scores)?);
+    section(&mut page, "scores", "Scores", &table::table(&trace.names, scores));
     page.push_str("</main>\n");
     let _ = write!(
         page,
@@ -68,24 +60,7 @@ pub fn html(
         include_str!("page.js"),
         if figures.possible.is_empty() { "" } else { include_str!("beliefs.js") }
     );
-    Ok(page)
-}
-
-/// Text as it may stand in an element or an attribute.
-pub(crate) fn escaped(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            '\'' => safe.push_str("&#39;"),
-            c if c.is_control() => safe.push(' '),
-            c => safe.push(c),
-        }
-    }
-    safe
+    page
 }
 
 /// What the page's own script is known by. Whoever chose a name in this run
@@ -98,7 +73,6 @@ fn nonce(trace: &RunTrace) -> String {
 fn write_head(page: &mut String, trace: &RunTrace) {
     let mut dark = String::new();
     for (light, ink) in ON_DARK {
-        let (light, ink) = (hex(light), hex(ink));
         let _ = writeln!(dark, "  svg [fill=\"{light}\"] {{ fill: {ink}; }}");
         let _ = writeln!(dark, "  svg [stroke=\"{light}\"] {{ stroke: {ink}; }}");
     }
@@ -203,7 +177,7 @@ pub(crate) fn figure(svg: &str, caption: &str) -> String {
     format!("<figure>\n{svg}<figcaption>{caption}</figcaption>\n</figure>\n")
 }
 
-fn map_part(trace: &RunTrace, figures: &Figures) -> Result<String, PlotError> {
+fn map_part(trace: &RunTrace, figures: &Figures) -> String {
     let mut caption = "Seen from above.".to_owned();
     if !trace.names.is_empty() {
         caption.push_str(" Marks at equal times, the same on map and charts.");
@@ -236,10 +210,10 @@ fn map_part(trace: &RunTrace, figures: &Figures) -> Result<String, PlotError> {
         part.push_str(&escaped(&figures.possible_now));
         part.push_str("</output></p>\n");
     }
-    part.push_str(&table::readout(trace, figures.shown)?);
-    part.push_str(&key::list(trace)?);
+    part.push_str(&table::readout(trace, figures.shown));
+    part.push_str(&key::list(trace));
     part.push_str("</div>\n</div>\n");
-    Ok(part)
+    part
 }
 
 fn errors_part(trace: &RunTrace, figures: &Figures) -> String {

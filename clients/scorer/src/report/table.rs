@@ -9,9 +9,8 @@ use rusty_contract::score::{
     duration, metres,
 };
 use rusty_plot::style::{Look, figure};
-use rusty_plot::{Drawing, Layer, PlotError};
+use rusty_plot::{Drawing, Layer, escaped};
 
-use super::escaped;
 use crate::scoring::bands;
 use crate::scoring::trace::RunTrace;
 
@@ -203,9 +202,9 @@ fn times(score: &Score, of: fn(&ComputeTimes) -> Durations) -> Cell {
 }
 
 /// The scores: a column for each estimator, in as many tables as paper needs.
-pub(super) fn table(names: &[String], report: &ScoreReport) -> Result<String, PlotError> {
+pub(super) fn table(names: &[String], report: &ScoreReport) -> String {
     if names.is_empty() {
-        return Ok("<p>Nobody estimated the pose.</p>\n".to_owned());
+        return "<p>Nobody estimated the pose.</p>\n".to_owned();
     }
     let scores: Vec<Option<&Score>> =
         names.iter().map(|name| report.scores.iter().find(|s| s.name == *name)).collect();
@@ -224,7 +223,7 @@ pub(super) fn table(names: &[String], report: &ScoreReport) -> Result<String, Pl
              <table class=\"scores\">\n<thead><tr><td></td>"
         );
         for i in columns.clone() {
-            let mark = swatch("head", i, names.len())?;
+            let mark = swatch("head", i, names.len());
             let _ =
                 write!(text, "<th scope=\"col\">{mark}<span>{}</span></th>", escaped(&names[i]));
         }
@@ -235,7 +234,7 @@ pub(super) fn table(names: &[String], report: &ScoreReport) -> Result<String, Pl
     if names.len() > 1 {
         text.push_str("<p class=\"soft\">Bold: the least of all estimators.</p>\n");
     }
-    Ok(text)
+    text
 }
 
 /// The rows of some of the estimators, compared with all of them.
@@ -275,7 +274,7 @@ fn write_row(text: &mut String, name: &str, cells: &[Cell], columns: Range<usize
 }
 
 /// The errors at a stop, and who is shown: a row for each estimator.
-pub(super) fn readout(trace: &RunTrace, shown: usize) -> Result<String, PlotError> {
+pub(super) fn readout(trace: &RunTrace, shown: usize) -> String {
     let mut text = "<table class=\"readout\" id=\"readout\">\n<caption>At this tick</caption>\n\
                     <thead><tr><th scope=\"col\">shown</th>\
                     <th scope=\"col\">position error, m</th><th scope=\"col\">heading error, °</th>\
@@ -303,7 +302,7 @@ pub(super) fn readout(trace: &RunTrace, shown: usize) -> Result<String, PlotErro
             text,
             "<tr><th scope=\"row\"><label><input type=\"checkbox\" class=\"toggle\" \
              autocomplete=\"off\" checked disabled>{}<span>{}</span></label></th><td>{}</td><td>{}</td><td>{}</td></tr>",
-            swatch("row", i, trace.names.len())?,
+            swatch("row", i, trace.names.len()),
             escaped(name),
             cell(position, 3),
             cell(heading, 2),
@@ -311,17 +310,16 @@ pub(super) fn readout(trace: &RunTrace, shown: usize) -> Result<String, PlotErro
         );
     }
     text.push_str("</tbody>\n</table>\n");
-    Ok(text)
+    text
 }
 
 /// How an estimator is drawn. `place` keeps the names of drawings apart.
-fn swatch(place: &str, estimator: usize, count: usize) -> Result<String, PlotError> {
+fn swatch(place: &str, estimator: usize, count: usize) -> String {
     let look = Look::of(estimator, count);
     let mut drawing = Drawing::new((30.0, 16.0), &format!("{place}-{estimator}"));
     drawing.layer(&Layer::default(), |canvas| {
-        canvas.line(&[[1.0, 8.0], [29.0, 8.0]], &look.ink, look.width)?;
-        look.mark(canvas, [15.0, 8.0], 4.6)
-    })?;
+        look.swatch(canvas, [1.0, 8.0], 28.0, 4.6);
+    });
     // Beside its name; who hears the page needs no line.
-    Ok(drawing.finish("", "", "class=\"swatch\" aria-hidden=\"true\""))
+    drawing.finish("", "", "class=\"swatch\" aria-hidden=\"true\"")
 }

@@ -5,7 +5,7 @@ use rusty_plot::layers::STEPS_PER_UNIT;
 
 /// Units of the page per metre of the map.
 pub(super) fn units_per_m(axes: &Axes) -> f64 {
-    axes.frame.width() / (axes.x[1] - axes.x[0])
+    axes.frame.width() / (axes.x.range[1] - axes.x.range[0])
 }
 
 /// A length of the page as coordinates of a drawing have it.

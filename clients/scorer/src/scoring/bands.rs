@@ -14,12 +14,11 @@
 
 use rusty_contract::Estimate;
 use rusty_geometry::{SE2, trig};
+use rusty_plot::ellipse::ellipse;
 
 /// Two-sided 95 % of χ² with three degrees of freedom: 2.5 % lie below, 2.5 %
 /// above.
 pub const NEES_BAND: [f64; 2] = [0.215_795_282_623_897_94, 9.348_403_604_496_148];
-/// 95 % of χ² with two degrees of freedom: −2 ln 0.05.
-const PLANE: f64 = 5.991_464_547_107_98;
 /// Two-sided 95 % of a standard normal variable, and one-sided.
 const TWO_SIDED: f64 = 1.959_963_984_540_054;
 const ONE_SIDED: f64 = 1.644_853_626_951_472_7;
@@ -65,14 +64,12 @@ pub fn heading_reach_rad(covariance: &[f64; 9]) -> Option<f64> {
 pub fn ellipse_m(estimate: &Estimate) -> Option<[f64; 3]> {
     let [a, b, c] = plane(&estimate.covariance?)?;
     let (s, k) = trig::sin_cos(estimate.pose_in_world.theta());
-    let xx = PLANE * (k * k * a - 2.0 * k * s * b + s * s * c);
-    let xy = PLANE * (k * s * (a - c) + (k * k - s * s) * b);
-    let yy = PLANE * (s * s * a + 2.0 * k * s * b + k * k * c);
-    let by_x = xx.max(0.0).sqrt();
-    let across = if by_x > 0.0 { xy / by_x } else { 0.0 };
-    let by_y = (yy - across * across).max(0.0).sqrt();
-    let all = [by_x, across, by_y];
-    all.iter().all(|v| v.is_finite()).then(|| all.map(|v| v.clamp(-LARGEST_M, LARGEST_M)))
+    let xx = k * k * a - 2.0 * k * s * b + s * s * c;
+    let xy = k * s * (a - c) + (k * k - s * s) * b;
+    let yy = s * s * a + 2.0 * k * s * b + k * k * c;
+    // Rounding may leave a hair less than none.
+    let all = ellipse([xx.max(0.0), xy, yy.max(0.0)])?;
+    Some(all.map(|v| v.clamp(-LARGEST_M, LARGEST_M)))
 }
 
 /// Variances and covariance of x and y in the body frame, m²; `None` if they
@@ -88,6 +85,7 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
     use rusty_metrics::chi_square;
+    use rusty_plot::ellipse::NINETY_FIVE as PLANE;
 
     #[test]
     fn the_quantiles_are_those_of_the_distribution() {

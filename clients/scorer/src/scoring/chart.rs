@@ -1,8 +1,8 @@
 //! Charts over time: the errors of position and heading with the bands that the
 //! reported covariances promise, and the normalised squared error.
 
-use rusty_plot::style::{BAND, INK, Look, RGBColor, SOFT_INK, ZERO};
-use rusty_plot::{Anchor, Axes, Canvas, PlotError, Px, Rect, SemiLogAxes, Step, polyline};
+use rusty_plot::style::{BAND, Look, SOFT_INK, ZERO};
+use rusty_plot::{Anchor, Axes, Axis, Canvas, Px, Rect, polyline};
 
 use super::bands;
 use super::scored::{Scored, scored};
@@ -81,24 +81,15 @@ impl Kind {
     }
 }
 
-/// The axes of a chart.
-#[derive(Clone, Copy, Debug)]
-enum Scale {
-    Linear(Axes, Step),
-    Log(SemiLogAxes),
-}
-
 /// A curve: ticks, and [time s, value] at them.
 type Curve = Vec<(usize, [f64; 2])>;
 
 /// A chart, ready to be drawn.
 pub(crate) struct Chart<'a> {
     kind: Kind,
-    frame: Rect,
     trace: &'a RunTrace,
     time: &'a Timeline,
-    scale: Scale,
-    x_step: Step,
+    axes: Axes,
     /// One per estimator, and how far its band reaches.
     curves: Vec<Curve>,
     reaches: Vec<Curve>,
@@ -127,18 +118,13 @@ impl<'a> Chart<'a> {
             (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
         let reach = reaches.iter().flatten().map(|(_, at)| at[1]).fold(0.0, f64::max);
         let y = kind.range(least, greatest, reach);
-        let scale = match kind {
-            Kind::Nees => Scale::Log(SemiLogAxes { frame, x: time.range_s, y }),
-            Kind::Position => {
-                Scale::Linear(Axes { frame, x: time.range_s, y }, Step::of(y[1] - y[0], 5.0))
-            }
-            Kind::Heading => Scale::Linear(
-                Axes { frame, x: time.range_s, y },
-                Step::of_degrees(y[1] - y[0], 5.0),
-            ),
+        let y = match kind {
+            Kind::Position => Axis::linear(y, 5.0),
+            Kind::Heading => Axis::degrees(y, 5.0),
+            Kind::Nees => Axis::log(y),
         };
-        let x_step = Step::of(time.span_s(), numbers);
-        Self { kind, frame, trace, time, scale, x_step, curves, reaches, points }
+        let axes = Axes { frame, x: Axis::linear(time.range_s, numbers), y };
+        Self { kind, trace, time, axes, curves, reaches, points }
     }
 
     /// Whether there is anything to be seen of an estimator.
@@ -147,49 +133,33 @@ impl<'a> Chart<'a> {
     }
 
     fn px(&self, [x, y]: [f64; 2]) -> Px {
-        match &self.scale {
-            Scale::Linear(axes, _) => axes.px([x, y.clamp(axes.y[0], axes.y[1])]),
-            Scale::Log(axes) => axes.px([x, y.clamp(axes.y[0], axes.y[1])]),
-        }
+        let [low, high] = self.axes.y.range;
+        self.axes.px([x, y.clamp(low, high)])
     }
 
     /// Draws what the curves lie on, frame and numbers included; the numbers
     /// and the title of the time axis if wanted.
-    pub fn draw_ground(&self, canvas: &mut Canvas<'_>, below: bool) -> Result<(), PlotError> {
-        let f = &self.frame;
-        let x = below.then_some(self.x_step);
-        let level = |canvas: &mut Canvas<'_>, y: f64, ink: &RGBColor| {
-            let at = self.px([0.0, y])[1];
-            canvas.line(&[[f.left, at], [f.right, at]], ink, 1.0)
-        };
-        match &self.scale {
-            Scale::Linear(axes, step) => {
-                axes.draw_grid(canvas, self.x_step, *step)?;
-                level(canvas, 0.0, &ZERO)?;
-                axes.draw_frame(canvas, x, *step)?;
-            }
-            Scale::Log(axes) => {
-                let [bottom, top] = bands::NEES_BAND.map(|y| self.px([0.0, y])[1]);
-                canvas.rectangle(&Rect { top, bottom, ..*f }, &BAND)?;
-                axes.draw_grid(canvas, self.x_step)?;
-                level(canvas, 3.0, &ZERO)?;
-                axes.draw_frame(canvas, x)?;
-            }
+    pub fn draw_ground(&self, canvas: &mut Canvas, below: bool) {
+        let (axes, f) = (&self.axes, self.axes.frame);
+        let mut expected = 0.0;
+        if self.kind == Kind::Nees {
+            let [bottom, top] = bands::NEES_BAND.map(|y| self.px([0.0, y])[1]);
+            canvas.rectangle(&Rect { top, bottom, ..f }, &BAND);
+            expected = 3.0;
         }
+        axes.draw_grid(canvas);
+        let at = self.px([0.0, expected])[1];
+        canvas.line(&[[f.left, at], [f.right, at]], &ZERO, 1.0);
+        axes.draw_frame(canvas, below);
         for at in self.kidnappings_px() {
-            canvas.dashes(&[[at, f.top], [at, f.bottom]], &SOFT_INK, 1.2, 4.0)?;
+            canvas.dashes(&[[at, f.top], [at, f.bottom]], &SOFT_INK, 1.2, 4.0);
         }
         if self.is_empty() {
             let middle = [0.5 * (f.left + f.right), 0.5 * (f.top + f.bottom) - 12.0];
             let text = "no tick has both an estimate and a truth";
-            canvas.text(middle, Anchor::Middle, 13.0, &SOFT_INK, text)?;
+            canvas.text(middle, Anchor::Middle, 13.0, &SOFT_INK, text);
         }
-        canvas.text([f.left, f.top - 8.0], Anchor::Start, 13.0, &INK, self.kind.title())?;
-        if below {
-            let at = [0.5 * (f.left + f.right), f.bottom + 37.0];
-            canvas.text(at, Anchor::Middle, 13.0, &INK, self.time.title())?;
-        }
-        Ok(())
+        axes.draw_titles(canvas, self.kind.title(), if below { self.time.title() } else { "" }, "");
     }
 
     /// Where on the page the robot was put elsewhere, as far as that was seen.
@@ -201,7 +171,7 @@ impl<'a> Chart<'a> {
     }
 
     /// Draws how far an estimator's errors may reach by its covariances.
-    pub fn draw_band(&self, canvas: &mut Canvas<'_>, estimator: usize) -> Result<(), PlotError> {
+    pub fn draw_band(&self, canvas: &mut Canvas, estimator: usize) {
         let look = Look::of(estimator, self.trace.names.len());
         let reaches = &self.reaches[estimator];
         // Above and below, each with as many points as a curve.
@@ -216,18 +186,17 @@ impl<'a> Chart<'a> {
             };
             if upper.len() > 1 {
                 let around: Vec<Px> = upper.iter().chain(lower.iter().rev()).copied().collect();
-                canvas.wash(&around, &look.ink, BAND_OPACITY)?;
-                canvas.veil(&upper, &look.ink, 1.0, 0.5)?;
+                canvas.wash(&around, &look.ink, BAND_OPACITY);
+                canvas.veil(&upper, &look.ink, 1.0, 0.5);
                 if self.kind == Kind::Heading {
-                    canvas.veil(&lower, &look.ink, 1.0, 0.5)?;
+                    canvas.veil(&lower, &look.ink, 1.0, 0.5);
                 }
             }
         }
-        Ok(())
     }
 
     /// Draws an estimator's curve and its marks.
-    pub fn draw_curve(&self, canvas: &mut Canvas<'_>, estimator: usize) -> Result<(), PlotError> {
+    pub fn draw_curve(&self, canvas: &mut Canvas, estimator: usize) {
         let look = Look::of(estimator, self.trace.names.len());
         let curve = &self.curves[estimator];
         // Two points of every bucket stay.
@@ -242,8 +211,8 @@ impl<'a> Chart<'a> {
                 let line = polyline::envelope(part, bucket);
                 let line: Vec<Px> = line.into_iter().map(|at| self.px(at)).collect();
                 match line[..] {
-                    [at] => canvas.disc(at, 1.5, &look.ink)?,
-                    _ => canvas.line(&line, &look.ink, width)?,
+                    [at] => canvas.disc(at, 1.5, &look.ink),
+                    _ => canvas.line(&line, &look.ink, width),
                 }
             }
         }
@@ -254,9 +223,8 @@ impl<'a> Chart<'a> {
             Some((curve.get(next)?.1, 3.6))
         });
         for (at, size) in marked.chain(curve.last().map(|&(_, at)| (at, 5.0))) {
-            look.mark(canvas, self.px(at), size)?;
+            look.mark(canvas, self.px(at), size);
         }
-        Ok(())
     }
 }
 

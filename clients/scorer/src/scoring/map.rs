@@ -3,9 +3,10 @@
 
 use nalgebra::Point2;
 use rusty_geometry::{SE2, trig};
+use rusty_plot::ellipse::outline;
 use rusty_plot::floor::{Extent, draw_line, draw_robot, draw_walls};
 use rusty_plot::style::{INK, Look, RGBColor, SCAN, TRUTH, TRUTH_WIDTH};
-use rusty_plot::{Anchor, Axes, Canvas, PlotError, Px, Rect, Step, polyline};
+use rusty_plot::{Axes, Canvas, Px, Rect, polyline};
 
 use super::bands;
 use super::beliefs::Mark;
@@ -65,60 +66,49 @@ impl View {
 
     /// The way from the world to a page. `frame` is filled.
     pub fn axes(&self, frame: Rect) -> Axes {
-        Axes::equal(frame, self.x_m, self.y_m)
+        Axes::equal(frame, self.x_m, self.y_m, 10.0)
     }
 
     /// Draws the scan as far as it lies in the map.
-    pub fn draw_scan(&self, canvas: &mut Canvas<'_>, axes: &Axes) -> Result<(), PlotError> {
+    pub fn draw_scan(&self, canvas: &mut Canvas, axes: &Axes) {
         for at in self.scan.iter().map(|&at| axes.px(at)).filter(|&at| axes.holds(at)) {
-            draw_echo(canvas, at)?;
+            draw_echo(canvas, at);
         }
-        Ok(())
     }
 }
 
 /// Draws the walls and the true path, on a grid with its numbers.
-pub(crate) fn draw_ground(
-    canvas: &mut Canvas<'_>,
-    axes: &Axes,
-    trace: &RunTrace,
-) -> Result<(), PlotError> {
-    // One step for both axes: the cells of the grid are square.
-    let step = Step::of(axes.x[1] - axes.x[0], 10.0);
-    axes.draw_grid(canvas, step, step)?;
-    draw_walls(canvas, axes, &trace.world.walls)?;
+pub(crate) fn draw_ground(canvas: &mut Canvas, axes: &Axes, trace: &RunTrace) {
+    axes.draw_grid(canvas);
+    draw_walls(canvas, axes, &trace.world.walls);
     let truth = places_m(trace, |tick| trace.true_pose(tick));
-    draw_path(canvas, axes, &truth, (&TRUTH, TRUTH_WIDTH))?;
-    axes.draw_frame(canvas, Some(step), step)?;
-    let frame = &axes.frame;
-    let middle = 0.5 * (frame.left + frame.right);
-    canvas.text([middle, frame.bottom + 37.0], Anchor::Middle, 13.0, &INK, "x (m)")?;
-    let middle = 0.5 * (frame.top + frame.bottom);
-    canvas.text([frame.left - 46.0, middle], Anchor::Upwards, 13.0, &INK, "y (m)")
+    draw_path(canvas, axes, &truth, (&TRUTH, TRUTH_WIDTH));
+    axes.draw_frame(canvas, true);
+    axes.draw_titles(canvas, "", "x (m)", "y (m)");
 }
 
 /// Draws the path that an estimator believed in. Returns whether it leaves the
 /// map.
 pub(crate) fn draw_believed(
-    canvas: &mut Canvas<'_>,
+    canvas: &mut Canvas,
     axes: &Axes,
     trace: &RunTrace,
     estimator: usize,
-) -> Result<bool, PlotError> {
+) -> bool {
     let look = Look::of(estimator, trace.names.len());
     let path = places_m(trace, |tick| trace.estimate(estimator, tick));
-    draw_path(canvas, axes, &path, (&look.ink, look.width))?;
-    Ok(path.iter().any(|&(_, at)| !axes.holds(axes.px(at))))
+    draw_path(canvas, axes, &path, (&look.ink, look.width));
+    path.iter().any(|&(_, at)| !axes.holds(axes.px(at)))
 }
 
 /// Draws an estimator's marks, each in the 95 % ellipse of its position where
 /// there is a covariance.
 pub(crate) fn draw_marks(
-    canvas: &mut Canvas<'_>,
+    canvas: &mut Canvas,
     axes: &Axes,
     (trace, time): (&RunTrace, &Timeline),
     estimator: usize,
-) -> Result<(), PlotError> {
+) {
     let look = Look::of(estimator, trace.names.len());
     let given = |&tick: &usize| trace.estimate(estimator, tick).is_some();
     let last = (0..trace.ticks()).rev().find(given);
@@ -126,17 +116,18 @@ pub(crate) fn draw_marks(
         time.marks(trace, estimator).into_iter().map(|tick| (tick, 4.2)).collect();
     let marks = || marks.iter().copied().chain(last.map(|tick| (tick, 5.4)));
     for (tick, _) in marks() {
-        if let Some(stop) = trace.time_s.get(tick).and_then(|&time_s| stop_at(trace, time_s)) {
-            draw_ellipse(canvas, axes, stop, estimator, &look)?;
-        }
+        let stop = trace.time_s.get(tick).and_then(|&time_s| stop_at(trace, time_s));
+        let Some(estimate) = stop.and_then(|stop| stop.estimate(estimator)) else { continue };
+        let Some(ellipse) = bands::ellipse_m(estimate) else { continue };
+        let around = outline(place_m(&estimate.pose_in_world), ellipse);
+        draw_line(canvas, axes, &around, (&look.ink, 1.3));
     }
     for (tick, size) in marks() {
         let at = trace.estimate(estimator, tick).map(|pose| axes.px(place_m(&pose)));
         if let Some(at) = at.filter(|&at| axes.holds(at)) {
-            look.mark(canvas, at, size)?;
+            look.mark(canvas, at, size);
         }
     }
-    Ok(())
 }
 
 /// The first stop that is not before this time, or the last.
@@ -145,48 +136,16 @@ fn stop_at(trace: &RunTrace, time_s: f64) -> Option<&Stop> {
     trace.stops.get(next).or(trace.stops.last())
 }
 
-fn draw_ellipse(
-    canvas: &mut Canvas<'_>,
-    axes: &Axes,
-    stop: &Stop,
-    estimator: usize,
-    look: &Look,
-) -> Result<(), PlotError> {
-    let Some(estimate) = stop.estimate(estimator) else { return Ok(()) };
-    let Some([xx, yx, yy]) = bands::ellipse_m(estimate) else { return Ok(()) };
-    let [x_m, y_m] = place_m(&estimate.pose_in_world);
-    let around: Vec<Px> =
-        unit_circle().map(|[c, s]| axes.px([x_m + xx * c, y_m + yx * c + yy * s])).collect();
-    for part in polyline::clip(&around, &axes.frame) {
-        canvas.line(&part, &look.ink, 1.3)?;
-    }
-    Ok(())
-}
-
-/// Corners of a circle of radius 1, the first again at the end.
-pub(crate) fn unit_circle() -> impl Iterator<Item = [f64; 2]> {
-    const CORNERS: u32 = 48;
-    (0..=CORNERS).map(|k| {
-        let (s, c) = trig::sin_cos(std::f64::consts::TAU * f64::from(k % CORNERS) / 48.0);
-        [c, s]
-    })
-}
-
 /// Draws where the robot truly started and stopped.
-pub(crate) fn draw_ends(
-    canvas: &mut Canvas<'_>,
-    axes: &Axes,
-    trace: &RunTrace,
-) -> Result<(), PlotError> {
+pub(crate) fn draw_ends(canvas: &mut Canvas, axes: &Axes, trace: &RunTrace) {
     let mut ticks = 0..trace.ticks();
     let first = ticks.find_map(|tick| trace.true_pose(tick));
     let last = (0..trace.ticks()).rev().find_map(|tick| trace.true_pose(tick));
     for (pose, started) in [(first, true), (last, false)] {
         if let Some(pose) = pose {
-            draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), started)?;
+            draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), started);
         }
     }
-    Ok(())
 }
 
 /// How the poses of a filter's belief are drawn: in its colour, and one that is
@@ -201,12 +160,7 @@ pub(crate) const HEAD: [[f64; 2]; 3] = [[1.0, 0.0], [-0.8, 0.62], [-0.8, -0.62]]
 pub(crate) const HEAD_SIZE: f64 = 5.4;
 
 /// Draws a pose that is held possible.
-pub(crate) fn draw_possible(
-    canvas: &mut Canvas<'_>,
-    look: &Look,
-    at: Px,
-    mark: &Mark,
-) -> Result<(), PlotError> {
+pub(crate) fn draw_possible(canvas: &mut Canvas, look: &Look, at: Px, mark: &Mark) {
     let (s, c) = trig::sin_cos(f64::from(mark.theta_rad));
     let size = HEAD_SIZE * (0.3 + 0.7 * f64::from(mark.share).sqrt());
     let corner =
@@ -216,42 +170,36 @@ pub(crate) fn draw_possible(
 
 /// Draws the last belief of each filter that showed any, as far as it lies in
 /// the map.
-pub(crate) fn draw_beliefs(
-    canvas: &mut Canvas<'_>,
-    axes: &Axes,
-    trace: &RunTrace,
-) -> Result<(), PlotError> {
+pub(crate) fn draw_beliefs(canvas: &mut Canvas, axes: &Axes, trace: &RunTrace) {
     for (k, track) in trace.beliefs.iter().enumerate() {
         let look = possible_look(trace, k);
         for mark in track.moments.last().iter().flat_map(|moment| &moment.marks) {
             let at = axes.px([mark.x_m, mark.y_m].map(f64::from));
             if axes.holds(at) {
-                draw_possible(canvas, &look, at, mark)?;
+                draw_possible(canvas, &look, at, mark);
             }
         }
     }
-    Ok(())
 }
 
 /// Draws a point of a scan: to be seen on white and on a dark wall.
-pub(crate) fn draw_echo(canvas: &mut Canvas<'_>, at: Px) -> Result<(), PlotError> {
-    canvas.disc(at, 2.6, &INK)?;
+pub(crate) fn draw_echo(canvas: &mut Canvas, at: Px) {
+    canvas.disc(at, 2.6, &INK);
     canvas.disc(at, 1.7, &SCAN)
 }
 
 fn draw_path(
-    canvas: &mut Canvas<'_>,
+    canvas: &mut Canvas,
     axes: &Axes,
     path: &[(usize, [f64; 2])],
     style: (&RGBColor, f64),
-) -> Result<(), PlotError> {
+) {
     for line in polyline::runs(path) {
         match line[..] {
-            [at] if axes.holds(axes.px(at)) => canvas.disc(axes.px(at), 0.5 * style.1, style.0)?,
-            _ => draw_line(canvas, axes, &line, style)?,
+            [at] if axes.holds(axes.px(at)) => canvas.disc(axes.px(at), 0.5 * style.1, style.0),
+            _ => draw_line(canvas, axes, &line, style),
         }
     }
-    Ok(())
 }
 
 /// Where the beams of the last scan ended, world frame, m: true pose of its tick,

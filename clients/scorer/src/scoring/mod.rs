@@ -19,6 +19,7 @@ pub mod bands;
 pub mod beliefs;
 pub(crate) mod chart;
 pub mod keeper;
+pub(crate) mod key;
 pub(crate) mod map;
 mod panel;
 pub mod picture;

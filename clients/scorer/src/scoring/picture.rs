@@ -13,8 +13,8 @@
 //! ([`super::stops`]).
 
 use rusty_contract::score::Score;
-use rusty_plot::style::{INK, Look, SOFT_INK};
-use rusty_plot::{Anchor, Canvas, PlotError, Rect, paint, polyline};
+use rusty_plot::page::{Legend, draw_title};
+use rusty_plot::{Canvas, Look, Rect, paint, polyline, shortened};
 
 use super::chart::{Chart, Kind};
 use super::map::{self, View};
@@ -41,11 +41,7 @@ const LONGEST_TITLE: usize = 72;
 /// Any trace can be drawn: without walls, truth, estimates or ticks, and with
 /// numbers that are none. An estimate that runs far off the map is cut at its
 /// edge, and the picture says so.
-///
-/// # Errors
-/// [`PlotError::Draw`] if the drawing backend refuses; it writes to memory
-/// only and is not known to.
-pub fn svg(trace: &RunTrace, scores: &[Score]) -> Result<String, PlotError> {
+pub fn svg(trace: &RunTrace, scores: &[Score]) -> String {
     let time = Timeline::of(trace);
     let view = View::of(trace);
     let panel = Panel::new(trace, scores, &view, &time);
@@ -69,10 +65,10 @@ pub fn svg(trace: &RunTrace, scores: &[Score]) -> Result<String, PlotError> {
     let bottom = charts.last().map_or(map.bottom, |(frame, _)| frame.bottom);
     let title = headline(trace);
     paint((WIDTH, bottom + 50.0), &title, |canvas| {
-        draw_title(canvas, &title, &details(trace, &time))?;
-        let left_map = draw_map(canvas, &view, map, (trace, &time))?;
-        panel.draw(canvas, &beside, &time, left_map)?;
-        draw_charts(canvas, &charts, trace)
+        draw_title(canvas, MARGIN_LEFT, &title, &details(trace, &time));
+        let left_map = draw_map(canvas, &view, map, (trace, &time));
+        panel.draw(canvas, &beside, &time, left_map);
+        draw_charts(canvas, &charts, trace);
     })
 }
 
@@ -97,70 +93,53 @@ fn charts<'a>(
 }
 
 fn draw_map(
-    canvas: &mut Canvas<'_>,
+    canvas: &mut Canvas,
     view: &View,
     frame: Rect,
     (trace, time): (&RunTrace, &Timeline),
-) -> Result<bool, PlotError> {
+) -> bool {
     let axes = view.axes(frame);
-    map::draw_ground(canvas, &axes, trace)?;
-    map::draw_beliefs(canvas, &axes, trace)?;
-    view.draw_scan(canvas, &axes)?;
+    map::draw_ground(canvas, &axes, trace);
+    map::draw_beliefs(canvas, &axes, trace);
+    view.draw_scan(canvas, &axes);
     let mut left = false;
     for i in 0..trace.names.len() {
-        left |= map::draw_believed(canvas, &axes, trace, i)?;
+        left |= map::draw_believed(canvas, &axes, trace, i);
     }
-    map::draw_ends(canvas, &axes, trace)?;
+    map::draw_ends(canvas, &axes, trace);
     for i in 0..trace.names.len() {
-        map::draw_marks(canvas, &axes, (trace, time), i)?;
+        map::draw_marks(canvas, &axes, (trace, time), i);
     }
-    Ok(left)
+    left
 }
 
 /// Draws the charts, the time below the last of them.
-fn draw_charts(
-    canvas: &mut Canvas<'_>,
-    charts: &[(Rect, Chart<'_>)],
-    trace: &RunTrace,
-) -> Result<(), PlotError> {
+fn draw_charts(canvas: &mut Canvas, charts: &[(Rect, Chart<'_>)], trace: &RunTrace) {
     for (k, (frame, chart)) in charts.iter().enumerate() {
-        chart.draw_ground(canvas, k + 1 == charts.len())?;
+        chart.draw_ground(canvas, k + 1 == charts.len());
         for i in 0..trace.names.len() {
-            chart.draw_band(canvas, i)?;
+            chart.draw_band(canvas, i);
         }
         for i in 0..trace.names.len() {
-            chart.draw_curve(canvas, i)?;
+            chart.draw_curve(canvas, i);
         }
         if k == 0 {
-            draw_legend(canvas, frame, trace)?;
+            draw_legend(canvas, frame, trace);
         }
     }
-    Ok(())
 }
 
 /// Names and marks in the line above a plot, from its right edge, as long as
 /// they leave room for the title; the table beside the map has them all.
-fn draw_legend(canvas: &mut Canvas<'_>, frame: &Rect, trace: &RunTrace) -> Result<(), PlotError> {
-    let count = trace.names.len();
-    let width = |name: &String| 46.0 + 7.0 * name.chars().count() as f64;
-    let total: f64 = trace.names.iter().map(width).sum();
+fn draw_legend(canvas: &mut Canvas, frame: &Rect, trace: &RunTrace) {
+    let total: f64 = trace.names.iter().map(|name| Legend::width(name)).sum();
     if total > frame.width() - 200.0 {
-        return Ok(());
+        return;
     }
-    let (mut x, y) = (frame.right - total, frame.top - 8.0);
+    let mut legend = Legend { at: [frame.right - total, frame.top - 12.0] };
     for (i, name) in trace.names.iter().enumerate() {
-        let look = Look::of(i, count);
-        canvas.line(&[[x + 8.0, y - 4.0], [x + 36.0, y - 4.0]], &look.ink, look.width)?;
-        look.mark(canvas, [x + 22.0, y - 4.0], 3.6)?;
-        canvas.text([x + 42.0, y], Anchor::Start, 12.0, &INK, name)?;
-        x += width(name);
+        legend.estimator(canvas, name, &Look::of(i, trace.names.len()));
     }
-    Ok(())
-}
-
-fn draw_title(canvas: &mut Canvas<'_>, title: &str, details: &str) -> Result<(), PlotError> {
-    canvas.text([MARGIN_LEFT, 36.0], Anchor::Start, 23.0, &INK, title)?;
-    canvas.text([MARGIN_LEFT, 60.0], Anchor::Start, 14.0, &SOFT_INK, details)
 }
 
 /// Scenario, and what identifies the run.
@@ -195,13 +174,6 @@ fn details(trace: &RunTrace, time: &Timeline) -> String {
         parts.push(format!("world {}", shortened(&trace.world.name, 40)));
     }
     parts.join(" · ")
-}
-
-fn shortened(text: &str, most: usize) -> String {
-    if text.chars().count() <= most {
-        return text.to_owned();
-    }
-    text.chars().take(most - 1).chain(['…']).collect()
 }
 
 #[cfg(test)]

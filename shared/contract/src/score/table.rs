@@ -4,6 +4,7 @@ use std::fmt::{Display, Formatter, Result};
 
 use super::numbers::{degrees, duration, metres, percent};
 use super::{Alignment, ComputeTimes, Consistency, Convergence, Score};
+use crate::TextTable;
 use crate::scenario::Access;
 
 /// Scores as tables for people, a line per estimator: how far off; and below it,
@@ -13,50 +14,36 @@ pub struct ScoreTable<'a>(pub &'a [Score]);
 
 impl Display for ScoreTable<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        let width = self.0.iter().map(|s| s.name.chars().count()).max().unwrap_or(0).max(9);
-        writeln!(
-            f,
-            "{:width$}  {:9}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
-            "estimator",
-            "alignment",
-            "final",
-            "heading",
-            "mean",
-            "p95",
-            "ATE rmse",
-            "driven",
-            "drift"
-        )?;
+        let mut table = TextTable::new(
+            "estimator  alignment  >final  >heading  >mean  >p95  >ATE rmse  >driven  >drift",
+        );
         for (score, alignment) in self.0.iter().flat_map(lines) {
             let figures = score.figures(alignment);
             let length = |value: Option<f64>| cell(value, metres, "m");
-            writeln!(
-                f,
-                "{:width$}  {:9}  {:>9}  {:>9}  {:>8}  {:>8}  {:>9}  {:>9}  {:>8}",
-                score.name,
-                alignment.word(),
-                length(figures.final_position_error_m),
-                cell(figures.final_heading_error_rad.map(f64::to_degrees), degrees, "°"),
-                length(figures.mean_position_error_m),
-                length(figures.p95_position_error_m),
-                length(figures.ate_rmse_m),
-                length(Some(score.distance_m)),
-                score
-                    .drift_percent
-                    .map_or("–".to_owned(), |share| format!("{} %", degrees(share))),
-            )?;
+            table.row(&[
+                &score.name,
+                &alignment.word(),
+                &length(figures.final_position_error_m),
+                &cell(figures.final_heading_error_rad.map(f64::to_degrees), degrees, "°"),
+                &length(figures.mean_position_error_m),
+                &length(figures.p95_position_error_m),
+                &length(figures.ate_rmse_m),
+                &length(Some(score.distance_m)),
+                &score.drift_percent.map_or("–".to_owned(), |d| format!("{} %", degrees(d))),
+            ]);
         }
+        writeln!(f, "{table}")?;
         let columns = columns(self.0);
         if columns.is_empty() {
             return Ok(());
         }
-        write!(f, "\n{:width$}", "estimator")?;
-        columns.iter().try_for_each(|c| write!(f, "  {:>1$}", c.head, c.width))?;
+        let heads: String = columns.iter().map(|(head, _)| format!("  >{head}")).collect();
+        let mut table = TextTable::new(&format!("estimator{heads}"));
         for s in self.0 {
-            write!(f, "\n{:width$}", s.name)?;
-            columns.iter().try_for_each(|c| write!(f, "  {:>1$}", (c.cell)(s), c.width))?;
+            let cells = columns.iter().map(|(_, cell)| cell(s));
+            table.push(std::iter::once(s.name.clone()).chain(cells).collect());
         }
-        writeln!(f)
+        writeln!(f, "\n{table}")
     }
 }
 
@@ -72,11 +59,8 @@ fn cell(value: Option<f64>, number: fn(f64) -> String, unit: &str) -> String {
     value.map_or("unscored".to_owned(), |value| format!("{} {unit}", number(value)))
 }
 
-struct Column {
-    head: String,
-    width: usize,
-    cell: fn(&Score) -> String,
-}
+/// A head, and what is below it.
+type Column = (String, fn(&Score) -> String);
 
 /// The columns of the second table: those in which somebody has something, and
 /// what is asked first of an estimator.
@@ -87,28 +71,25 @@ fn columns(scores: &[Score]) -> Vec<Column> {
     if !(times || found || any(|s| s.nees.is_some() || s.nis.is_some())) {
         return Vec::new();
     }
-    let column = |head: String, width: usize, cell| Column { head, width, cell };
     let level = |of: fn(&Score) -> Option<&Consistency>| {
         let level = scores.iter().find_map(of).map(|c| 100.0 * c.level);
         level.map_or(String::new(), |level| format!(" of 1, {} %", percent(level)))
     };
     let nees = format!("NEES{}", level(|s| s.nees.as_ref()));
     let nis = format!("NIS{}", level(|s| s.nis.as_ref()));
-    let mut columns = vec![
-        column(nees, 18, |s| consistency(s.nees.as_ref())),
-        column(nis, 18, |s| consistency(s.nis.as_ref())),
-    ];
+    let mut columns: Vec<Column> =
+        vec![(nees, |s| consistency(s.nees.as_ref())), (nis, |s| consistency(s.nis.as_ref()))];
     if found {
-        columns.push(column("converged".to_owned(), 9, |s| {
+        columns.push(("converged".to_owned(), |s| {
             s.convergence.as_ref().map_or("unscored".to_owned(), |c| after(c.after_s))
         }));
     }
     if any(|s| s.convergence.as_ref().is_some_and(|c| !c.recoveries.is_empty())) {
-        columns.push(column("recovered".to_owned(), 10, |s| recovered(s.convergence.as_ref())));
+        columns.push(("recovered".to_owned(), |s| recovered(s.convergence.as_ref())));
     }
     if times {
-        columns.push(column("compute p50".to_owned(), 11, |s| compute(s, |c| c.reported.p50_s)));
-        columns.push(column("p99".to_owned(), 7, |s| compute(s, |c| c.reported.p99_s)));
+        columns.push(("compute p50".to_owned(), |s| compute(s, |c| c.reported.p50_s)));
+        columns.push(("p99".to_owned(), |s| compute(s, |c| c.reported.p99_s)));
     }
     columns
 }
@@ -240,7 +221,7 @@ mod tests {
         assert!(text.lines().all(|l| l.chars().count() <= 100), "{text}");
         for words in [
             "NEES of 1, 95 %",
-            "consistent 1.02  overconfident >9999      never     12.50 s        12 µs   1.0 ms",
+            "consistent 1.02  overconfident >9999      never    12.50 s        12 µs   1.0 ms",
             "overconfident 123",
             "1 of 2",
             "conservative 0.25",

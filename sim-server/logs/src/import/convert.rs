@@ -1,14 +1,11 @@
 //! From a recording to a run log on disk.
 
-use std::fs::Permissions;
 use std::io::{BufWriter, Write};
-use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 
 use rusty_contract::log::{LogError, LogWriter, TickRef, Trailer};
-use rusty_contract::{Frame, Reply, RunDigest, TruthKey};
+use rusty_contract::{Frame, Replacement, Reply, RunDigest, TruthKey};
 use rusty_geometry::Twist;
-use tempfile::{Builder, NamedTempFile};
 
 use super::plan::{Plan, plan};
 use super::preview::Preview;
@@ -122,7 +119,14 @@ fn write(
     mount: Mount,
     progress: &mut Progress<'_>,
 ) -> Result<(), ImportError> {
-    let buffer = BufWriter::with_capacity(1 << 16, create(output)?);
+    let failed = |action| {
+        move |error: std::io::Error| {
+            let problem = format!("{action}: {error}; choose a folder that can be written to");
+            ImportError::file(output, problem)
+        }
+    };
+    let partial = Replacement::of(output).map_err(failed("creating the run log"))?;
+    let buffer = BufWriter::with_capacity(1 << 16, partial);
     let mut log = LogWriter::new(buffer, output, &plan.header)?;
     let mut wheels = Wheels::new(mount);
     let mut ticks = Ticks::new(plan);
@@ -141,16 +145,11 @@ fn write(
         return Err(ImportError::file(Path::new(&recording.lines.path), problem));
     }
     let buffer = log.finish(ticks.trailer())?;
-    let synced =
-        buffer.into_inner().map_err(std::io::IntoInnerError::into_error).and_then(|file| {
-            file.as_file().sync_all()?;
-            Ok(file)
-        });
-    let file =
-        synced.map_err(|error| LogError::Io { path: output.display().to_string(), error })?;
-    let renamed = file.persist(output);
-    renamed.map_err(|e| failed(output, "renaming the finished run log", &e.error))?;
-    Ok(())
+    let partial = buffer
+        .into_inner()
+        .map_err(std::io::IntoInnerError::into_error)
+        .map_err(|error| LogError::Io { path: output.display().to_string(), error })?;
+    partial.commit(output).map_err(failed("completing the run log"))
 }
 
 /// The ticks written so far.
@@ -207,26 +206,4 @@ impl Ticks {
             world_digest: self.digest.world(),
         }
     }
-}
-
-/// Creates the run log in its folder under another name; it is removed unless it is
-/// renamed.
-fn create(output: &Path) -> Result<NamedTempFile, ImportError> {
-    if output.file_name().is_none() {
-        return Err(ImportError::file(
-            output,
-            "the path names no file; give the path of a run log",
-        ));
-    }
-    let folder = output.parent().filter(|folder| *folder != Path::new(""));
-    let created = Builder::new()
-        .prefix(".import-")
-        .permissions(Permissions::from_mode(0o666))
-        .tempfile_in(folder.unwrap_or(Path::new(".")));
-    created.map_err(|e| failed(output, "creating the run log", &e))
-}
-
-fn failed(output: &Path, action: &str, error: &std::io::Error) -> ImportError {
-    let problem = format!("{action}: {error}; choose a folder that can be written to");
-    ImportError::file(output, problem)
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use rusty_contract::TextTable;
 use rusty_contract::score::{degrees, metres, seconds};
 use serde::Serialize;
 
@@ -43,24 +44,18 @@ impl fmt::Display for Report {
             self.seeds
         )?;
         let lines = || self.sources.iter().chain([&self.together]);
-        let width = lines().map(|l| l.name.chars().count()).max().unwrap_or(0);
-        writeln!(
-            f,
-            "{:width$}  {:>20}  {:>9}  {:>16}  {:>6}  varies with seed?",
-            "source", "mean final error", "p95", "mean |heading|", "share"
-        )?;
+        let mut table = TextTable::new(
+            "source  >mean final error  >p95  >mean |heading|  >share  varies with seed?",
+        );
         for line in lines() {
             let error = with_error(&line.final_position_error_m, metres, "m");
             let heading = with_error(&line.final_heading_error_deg, degrees, "°");
             let share = line.share.map_or_else(String::new, percent);
             let varies = if line.varies_with_seed { "yes" } else { "no" };
-            let p95 = metres(line.p95_final_position_error_m);
-            let name = &line.name;
-            writeln!(
-                f,
-                "{name:width$}  {error:>20}  {p95:>7} m  {heading:>16}  {share:>6}  {varies}"
-            )?;
+            let p95 = format!("{} m", metres(line.p95_final_position_error_m));
+            table.row(&[&line.name, &error, &p95, &heading, &share, &varies]);
         }
+        writeln!(f, "{table}")?;
         let together_m = self.together.mean_square_m2.sqrt();
         write!(
             f,

@@ -9,10 +9,11 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use rusty_contract::TextTable;
 use rusty_contract::score::Verdict;
 use serde::Serialize;
 
-use super::lines::Whose;
+use super::lines::setting;
 use super::{Row, Swept, Track};
 use rusty_metrics::Moments;
 use rusty_metrics::chi_square::mean_interval;
@@ -177,24 +178,14 @@ pub struct AneesText<'a>(pub &'a [Anees]);
 
 impl fmt::Display for AneesText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines = self.0.iter().map(|line| (&*line.parameters, &*line.estimator));
-        let Whose { names, width, name } = Whose::of(lines);
-        write!(
-            f,
-            "{:width$}  {:name$}  {:>5}  {:>8}  {:>15}  {:14}  {:>6}  {:>15}",
-            "setting",
-            "estimator",
-            "runs",
-            "ANEES",
-            "accepted",
-            "verdict",
-            "inside",
-            "mean over time"
-        )?;
-        for (line, setting) in self.0.iter().zip(&names) {
-            write!(f, "\n{setting:width$}  {:name$}  {:>5}  ", line.estimator, line.runs)?;
+        let mut table = TextTable::new(
+            "setting  estimator  >runs  >ANEES  >accepted  >verdict  >inside  >mean over time  verdict over time",
+        );
+        for line in self.0 {
+            let setting = setting(&line.parameters);
             let Some(last) = &line.last else {
-                write!(f, "unscored: no covariance is reported")?;
+                let remark = "unscored: no covariance is reported";
+                table.row(&[&setting, &line.estimator, &line.runs, &remark]);
                 continue;
             };
             let accepted = format!("[{:.2}, {:.2}]", last.interval[0], last.interval[1]);
@@ -206,21 +197,28 @@ impl fmt::Display for AneesText<'_> {
                 half if half.is_nan() => number(line.time_mean),
                 half => format!("{} ± {}", number(line.time_mean), number(half)),
             };
-            let (anees, verdict) = (number(last.anees), last.verdict.word());
-            write!(f, "{anees:>8}  {accepted:>15}  {verdict:14}  {inside:>6}  {over_time:>15}")?;
-            if let Some(verdict) = line.time_verdict {
-                write!(f, "  {verdict}")?;
-            }
+            let time_verdict = line.time_verdict.map_or("", Verdict::word);
+            table.row(&[
+                &setting,
+                &line.estimator,
+                &line.runs,
+                &number(last.anees),
+                &accepted,
+                &last.verdict.word(),
+                &inside,
+                &over_time,
+                &time_verdict,
+            ]);
             if let Some(nis) = &line.nis {
                 let ([low, high], per_degree) = (nis.interval, number(nis.per_degree));
-                write!(
-                    f,
-                    "\n{:width$}  NIS per degree {per_degree}, accepted [{low:.3}, {high:.3}]: {} \
-                     ({} innovations)",
-                    "", nis.verdict, nis.samples
-                )?;
+                let remark = format!(
+                    "NIS per degree {per_degree}, accepted [{low:.3}, {high:.3}]: {} ({} innovations)",
+                    nis.verdict, nis.samples
+                );
+                table.row(&[&"", &remark]);
             }
         }
+        write!(f, "{table}")?;
         write!(
             f,
             "\nANEES: mean over the seeds of the normalised squared error at the last tick that \

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use rusty_contract::TextTable;
 use rusty_contract::score::{degrees, metres};
 
 use super::growth::{Exponent, Growth};
@@ -11,49 +12,44 @@ pub struct GrowthText<'a>(pub &'a [Growth]);
 
 impl fmt::Display for GrowthText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "{:>4}  {:16}  {:>8}  {:>9}  {:>12}  {:>11}  {:>11}  {:>11}  {:>5}  {:>9}",
-            "cell",
-            "estimator",
-            "time",
-            "driven",
-            "mean error",
-            "σ position",
-            "σ along",
-            "σ across",
-            "ratio",
-            "σ heading"
-        )?;
+        let mut table = TextTable::new(
+            "cell  estimator  >time  >driven  >mean error  >σ position  >σ along  >σ across  >ratio  >σ heading",
+        );
         for growth in self.0 {
             let count = growth.samples.len();
             // A third of the way, two thirds, and the end.
             for third in 1..=3 {
                 let Some(s) = (count * third).div_ceil(3).checked_sub(1) else { continue };
-                let (name, s) = (&growth.estimator, &growth.samples[s]);
-                write!(f, "{:>4}  {name:16}  {:>6.2} s", growth.cell, s.time_s)?;
-                write!(f, "  {:>7} m  {:>10} m", metres(s.distance_m), metres(s.mean_error_m))?;
-                let along_across = [s.along_m, s.across_m].map(|m| m.standard_deviation);
-                for spread_m in [&[s.position_m][..], &along_across].concat() {
-                    write!(f, "  {:>9} m", metres(spread_m))?;
-                }
+                let s = &growth.samples[s];
+                let length = |m: f64| format!("{} m", metres(m));
                 let ratio = match s.across_over_along {
                     ratio if ratio.is_finite() => format!("{ratio:.2}"),
                     _ => "–".to_owned(),
                 };
-                let heading_deg = s.heading_rad.standard_deviation.to_degrees();
-                writeln!(f, "  {ratio:>5}  {:>7} °", degrees(heading_deg))?;
+                table.row(&[
+                    &growth.cell,
+                    &growth.estimator,
+                    &format!("{:.2} s", s.time_s),
+                    &length(s.distance_m),
+                    &length(s.mean_error_m),
+                    &length(s.position_m),
+                    &length(s.along_m.standard_deviation),
+                    &length(s.across_m.standard_deviation),
+                    &ratio,
+                    &format!("{} °", degrees(s.heading_rad.standard_deviation.to_degrees())),
+                ]);
             }
             let e = &growth.exponents;
             let [position, heading] = [e.position, e.heading].map(text);
             let [along, across] = [e.log_along, e.log_across].map(text);
-            writeln!(
-                f,
-                "      grows with distance to the power of: position {position}, heading {heading}; \
-                 in log coordinates along {along}, across {across}{}",
+            let remark = format!(
+                "grows with distance to the power of: position {position}, heading {heading}; in \
+                 log coordinates along {along}, across {across}{}",
                 range(e.position.or(e.heading))
-            )?;
+            );
+            table.row(&[&"", &remark]);
         }
+        writeln!(f, "{table}")?;
         write!(
             f,
             "σ along and across: world frame, by the mean believed heading; ratio: across over \

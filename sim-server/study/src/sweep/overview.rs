@@ -8,12 +8,13 @@
 
 use std::fmt;
 
+use rusty_contract::TextTable;
 use rusty_contract::score::{Verdict, degrees, duration, metres};
 use serde::Serialize;
 
 use super::anees::Anees;
 use super::client_figures::ClientFigures;
-use super::lines::Whose;
+use super::lines::setting;
 use super::{Row, Swept};
 use rusty_metrics::{Moments, percentile};
 
@@ -148,26 +149,14 @@ fn known(value: f64, text: impl Fn(f64) -> String) -> String {
 
 impl fmt::Display for OverviewText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines = self.0.iter().map(|o| (&*o.parameters, &*o.estimator));
-        let Whose { names, width, name } = Whose::of(lines);
-        let cells = COLUMNS.map(|(_, cell)| self.0.iter().map(cell).collect::<Vec<String>>());
-        let used = |column: &Vec<String>| column.iter().any(|c| !c.is_empty());
-        let columns: Vec<(&str, &Vec<String>, usize)> = COLUMNS
-            .iter()
-            .zip(&cells)
-            .filter(|(_, cells)| used(cells))
-            .map(|((head, _), cells)| {
-                let widest = cells.iter().map(|c| c.chars().count()).max().unwrap_or(0);
-                (*head, cells, widest.max(head.chars().count()))
-            })
-            .collect();
-        write!(f, "{:width$}  {:name$}", "setting", "estimator")?;
-        columns.iter().try_for_each(|(head, _, width)| write!(f, "  {head:>width$}"))?;
-        for (i, (line, setting)) in self.0.iter().zip(&names).enumerate() {
-            write!(f, "\n{setting:width$}  {:name$}", line.estimator)?;
-            columns.iter().try_for_each(|(_, cells, width)| write!(f, "  {:>width$}", cells[i]))?;
+        let heads = COLUMNS.map(|(head, _)| head).join("  >");
+        let mut table = TextTable::new(&format!("setting  estimator  >{heads}"));
+        for line in self.0 {
+            let cells = COLUMNS.iter().map(|(_, cell)| cell(line));
+            let whose = [setting(&line.parameters), line.estimator.clone()];
+            table.push(whose.into_iter().chain(cells).collect());
         }
-        Ok(())
+        write!(f, "{table}")
     }
 }
 

@@ -2,9 +2,9 @@
 //! settings differ by; and the pictures.
 
 use std::fmt;
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use rusty_contract::output;
 use serde::Serialize;
 
 use super::anees::Anees;
@@ -82,10 +82,9 @@ pub fn draw(swept: &Swept, out: &Path) -> Result<Vec<PathBuf>, SweepError> {
             path: path("svg").display().to_string(),
             problem: e.to_string(),
         };
-        let svg = svg.map_err(failed)?;
         let png = rusty_plot::png(&svg).map_err(failed)?;
         for (path, bytes) in [(path("svg"), svg.into_bytes()), (path("png"), png)] {
-            fs::write(&path, bytes).map_err(SweepError::io(&path))?;
+            output::write(&path, &bytes).map_err(SweepError::io(&path))?;
             written.push(path);
         }
     }

@@ -7,12 +7,13 @@
 
 use std::fmt;
 
+use rusty_contract::TextTable;
 use rusty_contract::score::{degrees, metres};
 use serde::Serialize;
 
 use super::Row;
 use super::band::{Band, bands};
-use super::lines::{Whose, in_order};
+use super::lines::{in_order, setting};
 use rusty_metrics::{Moments, percentile};
 
 /// One line: an estimator in a cell, over all its runs.
@@ -84,28 +85,25 @@ pub struct Summary<'a>(pub &'a [SummaryRow]);
 
 impl fmt::Display for Summary<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines = self.0.iter().map(|row| (&*row.parameters, &*row.estimator));
-        let Whose { names, width, name } = Whose::of(lines);
-        writeln!(
-            f,
-            "{:width$}  {:name$}  {:>5}  {:>20}  {:>9}  {:>9}  {:>17}",
-            "setting", "estimator", "runs", "mean final error", "p95", "max", "mean |heading|"
-        )?;
-        for (row, setting) in self.0.iter().zip(&names) {
-            write!(f, "{setting:width$}  {:name$}  {:>5}  ", row.estimator, row.n)?;
+        let mut table = TextTable::new(
+            "setting  estimator  >runs  >mean final error  >p95  >max  >mean |heading|",
+        );
+        for row in self.0 {
+            let setting = setting(&row.parameters);
             if row.n == 0 {
-                writeln!(f, "nothing was scored")?;
+                table.row(&[&setting, &row.estimator, &row.n, &"nothing was scored"]);
                 continue;
             }
+            let [p95, max] = [row.p95_m, row.max_m].map(|m| format!("{} m", metres(m)));
             let error = format!("{} ± {} m", metres(row.mean_m), metres(row.standard_error_m));
             let heading = format!(
                 "{} ± {} °",
                 degrees(row.mean_heading_deg),
                 degrees(row.standard_error_heading_deg)
             );
-            let (p95, max) = (metres(row.p95_m), metres(row.max_m));
-            writeln!(f, "{error:>20}  {p95:>7} m  {max:>7} m  {heading:>17}")?;
+            table.row(&[&setting, &row.estimator, &row.n, &error, &p95, &max, &heading]);
         }
+        writeln!(f, "{table}")?;
         write!(
             f,
             "final error and heading are those of the last tick, without alignment; ± is one \

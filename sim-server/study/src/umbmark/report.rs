@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use rusty_contract::TextTable;
 use serde::Serialize;
 
 use super::belief::Belief;
@@ -81,21 +82,22 @@ impl fmt::Display for Report {
             e.alpha_rad.to_degrees(),
             e.beta_rad.to_degrees()
         )?;
-        writeln!(f, "{:30}{:>8}  {:>22}  {:>22}", "", "true", "Borenstein and Feng", "exact arcs")?;
+        let mut table = TextTable::new("estimate  >true  >Borenstein and Feng  >exact arcs");
         for (name, of) in
             [("E_b  wheelbase, true/believed", WHEELBASE), ("E_d  diameter, right/left", DIAMETERS)]
         {
             let [paper, exact] = [&e.paper, &e.exact].map(|found| {
                 format!("{:.5} ± {:.5}", of(&found.factors), of(&found.standard_errors))
             });
-            writeln!(f, "{name:30} {:>7.5}  {paper:>22}  {exact:>22}", of(&self.truth))?;
+            table.row(&[&name, &format!("{:.5}", of(&self.truth)), &paper, &exact]);
         }
         let [paper, exact] = [&self.corrected_by_paper, &self.corrected_by_exact].map(|c| {
             let factor = self.shrunk(c);
             let digits = usize::from(factor < 10.0);
             format!("{} m ({factor:.digits$}×)", metres(c.e_max_syst_m))
         });
-        writeln!(f, "{:38}  {paper:>22}  {exact:>22}", "E_max,syst with it, same seeds")?;
+        table.row(&[&"E_max,syst with it, same seeds", &"", &paper, &exact]);
+        writeln!(f, "{table}")?;
         write!(
             f,
             "± is one standard error. A square cannot see the scale: E_b is the wheelbase over \

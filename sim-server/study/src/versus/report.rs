@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use rusty_contract::TextTable;
+
 use super::contest::{Better, Contest, Outcome, Versus};
 use crate::sweep::paired::listed;
 
@@ -129,7 +131,7 @@ impl fmt::Display for Versus {
         for contest in &self.settings {
             let setting = if contest.setting.is_empty() { "" } else { " · " };
             write!(f, "\n\n{} seeds of both{setting}{}", contest.seeds, contest.setting)?;
-            contest.table(f)?;
+            write!(f, "\n{}", contest.table())?;
             for outcome in &contest.outcomes {
                 write!(f, "\n{}", outcome.verdict)?;
             }
@@ -143,14 +145,9 @@ impl fmt::Display for Versus {
 }
 
 impl Contest {
-    fn table(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let width = self.outcomes.iter().map(|o| o.metric.words().chars().count()).max();
-        let width = width.unwrap_or(0).max(6);
-        write!(
-            f,
-            "\n{:width$}  {:>10}  {:>10}  {:>10}  {:>10}  {:>5}  {:>10}",
-            "metric", "mean A", "mean B", "B − A", "wins A:B", "pairs", "runs saved"
-        )?;
+    fn table(&self) -> TextTable {
+        let mut table =
+            TextTable::new("metric  >mean A  >mean B  >B − A  >wins A:B  >pairs  >runs saved");
         for o in &self.outcomes {
             let number = |value: f64| match value.is_finite() {
                 true => format!("{}{}", o.metric.shown(value), o.metric.shown_unit()),
@@ -162,16 +159,11 @@ impl Contest {
                 factor if factor.is_finite() => format!("{factor:.1}×"),
                 _ => "–".to_owned(),
             };
-            write!(
-                f,
-                "\n{:width$}  {a:>10}  {b:>10}  {:>10}  {:>10}  {:>5}  {saved:>10}",
-                o.metric.words(),
-                number(o.paired.difference),
-                format!("{}:{}", o.wins[0], o.wins[1]),
-                o.paired.pairs
-            )?;
+            let wins = format!("{}:{}", o.wins[0], o.wins[1]);
+            let difference = number(o.paired.difference);
+            table.row(&[&o.metric.words(), &a, &b, &difference, &wins, &o.paired.pairs, &saved]);
         }
-        Ok(())
+        table
     }
 
     /// What is not in the pairs.

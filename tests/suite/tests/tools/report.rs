@@ -126,7 +126,7 @@ fn drawn_run_of(header: &LogHeader, names: &[&str], ticks: u32, unsure: f64) -> 
         pictures: Vec::new(),
         report: None,
     };
-    html(&header, &trace, &scores).unwrap()
+    html(&header, &trace, &scores)
 }
 
 /// Keeps a picture, where somebody wants to look.

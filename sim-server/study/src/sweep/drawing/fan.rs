@@ -10,13 +10,15 @@
 use std::collections::BTreeSet;
 
 use rusty_geometry::trig;
+use rusty_plot::ellipse::{ellipse, outline};
 use rusty_plot::floor::{Extent, draw_robot, draw_walls};
+use rusty_plot::page::{Legend, draw_title};
 use rusty_plot::style::{INK, Look, RGBColor, SOFT_INK, WHITE};
-use rusty_plot::{Anchor, Axes, Canvas, PlotError, Px, Rect, Step, paint, polyline};
+use rusty_plot::{Anchor, Axes, Canvas, Px, Rect, paint, shortened};
 
 use super::super::lines::setting;
 use super::super::{Cell, Sample, Swept, Track};
-use super::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH, draw_title, seeds_of, shortened};
+use super::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH, seeds_of};
 use rusty_metrics::Moments;
 
 /// Most panels; the rest of the cells is left out, and the page says so.
@@ -29,17 +31,9 @@ const GAP_X: f64 = 74.0;
 const GAP_Y: f64 = 84.0;
 /// Height of the row that says what is what.
 const LEGEND: f64 = 30.0;
-/// √ of the 0.95 quantile of χ² with two degrees of freedom.
-const NINETY_FIVE: f64 = 2.447_746_830_680_816;
-/// Corners of a drawn ellipse.
-const CORNERS: u32 = 72;
 
 /// Draws the fan of a sweep as the text of an SVG file.
-///
-/// # Errors
-/// [`PlotError::Draw`] if the drawing backend refuses; it writes to memory only
-/// and is not known to.
-pub fn fan(swept: &Swept) -> Result<String, PlotError> {
+pub fn fan(swept: &Swept) -> String {
     let with_tracks: BTreeSet<usize> = swept.tracks.iter().map(|t| t.cell).collect();
     let mut panels: Vec<usize> = with_tracks.into_iter().collect();
     let left_out = panels.len().saturating_sub(MOST_PANELS);
@@ -53,18 +47,17 @@ pub fn fan(swept: &Swept) -> Result<String, PlotError> {
     };
     let details = details(swept, left_out);
     paint((WIDTH, layout.height()), &title, |canvas| {
-        draw_title(canvas, &title, &details)?;
-        draw_legend(canvas, &estimators)?;
+        draw_title(canvas, MARGIN_LEFT, &title, &details);
+        draw_legend(canvas, &estimators);
         for (place, &cell) in panels.iter().enumerate() {
-            let axes = Axes::equal(layout.frame(place), view.x(), view.y());
+            let axes = Axes::equal(layout.frame(place), view.x(), view.y(), 10.0);
             let panel = Panel { axes, swept, cell, estimators: &estimators };
-            panel.draw(canvas, panels.len() > 1)?;
+            panel.draw(canvas, panels.len() > 1);
         }
         if panels.is_empty() {
             let middle = [0.5 * WIDTH, TOP + LEGEND + 60.0];
-            canvas.text(middle, Anchor::Middle, 14.0, &SOFT_INK, "no run has a track")?;
+            canvas.text(middle, Anchor::Middle, 14.0, &SOFT_INK, "no run has a track");
         }
-        Ok(())
     })
 }
 
@@ -149,38 +142,28 @@ impl Layout {
     }
 }
 
-fn draw_legend(canvas: &mut Canvas<'_>, estimators: &[String]) -> Result<(), PlotError> {
-    let (mut x, y) = (MARGIN_LEFT, TOP + 6.0);
-    let mut entry =
-        |canvas: &mut Canvas<'_>,
-         text: &str,
-         drawn: &dyn Fn(&mut Canvas<'_>, Px) -> Result<(), PlotError>| {
-            drawn(canvas, [x, y - 4.0])?;
-            canvas.text([x + 40.0, y], Anchor::Start, 13.0, &INK, text)?;
-            x += 62.0 + 6.5 * text.chars().count() as f64;
-            Ok(())
-        };
-    entry(canvas, "start", &|c, at| draw_robot(c, [at[0] + 12.0, at[1]], 0.0, true))?;
-    entry(canvas, "true paths and their ends", &|c, at| {
-        c.line(&[at, [at[0] + 32.0, at[1]]], &INK, 1.6)?;
-        draw_end(c, [at[0] + 32.0, at[1]], &INK)
-    })?;
+fn draw_legend(canvas: &mut Canvas, estimators: &[String]) {
+    let mut legend = Legend { at: [MARGIN_LEFT, TOP + 2.0] };
+    let path = |canvas: &mut Canvas, [x, y]: Px, ink: &RGBColor| {
+        let end = [x + Legend::SWATCH, y];
+        canvas.line(&[[x, y], end], ink, 2.0);
+        draw_end(canvas, end, ink);
+    };
+    legend.entry(canvas, "start", |c, [x, y]| draw_robot(c, [x + 12.0, y], 0.0, true));
+    legend.entry(canvas, "true paths and their ends", |c, at| path(c, at, &INK));
     for (i, name) in estimators.iter().enumerate() {
         let look = Look::of(i, estimators.len());
         let text = format!("believed by {}", shortened(name, 28));
-        entry(canvas, &text, &|c, at| {
-            c.line(&[at, [at[0] + 32.0, at[1]]], &look.ink, 2.0)?;
-            draw_end(c, [at[0] + 32.0, at[1]], &look.ink)
-        })?;
+        legend.entry(canvas, &text, |c, at| path(c, at, &look.ink));
     }
-    entry(canvas, "95 % if the ends were normal", &|c, at| {
-        c.dashes(&[at, [at[0] + 32.0, at[1]]], &SOFT_INK, 1.4, 5.0)
-    })
+    legend.entry(canvas, "95 % if the ends were normal", |c, [x, y]| {
+        c.dashes(&[[x, y], [x + Legend::SWATCH, y]], &SOFT_INK, 1.4, 5.0);
+    });
 }
 
 /// The end of a path.
-fn draw_end(canvas: &mut Canvas<'_>, at: Px, ink: &RGBColor) -> Result<(), PlotError> {
-    canvas.disc(at, 2.7, &WHITE)?;
+fn draw_end(canvas: &mut Canvas, at: Px, ink: &RGBColor) {
+    canvas.disc(at, 2.7, &WHITE);
     canvas.disc(at, 1.9, ink)
 }
 
@@ -193,45 +176,45 @@ struct Panel<'a> {
 }
 
 impl Panel<'_> {
-    fn draw(&self, canvas: &mut Canvas<'_>, titled: bool) -> Result<(), PlotError> {
-        let (axes, frame) = (&self.axes, self.axes.frame);
-        let x_step = Step::of(axes.x[1] - axes.x[0], (frame.width() / 90.0).max(3.0));
-        let y_step = Step::of(axes.y[1] - axes.y[0], (frame.height() / 40.0).max(3.0));
-        axes.draw_grid(canvas, x_step, y_step)?;
+    fn draw(&self, canvas: &mut Canvas, titled: bool) {
+        let axes = &self.axes;
+        axes.draw_grid(canvas);
         let cell: Option<&Cell> = self.swept.cells.get(self.cell);
         if let Some(cell) = cell {
-            draw_walls(canvas, axes, &cell.config.world.walls)?;
+            draw_walls(canvas, axes, &cell.config.world.walls);
         }
         if self.truth_spreads_less() {
-            self.draw_beliefs(canvas, 1.8)?;
-            self.draw_truths(canvas, 2.0)?;
+            self.draw_beliefs(canvas, 1.8);
+            self.draw_truths(canvas, 2.0);
         } else {
-            self.draw_truths(canvas, 1.4)?;
-            self.draw_beliefs(canvas, 2.4)?;
+            self.draw_truths(canvas, 1.4);
+            self.draw_beliefs(canvas, 2.4);
         }
         if let Some(start) = cell.map(|c| c.config.start) {
             let at = axes.px([start.x(), start.y()]);
             if axes.holds(at) {
-                draw_robot(canvas, at, start.theta(), true)?;
+                draw_robot(canvas, at, start.theta(), true);
             }
         }
-        axes.draw_frame(canvas, Some(x_step), y_step)?;
-        self.draw_labels(canvas, titled)
+        axes.draw_frame(canvas, true);
+        let parameters = cell.map(|c| setting(&c.parameters));
+        let text = parameters.filter(|text| titled || text != "–").unwrap_or_default();
+        let most = (axes.frame.width() / 7.4) as usize;
+        axes.draw_titles(canvas, &shortened(&text, most), "x (m)", "y (m)");
     }
 
-    fn draw_beliefs(&self, canvas: &mut Canvas<'_>, width: f64) -> Result<(), PlotError> {
+    fn draw_beliefs(&self, canvas: &mut Canvas, width: f64) {
         for (i, name) in self.estimators.iter().enumerate() {
             let look = Look::of(i, self.estimators.len());
-            self.draw_paths(canvas, name, (&look.ink, width), believed)?;
-            self.draw_ends(canvas, name, &look.ink, believed)?;
+            self.draw_paths(canvas, name, (&look.ink, width), believed);
+            self.draw_ends(canvas, name, &look.ink, believed);
         }
-        Ok(())
     }
 
     /// The truth is the same for every estimator of a seed.
-    fn draw_truths(&self, canvas: &mut Canvas<'_>, width: f64) -> Result<(), PlotError> {
-        let Some(first) = self.estimators.first() else { return Ok(()) };
-        self.draw_paths(canvas, first, (&INK, width), true_place)?;
+    fn draw_truths(&self, canvas: &mut Canvas, width: f64) {
+        let Some(first) = self.estimators.first() else { return };
+        self.draw_paths(canvas, first, (&INK, width), true_place);
         self.draw_ends(canvas, first, &INK, true_place)
     }
 
@@ -250,18 +233,6 @@ impl Panel<'_> {
         belief.is_nan() || truth <= belief
     }
 
-    fn draw_labels(&self, canvas: &mut Canvas<'_>, titled: bool) -> Result<(), PlotError> {
-        let frame = self.axes.frame;
-        let [across, down] = [0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom)];
-        canvas.text([across, frame.bottom + 36.0], Anchor::Middle, 13.0, &INK, "x (m)")?;
-        canvas.text([frame.left - 44.0, down], Anchor::Upwards, 13.0, &INK, "y (m)")?;
-        let parameters = self.swept.cells.get(self.cell).map(|c| setting(&c.parameters));
-        let text = parameters.filter(|text| titled || text != "–").unwrap_or_default();
-        let most = (frame.width() / 7.4) as usize;
-        let at = [frame.left, frame.top - 8.0];
-        canvas.text(at, Anchor::Start, 13.0, &INK, &shortened(&text, most))
-    }
-
     fn tracks<'b>(&'b self, estimator: &'b str) -> impl Iterator<Item = &'b Track> {
         let is_it = move |t: &&Track| t.cell == self.cell && *t.estimator == *estimator;
         self.swept.tracks.iter().filter(is_it)
@@ -269,11 +240,11 @@ impl Panel<'_> {
 
     fn draw_paths(
         &self,
-        canvas: &mut Canvas<'_>,
+        canvas: &mut Canvas,
         estimator: &str,
         (ink, width): (&RGBColor, f64),
         place: fn(&Sample) -> [f64; 2],
-    ) -> Result<(), PlotError> {
+    ) {
         let count = self.tracks(estimator).count().min(MOST_PATHS);
         let opacity = (2.4 / (count as f64).sqrt()).clamp(0.16, 0.95);
         let start = self.swept.cells.get(self.cell).map(|c| c.config.start);
@@ -281,31 +252,27 @@ impl Panel<'_> {
             // The first sample is some ticks into the run.
             let places = start.map(|s| [s.x(), s.y()]).into_iter();
             let places = places.chain(track.samples.iter().map(place));
-            let line: Vec<Px> = places.map(|at| self.axes.px(at)).collect();
-            for part in polyline::clip(&polyline::thin(&line), &self.axes.frame) {
-                canvas.veil(&part, ink, width, opacity)?;
+            for part in self.axes.seen(&places.collect::<Vec<_>>()) {
+                canvas.veil(&part, ink, width, opacity);
             }
         }
-        Ok(())
     }
 
     fn draw_ends(
         &self,
-        canvas: &mut Canvas<'_>,
+        canvas: &mut Canvas,
         estimator: &str,
         ink: &RGBColor,
         place: fn(&Sample) -> [f64; 2],
-    ) -> Result<(), PlotError> {
+    ) {
         let ends: Vec<[f64; 2]> =
             self.tracks(estimator).filter_map(|t| t.samples.last()).map(place).collect();
         for px in ends.iter().map(|&end| self.axes.px(end)).filter(|&px| self.axes.holds(px)) {
-            draw_end(canvas, px, ink)?;
+            draw_end(canvas, px, ink);
         }
-        let outline: Vec<Px> = ellipse(&ends).into_iter().map(|at| self.axes.px(at)).collect();
-        for part in polyline::clip(&outline, &self.axes.frame) {
-            canvas.dashes(&part, &SOFT_INK, 1.4, 5.0)?;
+        for part in self.axes.seen(&ellipse_of(&ends)) {
+            canvas.dashes(&part, &SOFT_INK, 1.4, 5.0);
         }
-        Ok(())
     }
 }
 
@@ -320,46 +287,34 @@ fn true_place(sample: &Sample) -> [f64; 2] {
 /// The ellipse that holds 95 % of a normal distribution with the mean and the
 /// covariance of `places`; none of fewer than five places, or of places too
 /// close together to be seen apart.
-fn ellipse(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
+fn ellipse_of(places: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let n = places.len() as f64;
-    let mean = |axis: usize| places.iter().map(|p| p[axis]).sum::<f64>() / n;
-    let (x0, y0) = (mean(0), mean(1));
-    let sum = |f: &dyn Fn(f64, f64) -> f64| {
-        places.iter().map(|p| f(p[0] - x0, p[1] - y0)).sum::<f64>() / (n - 1.0)
+    let mean = [0, 1].map(|axis| places.iter().map(|p| p[axis]).sum::<f64>() / n);
+    let covariance = |a: usize, b: usize| {
+        places.iter().map(|p| (p[a] - mean[a]) * (p[b] - mean[b])).sum::<f64>() / (n - 1.0)
     };
-    let (xx, xy, yy) = (sum(&|x, _| x * x), sum(&|x, y| x * y), sum(&|_, y| y * y));
-    let (middle, apart) = (0.5 * (xx + yy), trig::hypot(0.5 * (xx - yy), xy));
-    if places.len() < 5 || !middle.is_finite() || middle + apart <= 1e-6 {
-        return Vec::new();
-    }
-    let long = NINETY_FIVE * (middle + apart).sqrt();
-    let short = NINETY_FIVE * (middle - apart).max(0.0).sqrt();
-    let (s, c) = trig::sin_cos(0.5 * trig::atan2(2.0 * xy, xx - yy));
-    (0..=CORNERS)
-        .map(|k| {
-            let turn = core::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
-            let (v, u) = trig::sin_cos(turn);
-            [x0 + long * u * c - short * v * s, y0 + long * u * s + short * v * c]
-        })
-        .collect()
+    let found = [covariance(0, 0), covariance(0, 1), covariance(1, 1)];
+    let is_seen = places.len() >= 5 && found[0] + found[2] > 1e-6;
+    ellipse(found).filter(|_| is_seen).map_or_else(Vec::new, |by| outline(mean, by))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rusty_plot::ellipse::NINETY_FIVE;
 
     #[test]
     fn an_ellipse_has_the_axes_of_the_covariance() {
         // Along (1, 1) with variance 8/5·…, nothing across.
         let line: Vec<[f64; 2]> = (-2..=2).map(|k| [f64::from(k), f64::from(k)]).collect();
-        let found = ellipse(&line);
+        let found = ellipse_of(&line);
         let far = found.iter().map(|p| trig::hypot(p[0], p[1])).fold(0.0, f64::max);
         // Variance along: 2 · 2.5.
-        assert!((far - NINETY_FIVE * 5.0_f64.sqrt()).abs() < 1e-9, "{far}");
+        assert!((far - (5.0 * NINETY_FIVE).sqrt()).abs() < 1e-2, "{far}");
         assert!(found.iter().all(|p| (p[0] - p[1]).abs() < 1e-7));
-        assert!(ellipse(&line[..4]).is_empty());
-        assert!(ellipse(&[[1.0, 1.0]; 9]).is_empty());
-        assert!(ellipse(&[[f64::NAN, 1.0]; 9]).is_empty());
+        assert!(ellipse_of(&line[..4]).is_empty());
+        assert!(ellipse_of(&[[1.0, 1.0]; 9]).is_empty());
+        assert!(ellipse_of(&[[f64::NAN, 1.0]; 9]).is_empty());
     }
 
     #[test]

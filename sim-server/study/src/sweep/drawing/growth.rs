@@ -5,13 +5,14 @@
 //! slope that white slip has on a straight track as dashes to compare with.
 
 use rusty_contract::score::{degrees, metres};
-use rusty_plot::style::{GRID, INK, Look, SOFT_INK};
-use rusty_plot::{Anchor, Canvas, LogAxes, PlotError, Px, Rect, paint, polyline};
+use rusty_plot::page::{Rows, draw_title};
+use rusty_plot::style::{Look, SOFT_INK};
+use rusty_plot::{Anchor, Axes, Axis, Canvas, Px, Rect, paint, shortened};
 
 use super::super::Swept;
 use super::super::growth::{Exponent, Growth, Spread, growth as spreads};
 use super::super::lines::setting;
-use super::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH, draw_title, seeds_of, shortened};
+use super::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH, seeds_of};
 
 /// Most lines of the table, and curves in a plot.
 const MOST_CURVES: usize = 8;
@@ -62,11 +63,7 @@ const PLOTS: [Plot; 3] = [
 ];
 
 /// Draws the growth of a sweep as the text of an SVG file.
-///
-/// # Errors
-/// [`PlotError::Draw`] if the drawing backend refuses; it writes to memory only
-/// and is not known to.
-pub fn growth(swept: &Swept) -> Result<String, PlotError> {
+pub fn growth(swept: &Swept) -> String {
     let mut curves = spreads(&swept.tracks);
     let left_out = curves.len().saturating_sub(MOST_CURVES);
     curves.truncate(MOST_CURVES);
@@ -91,68 +88,56 @@ pub fn growth(swept: &Swept) -> Result<String, PlotError> {
     let table_top = TOP + 24.0 + PLOT_HEIGHT + 84.0;
     let height = table_top + ROW * curves.len().max(1) as f64 + 44.0;
     paint((WIDTH, height), &title, |canvas| {
-        draw_title(canvas, &title, &details)?;
+        draw_title(canvas, MARGIN_LEFT, &title, &details);
         for (place, plot) in PLOTS.iter().enumerate() {
-            draw_plot(canvas, frame(place), plot, &curves)?;
+            draw_plot(canvas, frame(place), plot, &curves);
         }
         draw_table(canvas, table_top, swept, &curves)
     })
 }
 
-fn draw_plot(
-    canvas: &mut Canvas<'_>,
-    frame: Rect,
-    plot: &Plot,
-    curves: &[Growth],
-) -> Result<(), PlotError> {
+fn draw_plot(canvas: &mut Canvas, frame: Rect, plot: &Plot, curves: &[Growth]) {
     let points: Vec<Vec<[f64; 2]>> = curves.iter().map(|curve| points_of(plot, curve)).collect();
-    let across = 0.5 * (frame.left + frame.right);
-    canvas.text([frame.left, frame.top - 9.0], Anchor::Start, 13.0, &INK, plot.title)?;
     let Some(axes) = axes_of(frame, &points) else {
-        let corners = [[frame.left, frame.top], [frame.left, frame.bottom]];
-        let others = [[frame.right, frame.bottom], [frame.right, frame.top]];
-        canvas.line(&[&corners[..], &others, &corners[..1]].concat(), &SOFT_INK, 1.0)?;
-        let at = [across, 0.5 * (frame.top + frame.bottom)];
+        let empty = Axes { frame, x: Axis::plain([0.0, 1.0]), y: Axis::plain([0.0, 1.0]) };
+        empty.draw_frame(canvas, false);
+        empty.draw_titles(canvas, plot.title, "", "");
+        let at = empty.px([0.5, 0.5]);
         return canvas.text(at, Anchor::Middle, 13.0, &SOFT_INK, "the same on every seed");
     };
-    axes.draw_grid(canvas)?;
-    draw_guide(canvas, &axes, plot)?;
+    axes.draw_grid(canvas);
+    draw_guide(canvas, &axes, plot);
     for (i, curve) in curves.iter().enumerate() {
         let look = Look::of(i, curves.len());
         if let Some(exponent) = (plot.exponent)(curve) {
             let law = exponent.law;
-            let end = |x: f64| axes.px([x, plot.scale * law.at(x)]);
-            let line = [end(law.range[0]), end(law.range[1])];
-            for part in polyline::clip(&line, &frame) {
-                canvas.line(&part, &look.ink, 1.8)?;
+            let line = law.range.map(|x| [x, plot.scale * law.at(x)]);
+            for part in axes.seen(&line) {
+                canvas.line(&part, &look.ink, 1.8);
             }
         }
         let turn = (i as f64 + 0.5) / curves.len() as f64;
         for px in marks(&axes, &points[i], turn) {
-            look.mark(canvas, px, 3.0)?;
+            look.mark(canvas, px, 3.0);
         }
     }
-    axes.draw_frame(canvas)?;
-    canvas.text([across, frame.bottom + 38.0], Anchor::Middle, 13.0, &INK, "distance driven (m)")
+    axes.draw_frame(canvas, true);
+    axes.draw_titles(canvas, plot.title, "distance driven (m)", "");
 }
 
 /// The places of the marks: points far enough apart to be told from each other,
 /// beginning at a `turn` (0 to 1) of that distance, so that curves that agree do
 /// not hide each other.
-fn marks(axes: &LogAxes, points: &[[f64; 2]], turn: f64) -> Vec<Px> {
+fn marks(axes: &Axes, points: &[[f64; 2]], turn: f64) -> Vec<Px> {
     let mut due = axes.frame.left + turn * MARK_EVERY;
     let mut places = Vec::new();
-    for px in points.iter().map(|&at| axes.px(at)).filter(|&px| holds(&axes.frame, px)) {
+    for px in points.iter().map(|&at| axes.px(at)).filter(|&px| axes.holds(px)) {
         if px[0] >= due {
             places.push(px);
             due += ((px[0] - due) / MARK_EVERY).floor() * MARK_EVERY + MARK_EVERY;
         }
     }
     places
-}
-
-fn holds(frame: &Rect, [x, y]: Px) -> bool {
-    (frame.left..=frame.right).contains(&x) && (frame.top..=frame.bottom).contains(&y)
 }
 
 /// Distance and spread, in the units of the plot, where there is one; where the
@@ -170,29 +155,27 @@ fn points_of(plot: &Plot, curve: &Growth) -> Vec<[f64; 2]> {
 }
 
 /// Axes around all points, with some air; `None` without points.
-fn axes_of(frame: Rect, points: &[Vec<[f64; 2]>]) -> Option<LogAxes> {
+fn axes_of(frame: Rect, points: &[Vec<[f64; 2]>]) -> Option<Axes> {
     let range = |axis: usize| {
         let all = || points.iter().flatten().map(|p| p[axis]).filter(|v| v.is_finite());
         let high = all().reduce(f64::max)?;
         let low = all().reduce(f64::min)?.max(high / MOST_DECADES);
         // At least a factor of two, or numbers along the axis would be few.
         let low = low.min(0.5 * high);
-        Some([low / 1.25, high * 1.25])
+        Some(Axis::log([low / 1.25, high * 1.25]))
     };
-    Some(LogAxes { frame, x: range(0)?, y: range(1)? })
+    Some(Axes { frame, x: range(0)?, y: range(1)? })
 }
 
 /// Dashes of the known slope through the lower left, apart from the marks.
-fn draw_guide(canvas: &mut Canvas<'_>, axes: &LogAxes, plot: &Plot) -> Result<(), PlotError> {
+fn draw_guide(canvas: &mut Canvas, axes: &Axes, plot: &Plot) {
     let (slope, text) = plot.guide;
-    let frame = &axes.frame;
+    let [x, y] = [axes.x.range, axes.y.range];
     // From the middle of the lower edge up to the right edge, in the data.
     let power = |ratio: f64| rusty_geometry::trig::exp(slope * rusty_geometry::trig::ln(ratio));
-    let (left, right) = ((axes.x[0] * axes.x[1]).sqrt(), axes.x[1]);
-    let base = axes.y[0] * 1.12;
-    let line = [axes.px([left, base]), axes.px([right, base * power(right / left)])];
-    for part in polyline::clip(&line, frame) {
-        canvas.dashes(&part, &SOFT_INK, 1.2, 5.0)?;
+    let (left, right, base) = ((x[0] * x[1]).sqrt(), x[1], y[0] * 1.12);
+    for part in axes.seen(&[[left, base], [right, base * power(right / left)]]) {
+        canvas.dashes(&part, &SOFT_INK, 1.2, 5.0);
     }
     let at = axes.px([left, base]);
     canvas.text([at[0] - 8.0, at[1] - 4.0], Anchor::End, 12.0, &SOFT_INK, text)
@@ -201,30 +184,19 @@ fn draw_guide(canvas: &mut Canvas<'_>, axes: &LogAxes, plot: &Plot) -> Result<()
 /// Right edges of the table's columns of figures.
 const COLUMNS: [f64; 4] = [680.0, 830.0, 980.0, 1172.0];
 
-fn draw_table(
-    canvas: &mut Canvas<'_>,
-    top: f64,
-    swept: &Swept,
-    curves: &[Growth],
-) -> Result<(), PlotError> {
+fn draw_table(canvas: &mut Canvas, top: f64, swept: &Swept, curves: &[Growth]) {
     let heads = ["exponent across", "along", "heading", "mean error at the end"];
-    for (x, head) in COLUMNS.into_iter().zip(heads) {
-        canvas.text([x, top - 12.0], Anchor::End, 12.0, &SOFT_INK, head)?;
-    }
-    let right = WIDTH - MARGIN_RIGHT;
-    canvas.line(&[[MARGIN_LEFT, top - 4.0], [right, top - 4.0]], &SOFT_INK, 1.0)?;
+    let x = [MARGIN_LEFT, WIDTH - MARGIN_RIGHT];
+    let rows = Rows { x, columns: &COLUMNS, height: ROW };
+    rows.draw_head(canvas, top - 4.0, &heads.each_ref().map(std::slice::from_ref));
     for (i, curve) in curves.iter().enumerate() {
         let y = top + ROW * (i as f64 + 0.5);
         let look = Look::of(i, curves.len());
-        canvas.line(&[[MARGIN_LEFT, y], [MARGIN_LEFT + 32.0, y]], &look.ink, 1.8)?;
-        look.mark(canvas, [MARGIN_LEFT + 16.0, y], 4.0)?;
         let parameters = swept.cells.get(curve.cell).map(|c| setting(&c.parameters));
         let name = match parameters.filter(|text| text != "–") {
             Some(text) => format!("{}, {text}", curve.estimator),
             None => curve.estimator.clone(),
         };
-        let at = [MARGIN_LEFT + 44.0, y + 4.5];
-        canvas.text(at, Anchor::Start, 13.0, &INK, &shortened(&name, 56))?;
         let [across, along, heading] = PLOTS.map(|plot| exponent_text((plot.exponent)(curve)));
         let end = curve.samples.last().map_or_else(
             || "–".to_owned(),
@@ -233,11 +205,7 @@ fn draw_table(
                 format!("{} m, {} °", metres(s.mean_error_m), degrees(heading_deg))
             },
         );
-        for (x, text) in COLUMNS.into_iter().zip([across, along, heading, end]) {
-            canvas.text([x, y + 4.5], Anchor::End, 13.0, &INK, &text.replace('-', "−"))?;
-        }
-        let below = y + 0.5 * ROW;
-        canvas.line(&[[MARGIN_LEFT, below], [right, below]], &GRID, 1.0)?;
+        rows.draw(canvas, y, (&look, &name), &[across, along, heading, end]);
     }
     let note = "Exponent: of the spread against the distance, fitted over the line drawn; \
                 ± its standard error, by the jackknife over seeds. Heading: estimate − truth.";

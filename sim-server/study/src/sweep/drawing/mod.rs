@@ -15,29 +15,12 @@ mod growth;
 pub use fan::fan;
 pub use growth::growth;
 
-use rusty_plot::style::{INK, SOFT_INK};
-use rusty_plot::{Anchor, Canvas, PlotError};
-
 /// Width of a page, CSS pixels.
 const WIDTH: f64 = 1200.0;
 const MARGIN_LEFT: f64 = 72.0;
 const MARGIN_RIGHT: f64 = 28.0;
 /// Where the first thing below title and details may begin.
 const TOP: f64 = 84.0;
-
-/// Title and details of a page.
-fn draw_title(canvas: &mut Canvas<'_>, title: &str, details: &str) -> Result<(), PlotError> {
-    canvas.text([MARGIN_LEFT, 36.0], Anchor::Start, 23.0, &INK, title)?;
-    canvas.text([MARGIN_LEFT, 60.0], Anchor::Start, 14.0, &SOFT_INK, details)
-}
-
-/// A text of at most so many characters.
-fn shortened(text: &str, most: usize) -> String {
-    if text.chars().count() <= most {
-        return text.to_owned();
-    }
-    text.chars().take(most.saturating_sub(1)).chain(['…']).collect()
-}
 
 /// How many seeds the tracks are of, and which.
 fn seeds_of(tracks: &[super::Track]) -> String {

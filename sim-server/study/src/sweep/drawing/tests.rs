@@ -32,7 +32,7 @@ fn slips(slips: &[f64], seeds: u64) -> Swept {
 }
 
 fn drawn(swept: &Swept) -> [String; 2] {
-    let pages = [fan(swept).unwrap(), growth(swept).unwrap()];
+    let pages = [fan(swept), growth(swept)];
     for page in &pages {
         assert!(!page.contains("NaN") && !page.contains("inf\""), "a number that is none");
         assert!(png(page).unwrap().len() > 3_000);

@@ -8,10 +8,9 @@ mod texts;
 
 pub use read::Rows;
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use rusty_contract::{FieldError, input};
+use rusty_contract::{FieldError, input, replace};
 
 use super::cell::Swept;
 use super::error::SweepError;
@@ -92,14 +91,15 @@ impl Table {
         let columns = columns::of(swept, axes, settings.with_clients());
         let bytes = match self.kind {
             Kind::Csv => {
-                replace(&self.beside(".json"), settings.pretty().as_bytes())?;
+                let beside = self.beside(".json");
+                replace(&beside, settings.pretty().as_bytes()).map_err(SweepError::io(&beside))?;
                 csv::bytes(&columns)
             }
             Kind::Parquet => parquet::bytes(&columns, settings),
         };
         let path = || self.path.display().to_string();
         let bytes = bytes.map_err(|problem| SweepError::Table { path: path(), problem })?;
-        replace(&self.path, &bytes)
+        replace(&self.path, &bytes).map_err(SweepError::io(&self.path))
     }
 
     /// The settings of the table that is there; `None` if none is.
@@ -122,20 +122,4 @@ impl Table {
             |e| SweepError::NoSweep { path, problem: format!("its settings cannot be read: {e}") };
         found.map(Some).map_err(no_sweep)
     }
-}
-
-/// Writes a file beside the place and moves it there.
-fn replace(path: &Path, bytes: &[u8]) -> Result<(), SweepError> {
-    let io = || SweepError::io(path);
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(io())?;
-    file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(io())?;
-    // Others may read it, as any file that is written here.
-    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o644);
-    file.as_file().set_permissions(mode).map_err(io())?;
-    file.persist(path).map_err(|e| io()(e.error))?;
-    Ok(())
 }
