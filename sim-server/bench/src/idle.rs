@@ -1,7 +1,6 @@
 //! `bench idle`: what waiting costs, in a run that is paused and in one that
 //! goes at the pace of real time.
 
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use rusty_contract::RunName;
@@ -75,10 +74,10 @@ fn one(
     stage.drive(config, &roster, how, stamps, |pids| {
         cores = watch(pids, seconds, stage);
         // Enough was seen; this run ends as by Ctrl-C.
-        stage.stop.flag().store(true, Ordering::Relaxed);
+        stage.stop.raise();
     })?;
     let Some(cores) = cores else { return Ok(None) };
-    stage.stop.flag().store(false, Ordering::Relaxed);
+    stage.stop.lower();
     Ok(Some(processes().into_iter().zip(cores).collect()))
 }
 
@@ -106,7 +105,7 @@ fn watch(pids: &[u32], seconds: f64, stage: &Stage<'_>) -> Option<Vec<f64>> {
 fn sleep(time: Duration, stage: &Stage<'_>) -> Option<()> {
     let until = Instant::now() + time;
     while Instant::now() < until {
-        if stage.is_stopped() {
+        if stage.stop.is_raised() {
             return None;
         }
         std::thread::sleep(LOOK.min(time));

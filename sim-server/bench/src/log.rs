@@ -15,7 +15,7 @@ use super::noise::NoiseMeter;
 use super::quantiles::Spread;
 use super::results::{Results, Row};
 use crate::error::BenchError;
-use rusty_engine::run::find_program;
+use rusty_engine::run::{RunError, find_program};
 
 /// Numbers of beams that are measured if nobody asks for others; 0: no scan.
 pub const BEAMS: [usize; 3] = [0, 180, 1080];
@@ -117,7 +117,7 @@ impl Plan {
         if self.sync {
             command.arg("--sync");
         }
-        let out = command.stdin(Stdio::null()).output().map_err(BenchError::io(logger))?;
+        let out = command.stdin(Stdio::null()).output().map_err(RunError::io(logger))?;
         if !out.status.success() {
             let said = String::from_utf8_lossy(&out.stderr);
             return Err(BenchError::Nothing(said.trim().to_owned()));

@@ -1,26 +1,22 @@
 //! Where every repetition takes place: a domain of its own, real processes.
 
+use std::cell::RefCell;
 use std::fs;
-use std::sync::atomic::Ordering;
+use std::path::PathBuf;
 
 use rustix::process::Pid;
 use rustix::thread::{CpuSet, sched_setaffinity};
 use rusty_contract::config::RunConfig;
-use rusty_contract::log::Source;
-use rusty_contract::{Frame, Phase, Role};
-use rusty_contract::{LogHeader, OnLoss, Participant, RunName, TruthKey};
-use rusty_geometry::SE2;
-use rusty_geometry::Twist;
+use rusty_contract::{OnLoss, Participant, Phase, Role, RunName};
 use rusty_link::floor::FloorServer;
 use rusty_link::raw::RawServer;
-use rusty_link::{Domain, ServerLink, WaitPolicy};
+use rusty_link::{Domain, WaitPolicy};
 
 use super::machine::cores;
 use super::stamps::{Sample, Stamps};
 use crate::error::BenchError;
-use rusty_engine::confine;
-use rusty_engine::run::{Children, Leaving, Pace, Progress, Run, RunSetup, Spawn, Stop};
-use rusty_engine::source::{FrameSource, Simulated, SourceError};
+use rusty_engine::run::{Pace, RunBuilder, RunError, Stop};
+use rusty_engine::source::{Simulated, simulated_header};
 
 /// How long clients may take to be there, and to answer, s.
 const PATIENCE_S: f64 = 30.0;
@@ -98,62 +94,49 @@ impl Stage<'_> {
         Ok(self.drive(config, roster, (Pace::Max, false), stamps, |_| {})?.and_then(Stamps::finish))
     }
 
-    /// One run, at a pace, paused or not, with somebody `beside` it who is told
-    /// the participants' processes once all are started. `None` if it was
-    /// interrupted.
+    /// One run, at a pace, paused or not. `beside` runs next to it and gets the
+    /// participants' processes. `None` if it was interrupted.
     ///
     /// # Errors
-    /// [`BenchError`] if it cannot be set up, or somebody was lost in it.
+    /// [`BenchError`] if it cannot be set up, or a participant was lost in it.
     pub fn drive(
         &self,
         config: RunConfig,
         roster: &[Participant],
         (pace, paused): (Pace, bool),
-        mut stamps: Stamps,
+        stamps: Stamps,
         beside: impl FnOnce(&[u32]) + Send,
     ) -> Result<Option<Stamps>, BenchError> {
-        let (domain, key) = self.domain()?;
-        let link = ServerLink::create(&domain, self.wait, &key)?;
-        let mut children = self.start(&domain, &key, roster)?;
-        let pids: Vec<u32> = children.groups().collect();
-        stamps.watch(pids.clone());
-        let (run_id, _) = RunSetup::draw().map_err(BenchError::Random)?;
-        let setup = RunSetup {
-            run: self.run.clone(),
-            run_id,
-            key,
-            wait: self.wait,
-            pace,
-            paused,
-            dt_s: config.dt_s,
-            join_timeout_s: PATIENCE_S,
-            answer_timeout_s: PATIENCE_S,
-            on_loss: OnLoss::Abort,
-            out_dir: Some(domain.folder().join("out")),
-            check_frames: false,
-        };
-        let header = LogHeader {
-            writer: concat!("sim-server ", env!("CARGO_PKG_VERSION")).to_owned(),
-            source: Source::Simulated,
-            config,
-            roster: roster.to_vec(),
-            on_loss: OnLoss::Abort,
-        };
-        let mut timed = Timed { inner: Simulated::new(header)?, stamps };
-        let progress = Progress::new(timed.ticks(), true);
-        let run = Run::new(setup, link, &mut timed, &mut children, self.stop, progress);
+        let stamps = RefCell::new(stamps);
+        let header = simulated_header(config, roster.to_vec(), OnLoss::Abort);
+        let mut source = Simulated::new(header)?.before_each_tick(|_| stamps.borrow_mut().stamp());
+        let prepared = RunBuilder { pace, paused, ..self.builder() }.prepare(roster)?;
+        let out_dir = out_dir(prepared.domain())?;
+        let run = prepared.build(&mut source, &out_dir)?;
+        let pids = run.processes();
+        self.pin(&pids)?;
+        stamps.borrow_mut().watch(pids.clone());
         let outcome = std::thread::scope(|scope| {
             scope.spawn(|| beside(&pids));
             run.drive()
         })?;
-        children.finish(|_| Leaving::AtTheEnd);
+        drop(source);
         match outcome.phase {
             Phase::Interrupted => Ok(None),
-            Phase::Done => Ok(Some(timed.stamps)),
+            Phase::Done => Ok(Some(stamps.into_inner())),
             _ => {
                 let lost: Vec<String> = outcome.losses.iter().map(ToString::to_string).collect();
                 Err(BenchError::Nothing(lost.join("; ")))
             }
+        }
+    }
+
+    fn builder(&self) -> RunBuilder {
+        RunBuilder {
+            join_timeout_s: PATIENCE_S,
+            answer_timeout_s: PATIENCE_S,
+            stop: Some(self.stop.clone()),
+            ..RunBuilder::new(self.run.clone(), self.wait)
         }
     }
 
@@ -162,32 +145,27 @@ impl Stage<'_> {
     /// # Errors
     /// [`BenchError`] if it cannot be set up, or a process was lost in it.
     pub fn bare(&self, what: Bare, clients: usize) -> Result<Option<Sample>, BenchError> {
-        let (domain, key) = self.domain()?;
+        let roster = peers(what, clients)?;
+        let prepared = self.builder().prepare(&roster)?;
+        let domain = prepared.domain();
         let mut raw = match what {
-            Bare::Raw => Some(RawServer::create(&domain, self.wait, clients)?),
+            Bare::Raw => Some(RawServer::create(domain, self.wait, clients)?),
             Bare::Floor => None,
         };
         let floor = match what {
             Bare::Raw => None,
-            Bare::Floor => Some(FloorServer::create(&domain, self.wait, clients)?),
+            Bare::Floor => Some(FloorServer::create(domain, self.wait, clients)?),
         };
-        let program = std::env::current_exe().map_err(BenchError::io("/proc/self/exe".as_ref()))?;
-        let roster: Vec<Participant> = (0..clients)
-            .map(|client| {
-                let words = ["bench-peer", what.word(), &client.to_string()].map(str::to_owned);
-                let mut peer = Participant::new(&format!("peer-{client}"), Role::Estimator);
-                peer.command = [program.display().to_string()].into_iter().chain(words).collect();
-                peer
-            })
-            .collect();
-        let mut children = self.start(&domain, &key, &roster)?;
-        let mut stamps = Stamps::new(self.warm_up, self.rounds, children.groups().collect());
+        let mut children = prepared.spawn(&roster, &out_dir(domain)?)?;
+        let pids: Vec<u32> = children.processes().collect();
+        self.pin(&pids)?;
+        let mut stamps = Stamps::new(self.warm_up, self.rounds, pids);
         let total = stamps.rounds_in_all() as u64;
         let (mut gathered, mut died) = (false, None);
         for round in 0..=total {
             let is_over = || {
                 died = (0..clients).find_map(|seat| children.ended(seat, 0));
-                died.is_some() || self.stop.flag().load(Ordering::Relaxed)
+                died.is_some() || self.stop.is_raised()
             };
             // Round 0 gathers; the others are numbered from 1.
             let went_on = match (&mut raw, &floor) {
@@ -209,7 +187,7 @@ impl Stage<'_> {
         if let Some(floor) = &floor {
             floor.end();
         }
-        children.finish(|_| Leaving::AtTheEnd);
+        children.finish_all();
         match died {
             Some(how) => {
                 Err(BenchError::Nothing(format!("{} without a protocol: {how}", what.word())))
@@ -218,47 +196,36 @@ impl Stage<'_> {
         }
     }
 
-    /// A domain with a folder for what participants print and write. It goes
-    /// with the domain.
-    ///
-    /// # Errors
-    /// [`BenchError`] names what could not be made.
-    pub fn domain(&self) -> Result<(Domain, TruthKey), BenchError> {
-        let domain = Domain::create(self.run)?;
-        let folder = domain.folder().join("out");
-        fs::create_dir_all(&folder).map_err(BenchError::io(&folder))?;
-        let (_, key) = RunSetup::draw().map_err(BenchError::Random)?;
-        Ok((domain, key))
-    }
-
-    /// Whether somebody wants it to stop.
-    #[must_use]
-    pub fn is_stopped(&self) -> bool {
-        self.stop.flag().load(Ordering::Relaxed)
-    }
-
-    fn start(
-        &self,
-        domain: &Domain,
-        key: &TruthKey,
-        roster: &[Participant],
-    ) -> Result<Children, BenchError> {
-        let gates = confine::gates(roster, false)?;
-        let out_dir = domain.folder().join("out");
-        let (run, wait) = (self.run, self.wait);
-        let (gates, groups) = (&*gates, self.stop.groups());
-        let spawn = Spawn { run, wait, key, out_dir: &out_dir, gates, groups };
-        let children = Children::start(roster, &spawn)?;
-        if let Some((own, others)) = self.pin.split_first() {
-            pin(None, *own)?;
-            // With one core given, all are on it.
-            let others = if others.is_empty() { self.pin } else { others };
-            for (pid, core) in children.groups().zip(others.iter().cycle()) {
-                pin(i32::try_from(pid).ok().and_then(Pid::from_raw), *core)?;
-            }
+    /// Keeps this process and the clients on the given cores.
+    fn pin(&self, pids: &[u32]) -> Result<(), BenchError> {
+        let Some((own, others)) = self.pin.split_first() else { return Ok(()) };
+        pin(None, *own)?;
+        // With one core given, all are on it.
+        let others = if others.is_empty() { self.pin } else { others };
+        for (pid, core) in pids.iter().zip(others.iter().cycle()) {
+            pin(i32::try_from(*pid).ok().and_then(Pid::from_raw), *core)?;
         }
-        Ok(children)
+        Ok(())
     }
+}
+
+/// Makes the folder for what participants print and write. It goes with the domain.
+fn out_dir(domain: &Domain) -> Result<PathBuf, RunError> {
+    let folder = domain.folder().join("out");
+    fs::create_dir_all(&folder).map_err(RunError::io(&folder))?;
+    Ok(folder)
+}
+
+/// Clients without a protocol, by this program.
+fn peers(what: Bare, clients: usize) -> Result<Vec<Participant>, RunError> {
+    let program = std::env::current_exe().map_err(RunError::io("/proc/self/exe".as_ref()))?;
+    let peer = |client: usize| {
+        let words = ["bench-peer", what.word(), &client.to_string()].map(str::to_owned);
+        let mut peer = Participant::new(&format!("peer-{client}"), Role::Estimator);
+        peer.command = [program.display().to_string()].into_iter().chain(words).collect();
+        peer
+    };
+    Ok((0..clients).map(peer).collect())
 }
 
 /// Keeps a process (none: this one) on one core.
@@ -276,33 +243,4 @@ fn pin(pid: Option<Pid>, core: usize) -> Result<(), BenchError> {
     let mut set = CpuSet::new();
     set.set(core);
     sched_setaffinity(pid, &set).map_err(|errno| refused(&errno.to_string()))
-}
-
-/// A simulation that stamps the beginning of every tick.
-struct Timed {
-    inner: Simulated,
-    stamps: Stamps,
-}
-
-impl FrameSource for Timed {
-    fn header(&self) -> &LogHeader {
-        self.inner.header()
-    }
-
-    fn ticks(&self) -> u64 {
-        self.inner.ticks()
-    }
-
-    fn make(
-        &mut self,
-        driver: Option<Twist>,
-        frame: &mut Frame,
-    ) -> Result<Option<SE2>, SourceError> {
-        self.stamps.stamp();
-        self.inner.make(driver, frame)
-    }
-
-    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
-        self.inner.again()
-    }
 }

@@ -12,7 +12,7 @@ use super::noise::NoiseMeter;
 use super::quantiles::Quantiles;
 use super::results::{Results, Row};
 use crate::error::BenchError;
-use rusty_engine::run::Stop;
+use rusty_engine::run::{RunError, Stop};
 
 /// What is measured from the start of a launch.
 const UNTIL: [&str; 2] = ["to the first frame", "to the end"];
@@ -42,7 +42,7 @@ pub fn measure(
         let began_ns = monotonic_ns();
         let report = launch(run, &folder)?;
         let ended_ns = monotonic_ns();
-        if stop.flag().load(std::sync::atomic::Ordering::Relaxed) {
+        if stop.is_raised() {
             return Ok(None);
         }
         let number = |key: &str| {
@@ -75,7 +75,7 @@ fn results(first_ns: &mut [u64], end_ns: &mut [u64], peak_bytes: u64) -> Results
 
 /// One run of two ticks, and its report.
 fn launch(run: &RunName, folder: &Path) -> Result<Value, BenchError> {
-    let program = std::env::current_exe().map_err(BenchError::io("/proc/self/exe".as_ref()))?;
+    let program = std::env::current_exe().map_err(RunError::io("/proc/self/exe".as_ref()))?;
     let run = format!("{run}-start");
     let output = Command::new(&program)
         .args(["launch", "apartment", "--ticks", "2", "--json", "--quiet"])
@@ -83,7 +83,7 @@ fn launch(run: &RunName, folder: &Path) -> Result<Value, BenchError> {
         .arg(folder)
         .stdin(Stdio::null())
         .output()
-        .map_err(BenchError::io(&program))?;
+        .map_err(RunError::io(&program))?;
     serde_json::from_slice(&output.stdout).map_err(|_| {
         let said = String::from_utf8_lossy(&output.stderr).trim().to_owned();
         BenchError::Nothing(format!("a launch ended with {}: {said}", output.status))

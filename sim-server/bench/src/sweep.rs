@@ -106,7 +106,8 @@ fn plan(seeds: u64, scan_every: u64) -> Result<Plan, BenchError> {
     let (ticks, shard) = (Some(TICKS), Shard::WHOLE);
     let scenario = SCENARIO.to_owned();
     let (clients, add) = (false, Vec::new());
-    Ok(Plan::new(Request { scenario, seeds, axes, ticks, shard, clients, add })?)
+    let request = Request { scenario, seeds, axes, ticks, shard, clients, add };
+    Plan::new(request).map_err(BenchError::Sweep)
 }
 
 /// One sweep, from its plan to its rows.
@@ -120,7 +121,8 @@ fn sweep(seeds: u64, scan_every: u64, jobs: usize) -> Result<Vec<String>, BenchE
         force: false,
         runs_dir: None,
     };
-    let came = sweeping.carry_out(&AtomicBool::new(false), Progress::new(0, true))?;
+    let came = sweeping.carry_out(&AtomicBool::new(false), Progress::new(0, true));
+    let came = came.map_err(BenchError::Sweep)?;
     Ok(came.swept.rows.into_iter().map(|row| row.digest).collect())
 }
 

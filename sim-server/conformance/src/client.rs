@@ -3,18 +3,15 @@
 use std::fs::File;
 use std::io::Read as _;
 use std::os::unix::process::ExitStatusExt as _;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus};
+use std::path::Path;
+use std::process::ExitStatus;
 
 use rustix::process::{Pid, Signal, getpgid, kill_process};
-use rusty_contract::{Credentials, RunName, TruthKey};
+use rusty_contract::{RunName, TruthKey};
 
 use super::Kit;
 use super::setting::CLIENT_SEAT;
-use rusty_engine::run::{
-    ChildrenError, exit_status, find_program, invite, kill_group, open_talk,
-    spawn_with_credentials, with_folder,
-};
+use rusty_engine::run::{ChildProcess, Groups, RunError, Spawn};
 
 /// The most of its words that are kept, bytes.
 const WORDS: u64 = 1 << 16;
@@ -22,15 +19,14 @@ const WORDS: u64 = 1 << 16;
 /// The process under test, in a process group of its own, which is killed when
 /// this goes.
 pub(super) struct Client {
-    child: Option<Child>,
+    child: Option<ChildProcess>,
     status: Option<ExitStatus>,
-    talk: PathBuf,
 }
 
 impl Client {
     /// A client that another process started and looks after.
     pub(super) fn elsewhere() -> Self {
-        Self { child: None, status: None, talk: PathBuf::new() }
+        Self { child: None, status: None }
     }
 
     /// Starts the client as `launch` starts a participant.
@@ -39,26 +35,15 @@ impl Client {
         run: &RunName,
         key: &TruthKey,
         folder: &Path,
-    ) -> Result<Self, ChildrenError> {
-        let program = find_program(&kit.name, &kit.command[0])?;
-        let error = |error| ChildrenError::Spawn {
-            name: kit.name.clone(),
-            program: program.display().to_string(),
-            error,
-        };
-        let talk = folder.join("talk.txt");
-        let outputs = open_talk(&kit.name, &talk)?;
-        let mut command = Command::new(&program);
-        command.args(with_folder(&kit.command[1..], folder));
-        invite(&mut command, run, &kit.name, kit.wait, outputs);
-        let credentials = Credentials::new(key, CLIENT_SEAT, kit.role.holds_key());
-        let child = spawn_with_credentials(&mut command, &credentials).map_err(error)?;
-        Ok(Self { child: Some(child), status: None, talk })
+    ) -> Result<Self, RunError> {
+        let spawn = Spawn { run, wait: kit.wait, key, out_dir: folder, groups: &Groups::default() };
+        let child = ChildProcess::start(CLIENT_SEAT, &kit.participant(), false, &spawn)?;
+        Ok(Self { child: Some(child), status: None })
     }
 
     /// The process that was started; also its group. 0 if it is elsewhere.
     pub(super) fn pid(&self) -> u32 {
-        self.child.as_ref().map_or(0, Child::id)
+        self.child.as_ref().map_or(0, ChildProcess::pid)
     }
 
     /// Whether `pid` is the process that was started, or one that it started.
@@ -71,12 +56,11 @@ impl Client {
 
     /// Whether it has ended. What it started itself ends with it.
     pub(super) fn has_ended(&mut self) -> bool {
-        let Some(child) = self.child.as_mut().filter(|_| self.status.is_none()) else {
-            return self.status.is_some();
-        };
-        if exit_status(child).is_some() {
-            kill_group(child.id());
-            self.status = child.wait().ok();
+        if let Some(child) = self.child.as_mut().filter(|_| self.status.is_none()) {
+            self.status = child.status();
+            if self.status.is_some() {
+                child.end();
+            }
         }
         self.status.is_some()
     }
@@ -120,7 +104,7 @@ impl Client {
     /// What it printed so far, stdout and stderr together.
     pub(super) fn words(&self) -> String {
         let mut text = Vec::new();
-        if let Ok(file) = File::open(&self.talk) {
+        if let Some(Ok(file)) = self.child.as_ref().map(|child| File::open(child.output())) {
             // What cannot be read was not said.
             let _ = file.take(WORDS).read_to_end(&mut text);
         }
@@ -137,15 +121,6 @@ impl Client {
         if let Some(pid) = i32::try_from(target).ok().and_then(Pid::from_raw) {
             // One that is gone shows by not answering.
             let _ = kill_process(pid, signal);
-        }
-    }
-}
-
-impl Drop for Client {
-    fn drop(&mut self) {
-        if let Some(child) = self.child.as_mut().filter(|_| self.status.is_none()) {
-            kill_group(child.id());
-            let _ = child.wait();
         }
     }
 }

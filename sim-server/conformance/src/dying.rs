@@ -18,7 +18,7 @@ use super::client::Client;
 use super::fault::{Fault, Halt};
 use super::player::Player;
 use super::setting::Setting;
-use crate::error::ConformanceError;
+use rusty_engine::run::RunError;
 
 /// Ticks before the death.
 const TICKS: u64 = 5;
@@ -38,10 +38,11 @@ impl<'k> DyingServer<'k> {
     /// Starts server and client.
     pub(super) fn start(kit: &'k Kit, folder: &Path) -> Result<Self, Halt> {
         let run = kit.fresh_run()?;
-        let setup = kit.setup(&run, folder)?;
-        let io = |error| ConformanceError::io(Path::new("sim-server"))(error);
-        let talk = folder.join("server.txt");
-        let out = File::create(&talk).map_err(ConformanceError::io(&talk))?;
+        let key = kit.identity(folder)?.key;
+        let io = |error| RunError::io(Path::new("sim-server"))(error);
+        // No participant has a dot in its name.
+        let talk = folder.join("dying.server");
+        let out = File::create(&talk).map_err(RunError::io(&talk))?;
         let mut child = Command::new(std::env::current_exe().map_err(io)?)
             .args(["conformance", "--dies-as", run.as_str(), "--name", &kit.name])
             .args(["--role", kit.role.word(), "--wait", &kit.wait.to_string()])
@@ -52,7 +53,7 @@ impl<'k> DyingServer<'k> {
             .spawn()
             .map_err(io)?;
         if let Some(pipe) = &mut child.stdin {
-            let told = format!("{}\n{}\n", setup.key.to_hex(), folder.display());
+            let told = format!("{}\n{}\n", key.to_hex(), folder.display());
             let written = pipe.write_all(told.as_bytes());
             if let Err(error) = written {
                 let _ = child.kill();
@@ -60,7 +61,7 @@ impl<'k> DyingServer<'k> {
                 return Err(io(error).into());
             }
         }
-        match Client::start(kit, &run, &setup.key, folder) {
+        match Client::start(kit, &run, &key, folder) {
             Ok(client) => Ok(Self { kit, client, child, talk, run }),
             Err(error) => {
                 let _ = child.kill();
@@ -138,19 +139,18 @@ impl Drop for DyingServer<'_> {
 /// kill. Key and folder come on standard input.
 ///
 /// # Errors
-/// [`ConformanceError`] if there is no shared memory; [`Halt::Client`] in words if the
+/// [`RunError`] if there is no shared memory; [`Halt::Client`] in words if the
 /// client does not play along.
 pub fn serve_until_killed(kit: &Kit, run: &RunName) -> Result<(), Halt> {
     let stdin = std::io::stdin();
-    let io = |error| ConformanceError::io(Path::new("standard input"))(error);
+    let io = |error| RunError::io(Path::new("standard input"))(error);
     let mut lines = stdin.lock();
     let (mut key, mut folder) = (String::new(), String::new());
     lines.read_line(&mut key).map_err(io)?;
     lines.read_line(&mut folder).map_err(io)?;
-    let mut setup = kit.setup(run, Path::new(folder.trim_end()))?;
-    setup.key = TruthKey::from_hex(&key)
-        .map_err(|error| ConformanceError::from(rusty_link::LinkError::from(error)))?;
-    let mut player = Player::serve(kit, &Setting::usual(kit.role), run, setup)?;
+    let mut identity = kit.identity(Path::new(folder.trim_end()))?;
+    identity.key = TruthKey::from_hex(&key).map_err(rusty_link::LinkError::from)?;
+    let mut player = Player::serve(kit, &Setting::usual(kit.role), run, identity)?;
     player.gather()?;
     player.ticks(TICKS)?;
     outln!("{PLAYED}");

@@ -3,11 +3,9 @@
 use std::time::Duration;
 
 use rusty_contract::Refusal;
-use rusty_link::{DomainError, LinkError};
 use thiserror::Error;
 
-use crate::error::ConformanceError;
-use rusty_engine::run::ChildrenError;
+use rusty_engine::run::RunError;
 
 /// What a client did that ends its run. The texts say what was seen.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -73,7 +71,7 @@ pub enum Halt {
     /// The client failed: that is a verdict.
     Client(Fault),
     /// The kit cannot work.
-    Kit(Box<ConformanceError>),
+    Kit(Box<RunError>),
     /// Somebody asked the kit to stop.
     Stopped,
 }
@@ -84,26 +82,8 @@ impl From<Fault> for Halt {
     }
 }
 
-impl From<ConformanceError> for Halt {
-    fn from(error: ConformanceError) -> Self {
-        Self::Kit(Box::new(error))
-    }
-}
-
-impl From<LinkError> for Halt {
-    fn from(error: LinkError) -> Self {
-        ConformanceError::from(error).into()
-    }
-}
-
-impl From<DomainError> for Halt {
-    fn from(error: DomainError) -> Self {
-        ConformanceError::from(error).into()
-    }
-}
-
-impl From<ChildrenError> for Halt {
-    fn from(error: ChildrenError) -> Self {
-        ConformanceError::from(error).into()
+impl<E: Into<RunError>> From<E> for Halt {
+    fn from(error: E) -> Self {
+        Self::Kit(Box::new(error.into()))
     }
 }

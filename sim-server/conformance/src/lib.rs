@@ -20,7 +20,6 @@ pub mod catalogue;
 mod checks;
 mod client;
 mod dying;
-mod error;
 pub mod fault;
 mod player;
 pub mod report;
@@ -30,21 +29,20 @@ mod transcript;
 pub mod verdict;
 
 pub use dying::serve_until_killed;
-pub use error::ConformanceError;
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use rusty_contract::{OnLoss, Role, RunName};
+use rusty_contract::{Participant, Role, RunName};
 use rusty_link::WaitPolicy;
 use tempfile::TempDir;
 
 use catalogue::Check;
 use fault::Halt;
 use report::Finding;
-use rusty_engine::run::{Pace, RunSetup};
+use rusty_engine::run::{RunError, RunIdentity};
 use transcript::Transcript;
 use verdict::Verdict;
 
@@ -86,39 +84,31 @@ pub fn role(word: &str) -> Result<Role, String> {
 }
 
 impl Kit {
+    /// The client in the roster of a run.
+    fn participant(&self) -> Participant {
+        Participant { command: self.command.clone(), ..Participant::new(&self.name, self.role) }
+    }
+
     /// A run name that nobody else has.
-    fn fresh_run(&self) -> Result<RunName, ConformanceError> {
+    fn fresh_run(&self) -> Result<RunName, RunError> {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let n = COUNT.fetch_add(1, Ordering::Relaxed);
         Ok(RunName::new(&format!("conf-{}-{n}", std::process::id()))?)
     }
 
-    /// A new run's numbers, with `folder` for what witnesses write.
-    fn setup(&self, run: &RunName, folder: &Path) -> Result<RunSetup, ConformanceError> {
-        let (run_id, key) = RunSetup::draw().map_err(ConformanceError::Random)?;
-        let patience_s = self.patience.as_secs_f64();
-        Ok(RunSetup {
-            run: run.clone(),
-            run_id,
-            key,
-            wait: self.wait,
-            pace: Pace::Max,
-            paused: false,
-            dt_s: 0.02,
-            join_timeout_s: patience_s,
-            answer_timeout_s: patience_s,
-            on_loss: OnLoss::Abort,
-            out_dir: Some(folder.to_owned()),
-            check_frames: false,
-        })
+    /// A new run's identity, with `folder` for what scorers and loggers write.
+    fn identity(&self, folder: &Path) -> Result<RunIdentity, RunError> {
+        let (run_id, key) = RunIdentity::draw()?;
+        let (wait, out_dir) = (self.wait, folder.to_owned());
+        Ok(RunIdentity { run_id, key, wait, out_dir, check_frames: false })
     }
 
     /// A folder that goes with the run it is for.
-    fn folder(&self) -> Result<TempDir, ConformanceError> {
+    fn folder(&self) -> Result<TempDir, RunError> {
         tempfile::Builder::new()
             .prefix("rusty-conformance-")
             .tempdir()
-            .map_err(ConformanceError::io(&std::env::temp_dir()))
+            .map_err(RunError::io(&std::env::temp_dir()))
     }
 
     /// Fails once somebody has asked the kit to stop.
@@ -130,13 +120,9 @@ impl Kit {
     /// the same order; fewer where somebody asked the kit to stop.
     ///
     /// # Errors
-    /// [`ConformanceError`] if the kit itself cannot work: no shared memory, no such
+    /// [`RunError`] if the kit itself cannot work: no shared memory, no such
     /// program.
-    pub fn test(
-        &self,
-        wanted: &[&'static Check],
-        jobs: usize,
-    ) -> Result<Vec<Finding>, ConformanceError> {
+    pub fn test(&self, wanted: &[&'static Check], jobs: usize) -> Result<Vec<Finding>, RunError> {
         let bench = match self.bench(wanted) {
             Ok(bench) => bench,
             Err(Halt::Kit(error)) => return Err(*error),

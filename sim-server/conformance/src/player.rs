@@ -24,7 +24,7 @@ use super::fault::{Fault, Halt};
 use super::setting::{CLIENT_SEAT, Setting};
 use super::spoilt;
 use super::transcript::{Heard, Transcript};
-use rusty_engine::run::RunSetup;
+use rusty_engine::run::RunIdentity;
 
 /// How long an observer, whom nobody waits for, is listened to.
 const OBSERVER_TIME: Duration = Duration::from_millis(10);
@@ -41,7 +41,7 @@ pub(super) struct Player<'k> {
     left: bool,
     gave_up: bool,
     ready: bool,
-    setup: RunSetup,
+    identity: RunIdentity,
     header: LogHeader,
     sim: Sim,
     /// The frame that was made last.
@@ -62,9 +62,8 @@ impl<'k> Player<'k> {
     /// Opens a run and starts the client on it.
     pub(super) fn open(kit: &'k Kit, setting: &Setting, folder: &Path) -> Result<Self, Halt> {
         let run = kit.fresh_run()?;
-        let setup = kit.setup(&run, folder)?;
-        let mut player = Self::serve(kit, setting, &run, setup)?;
-        let client = Client::start(kit, &run, &player.setup.key, folder)?;
+        let mut player = Self::serve(kit, setting, &run, kit.identity(folder)?)?;
+        let client = Client::start(kit, &run, &player.identity.key, folder)?;
         player.peer = Peer::new(client.pid());
         player.client = client;
         Ok(player)
@@ -75,11 +74,11 @@ impl<'k> Player<'k> {
         kit: &'k Kit,
         setting: &Setting,
         run: &RunName,
-        setup: RunSetup,
+        identity: RunIdentity,
     ) -> Result<Self, Halt> {
         let (header, sim) = setting.world(kit)?;
         let domain = Domain::create(run)?;
-        let link = ServerLink::create(&domain, kit.wait, &setup.key)?;
+        let link = ServerLink::create(&domain, kit.wait, &identity.key)?;
         Ok(Self {
             kit,
             client: Client::elsewhere(),
@@ -91,7 +90,7 @@ impl<'k> Player<'k> {
             gave_up: false,
             ready: false,
             companion: (header.config.start, EncoderTicks::default()),
-            setup,
+            identity,
             header,
             sim,
             frame: Frame::boxed(),
@@ -165,7 +164,7 @@ impl<'k> Player<'k> {
     /// Gives the client its seat.
     pub(super) fn admit(&mut self, call: JoinCall, request: JoinRequest) -> Result<(), Halt> {
         self.request = Some(request);
-        let start = self.setup.start(&self.header, CLIENT_SEAT);
+        let start = self.identity.start(&self.header, CLIENT_SEAT);
         call.reply(&JoinReply::Start(Box::new(start)))?;
         self.link.wake_all();
         Ok(())
@@ -242,8 +241,8 @@ impl<'k> Player<'k> {
     pub(super) fn make(&mut self) {
         let _ = self.sim.step(self.driver, &mut self.frame);
         let truth = Some(self.sim.truth());
-        self.frame.run_id = self.setup.run_id;
-        self.frame.seal(&self.setup.key, truth);
+        self.frame.run_id = self.identity.run_id;
+        self.frame.seal(&self.identity.key, truth);
         self.digest.absorb_frame(&self.frame, truth);
     }
 
@@ -263,7 +262,7 @@ impl<'k> Player<'k> {
 
     /// A frame of the same tick of another run.
     pub(super) fn foreign(&self) -> Box<Frame> {
-        spoilt::foreign(&self.frame, &self.setup.key)
+        spoilt::foreign(&self.frame, &self.identity.key)
     }
 
     /// Sends a signal to the client.
@@ -305,7 +304,7 @@ impl<'k> Player<'k> {
                     return Err(Fault::GaveUp { tick, how: format!("; {how}") }.into());
                 }
                 Ok(Message::Reply(_)) | Err(_) => {
-                    if heard.answer.tick < tick || heard.answer.run_id != self.setup.run_id {
+                    if heard.answer.tick < tick || heard.answer.run_id != self.identity.run_id {
                         self.said.strays.push(heard);
                         continue;
                     }
@@ -339,7 +338,7 @@ impl<'k> Player<'k> {
     pub(super) fn end(&mut self, phase: Phase) -> Result<(), Halt> {
         let mut last = Frame::boxed();
         last.end(phase, self.closed);
-        last.run_id = self.setup.run_id;
+        last.run_id = self.identity.run_id;
         self.last_word = Some(last.digest());
         self.show_other(&last)?;
         self.link.wake_all();

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use rusty_contract::log::Source;
 use rusty_contract::scenario::Access;
 use rusty_contract::{LogHeader, Participant, Role, Scenario, ScriptConfig};
 use rusty_sim::Sim;
 
 use super::Kit;
-use crate::error::ConformanceError;
+use rusty_engine::run::RunError;
 use rusty_engine::scenario_file::Loaded;
+use rusty_engine::source::simulated_header;
 
 /// Ticks of a little run; every fifth has a scan.
 pub(super) const TICKS: u64 = 24;
@@ -44,22 +44,17 @@ impl Setting {
     }
 
     /// The world of this setting, and what a log of it would say.
-    pub(super) fn world(&self, kit: &Kit) -> Result<(LogHeader, Sim), ConformanceError> {
+    pub(super) fn world(&self, kit: &Kit) -> Result<(LogHeader, Sim), RunError> {
         let loaded = Loaded { scenario: self.scenario.clone(), folder: PathBuf::new() };
         let config = loaded.config()?;
-        let client = Participant {
-            command: kit.command.clone(),
-            map: self.map,
-            initial_pose: self.initial_pose,
-            ..Participant::new(&kit.name, kit.role)
-        };
-        let header = LogHeader {
-            writer: concat!("sim-server ", env!("CARGO_PKG_VERSION")).to_owned(),
-            source: Source::Simulated,
-            config: config.clone(),
-            roster: vec![Participant::new(COMPANION, Role::Estimator), client],
-            on_loss: self.scenario.on_loss,
-        };
+        let companion = Participant::new(COMPANION, Role::Estimator);
+        let roster = vec![companion, self.client(kit)];
+        let header = simulated_header(config.clone(), roster, self.scenario.on_loss);
         Ok((header, Sim::new(config)?))
+    }
+
+    /// The client in the roster.
+    fn client(&self, kit: &Kit) -> Participant {
+        Participant { map: self.map, initial_pose: self.initial_pose, ..kit.participant() }
     }
 }

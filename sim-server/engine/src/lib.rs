@@ -4,17 +4,13 @@
 //!
 //! * [`lockstep`]: the protocol, a state machine without I/O;
 //! * [`run`]: a run, from the first join to the last answer;
-//! * [`source`]: where frames come from, the world or a log;
+//! * [`source`]: where frames come from;
 //! * [`confine`]: the kernel gate, for participants with a sandbox;
-//! * [`scenario_file`]: scenarios, built in or in files;
-//! * [`compare`]: two ticks, or documents, field by field;
-//! * [`bits`]: floating-point values with their bits.
+//! * [`scenario_file`]: scenarios, built in or in files.
 //!
 //! It knows the world, the transport and the contract. Command line, tables and
 //! drawings are in the crates that use it.
 
-pub mod bits;
-pub mod compare;
 pub mod confine;
 pub mod lockstep;
 pub mod run;

@@ -26,7 +26,8 @@ mod rules;
 mod seat;
 
 pub use rules::{Rules, Step};
-pub use seat::{CatchingUp, Loss, LossKind, Seat, SeatState, SeatSummary};
+pub(crate) use seat::CatchingUp;
+pub use seat::{Loss, LossKind, Seat, SeatState, SeatSummary};
 
 use std::collections::VecDeque;
 
@@ -88,8 +89,19 @@ impl Lockstep {
 
     /// Places of those who are lost: whoever is among them is told so by the
     /// next frame, should it still be there.
-    pub fn lost(&self) -> impl Iterator<Item = usize> {
+    pub(crate) fn lost(&self) -> impl Iterator<Item = usize> {
         self.seats.iter().enumerate().filter(|(_, s)| s.loss().is_some()).map(|(i, _)| i)
+    }
+
+    /// Slots of the participants that have joined, the lost included: each of
+    /// them believes only a frame that is signed for it.
+    pub(crate) fn joined(&self) -> impl Iterator<Item = usize> {
+        self.seats.iter().enumerate().filter(|(_, s)| s.pid != 0).map(|(slot, _)| slot)
+    }
+
+    /// Whether the end of the run was published.
+    pub(crate) fn has_ended(&self) -> bool {
+        self.last_word_is_out
     }
 
     /// How the run ends or ended.
@@ -99,14 +111,12 @@ impl Lockstep {
     }
 
     /// Ticks that are closed.
-    #[must_use]
-    pub fn ticks_done(&self) -> u64 {
+    pub(crate) fn ticks_done(&self) -> u64 {
         self.tick
     }
 
     /// Whether all are still being waited for to join.
-    #[must_use]
-    pub fn is_gathering(&self) -> bool {
+    pub(crate) fn is_gathering(&self) -> bool {
         matches!(self.state, State::Gathering { .. })
     }
 
@@ -155,12 +165,12 @@ impl Lockstep {
     }
 
     /// Somebody asks the run to stop.
-    pub fn interrupt(&mut self) {
+    pub(crate) fn interrupt(&mut self) {
         self.end(Phase::Interrupted);
     }
 
     /// The server itself cannot go on.
-    pub fn abort(&mut self) {
+    pub(crate) fn abort(&mut self) {
         self.end(Phase::Aborted);
     }
 
@@ -316,13 +326,12 @@ impl Lockstep {
     }
 
     /// Places of the answering seats, in roster order.
-    #[must_use]
-    pub fn answering(&self) -> &[usize] {
+    pub(crate) fn answering(&self) -> &[usize] {
         &self.answering
     }
 
     /// The replies to the current tick: answering seats only, roster order.
-    pub fn replies(&self) -> impl ExactSizeIterator<Item = (usize, Reply)> {
+    pub fn replies(&self) -> impl ExactSizeIterator<Item = (usize, Reply)> + Clone {
         self.answering.iter().map(|&i| (i, self.seats[i].reply.unwrap_or(Reply::Missing)))
     }
 }

@@ -12,7 +12,8 @@ use rusty_contract::{
 };
 use rusty_engine::run::{find_program, with_folder};
 use rusty_engine::scenario_file;
-use rusty_engine::source::{Branch, FrameSource as _};
+use rusty_engine::source::FrameSource as _;
+use rusty_logs::fork::Branch;
 
 use super::arguments::{RunArgs, seed_or_random};
 use super::session::{RunPlace, RunSession, Starting};

@@ -9,7 +9,7 @@ use rusty_contract::digest::ObservableDigest;
 use rusty_contract::log::{Ending, LogReader, Read, Source, TickRecord};
 use rusty_contract::score::seconds;
 use rusty_contract::{Exit, Frame, LogHeader, Reply, RunDigest, TruthKey, errln, outln};
-use rusty_engine::bits;
+use rusty_logs::compare;
 use serde_json::{Value, json};
 
 use super::WrongUsage;
@@ -266,7 +266,7 @@ fn tick_json(header: &LogHeader, record: &TickRecord, intact: bool) -> Value {
 fn reply_json(name: &str, reply: &Reply) -> Value {
     json!({
         "name": name,
-        "kind": bits::kind(reply),
+        "kind": compare::kind(reply),
         "pose": reply.estimate().map(|e| e.pose_in_world),
         "covariance": reply.estimate().and_then(|e| e.covariance),
         "innovation": reply.estimate().and_then(|e| e.innovation),
@@ -287,7 +287,7 @@ fn print_tick(header: &LogHeader, record: &TickRecord, intact: bool) {
         None => outln!("truth     unknown"),
     }
     for (p, reply) in header.answering().zip(&record.replies) {
-        outln!("answer    {}: {}", p.name, bits::reply_text(reply));
+        outln!("answer    {}: {}", p.name, compare::reply_text(reply));
     }
     match &record.ranges_m {
         Some(ranges) => outln!("ranges    {ranges:?}"),

@@ -3,12 +3,10 @@
 
 use anyhow::Result;
 use clap::Args;
-use rusty_contract::log::Source;
-use rusty_contract::{Exit, LogHeader, errln};
+use rusty_contract::{Exit, errln};
 use rusty_engine::scenario_file::{self, SetupError};
-use rusty_engine::source::Simulated;
+use rusty_engine::source::{Simulated, simulated_header};
 
-use super::WRITER;
 use super::arguments::{RunArgs, ScenarioArgs};
 use super::session::{RunPlace, RunSession, Starting};
 
@@ -42,13 +40,7 @@ fn simulate(args: &LaunchArgs, starting: Starting) -> Result<Exit> {
     let config = loaded.config()?;
     let scenario = &loaded.scenario;
     let place = RunPlace::find(run, &config.scenario, None)?;
-    let header = LogHeader {
-        writer: WRITER.to_owned(),
-        source: Source::Simulated,
-        config,
-        roster: scenario.participants.clone(),
-        on_loss: scenario.on_loss,
-    };
+    let header = simulated_header(config, scenario.participants.clone(), scenario.on_loss);
     let late = header.config.kidnappings.iter().find(|k| k.tick >= header.config.ticks);
     if let Some(late) = late {
         let (tick, ticks) = (late.tick, header.config.ticks);

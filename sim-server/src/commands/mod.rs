@@ -180,10 +180,10 @@ fn exit_code(error: &anyhow::Error) -> Exit {
     of!(
         rusty_bench::BenchError,
         rusty_bench::page::PageError,
-        rusty_conformance::ConformanceError,
-        rusty_engine::source::ForkError,
+        rusty_engine::run::RunError,
         rusty_logs::export::ExportError,
         rusty_logs::folder::FolderError,
+        rusty_logs::fork::ForkError,
         rusty_logs::seal::SealError,
         rusty_study::sweep::SweepError,
         rusty_study::versus::VersusError

@@ -6,7 +6,9 @@ use anyhow::Result;
 use clap::Args;
 use rusty_contract::log::Ending;
 use rusty_contract::{Exit, Scenario, errln};
-use rusty_engine::source::{FrameSource as _, Recording};
+use rusty_engine::source::FrameSource as _;
+use rusty_logs::original::Compare as _;
+use rusty_logs::replay::Recording;
 
 use super::arguments::RunArgs;
 use super::session::{RunPlace, RunSession, Starting};

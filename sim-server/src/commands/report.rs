@@ -10,7 +10,9 @@ use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, TextTable, Ti
 use rusty_engine::confine::Gate;
 use rusty_engine::lockstep::{Loss, SeatSummary};
 use rusty_engine::run::{Outcome, has_content};
-use rusty_engine::source::{Comparison, Fork, FrameSource};
+use rusty_logs::comparison::Comparison;
+use rusty_logs::fork::Fork;
+use rusty_logs::original::Compare;
 use serde::Serialize;
 
 #[derive(Debug, Serialize)]
@@ -93,7 +95,7 @@ impl RunReport {
         out_dir: &Path,
         outcome: &Outcome,
         ended_badly: &[(usize, String)],
-        source: &dyn FrameSource,
+        source: &impl Compare,
     ) -> Self {
         let mut remarks: Vec<String> = ended_badly
             .iter()

@@ -2,20 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Context as _, Result};
 use rusty_contract::config::check_seconds;
 use rusty_contract::score::seconds;
-use rusty_contract::{
-    Credentials, Exit, FieldError, LogHeader, Phase, RunName, TruthKey, errln, outln,
-};
+use rusty_contract::{Exit, FieldError, LogHeader, RunName, errln, outln};
 use rusty_engine::confine::{self, Gate};
-use rusty_engine::lockstep::LossKind;
-use rusty_engine::run::{
-    Children, Leaving, Outcome, Progress, Run, RunSetup, Spawn, Stop, check_limits, find_program,
-};
-use rusty_engine::source::FrameSource;
-use rusty_link::{Domain, ServerLink};
+use rusty_engine::run::{Outcome, RunBuilder, RunError, find_program, fresh_name};
 use rusty_logs::folder::{FreeFolder, Marker, RunEnd};
+use rusty_logs::original::Compare;
 
 use super::arguments::RunArgs;
 use super::report::{RunReport, how_ended};
@@ -41,7 +35,7 @@ impl RunPlace {
     pub(super) fn find(args: &RunArgs, scenario: &str, played: Option<&Path>) -> Result<Self> {
         let name = match &args.run {
             Some(name) => name.clone(),
-            None => fresh_name(scenario)?,
+            None => name_after(scenario)?,
         };
         let path = args.out.clone().unwrap_or_else(|| Path::new("runs").join(name.as_str()));
         Ok(Self { folder: FreeFolder::check(&path, args.force, played)?, name })
@@ -64,18 +58,15 @@ pub(super) struct Made {
     pub name: RunName,
     pub out_dir: PathBuf,
     pub outcome: Outcome,
-    /// Participants that ended badly after the run: seat and how.
-    pub ended_badly: Vec<(usize, String)>,
-    /// The files for what participants print, of those that the server started.
-    pub outputs: Vec<(usize, PathBuf)>,
     /// How far the kernel confines each participant.
     pub gates: Vec<Gate>,
 }
 
 impl RunSession<'_> {
-    pub(super) fn run(self, place: RunPlace, source: &mut dyn FrameSource) -> Result<Exit> {
+    pub(super) fn run(self, place: RunPlace, source: &mut impl Compare) -> Result<Exit> {
         let made = self.make(place, source)?;
-        let Made { header, name, out_dir, outcome, ended_badly, outputs, gates } = &made;
+        let Made { header, name, out_dir, outcome, gates } = &made;
+        let Outcome { ended_badly, outputs, .. } = outcome;
         let report = RunReport::new(header, name, out_dir, outcome, ended_badly, source)
             .with_outputs(header, outputs, ended_badly)
             .with_gates(header, gates);
@@ -84,60 +75,35 @@ impl RunSession<'_> {
     }
 
     /// Makes the run, from the first join to the end of run of the last participant.
-    pub(super) fn make(&self, place: RunPlace, source: &mut dyn FrameSource) -> Result<Made> {
+    pub(super) fn make(&self, place: RunPlace, source: &mut impl Compare) -> Result<Made> {
         let RunPlace { name, folder } = place;
         let args = self.args;
         let header = source.header().clone();
-        let gates = close_gates(&header, self.starting)?;
         let (answer_timeout_s, join_timeout_s) = self.timeouts_s()?;
-        check_limits(header.roster.len())?;
-        let stop = listen(&name)?;
-        // `clean` names what cannot be removed here.
-        let _ = Domain::sweep_dead();
-        let domain = Domain::create(&name)?;
+        confine::close_memory().context("this process's memory")?;
+        let options = RunBuilder {
+            pace: args.pace,
+            paused: args.paused,
+            join_timeout_s,
+            answer_timeout_s,
+            by_hand: self.starting == Starting::ByHand,
+            quiet: args.quiet || args.output.json,
+            ..RunBuilder::new(name.clone(), args.wait)
+        };
+        let prepared = options.prepare(&header.roster)?;
+        let gates = prepared.gates().to_vec();
+        report_gates(&header, &gates);
         let mut folder = folder.take(Marker::new(name.as_str(), &header))?;
         let out_dir = folder.path().to_owned();
-        let (run_id, key) = RunSetup::draw().context(NO_RANDOM)?;
         if self.announced {
             self.first_line(&header, &name, source.ticks());
             if header.roster.iter().any(|p| !p.sandbox.is_none()) {
                 warn_of_guessable_seed(&header, "a confined participant");
             }
         }
-        leave_credentials(&domain, &header, self.starting, &key)?;
-        // Before anybody is started: who is confined may use what is there.
-        let link = ServerLink::create(&domain, args.wait, &key)?;
-        let mut children = match self.starting {
-            Starting::Launch => {
-                let (run, wait, out_dir) = (&name, args.wait, &*out_dir);
-                let (gates, groups) = (&*gates, stop.groups());
-                let spawn = Spawn { run, wait, key: &key, out_dir, gates, groups };
-                Children::start(&header.roster, &spawn)?
-            }
-            Starting::ByHand => Children::default(),
-        };
+        let run = prepared.build(source, &out_dir)?;
         folder.begin();
-        let setup = RunSetup {
-            run: name.clone(),
-            run_id,
-            key,
-            wait: args.wait,
-            pace: args.pace,
-            paused: args.paused,
-            dt_s: header.config.dt_s,
-            join_timeout_s,
-            answer_timeout_s,
-            on_loss: header.on_loss,
-            out_dir: Some(out_dir.clone()),
-            check_frames: gates.iter().any(Gate::confines),
-        };
-        let progress = Progress::new(source.ticks(), args.quiet || args.output.json);
-        let run = Run::new(setup, link, source, &mut children, &stop, progress);
         let outcome = run.drive()?;
-        let output = |seat| Some((seat, children.output(seat)?.to_owned()));
-        let outputs = (0..header.roster.len()).filter_map(output).collect();
-        let ended_badly = children.finish(|seat| how_left(&outcome, seat));
-        drop(domain);
         let end = RunEnd {
             ended: how_ended(outcome.phase).to_owned(),
             ticks: outcome.ticks,
@@ -145,7 +111,7 @@ impl RunSession<'_> {
         };
         // The run is none the worse for it; `runs` then has it as cut short.
         folder.end(end).unwrap_or_else(|e| errln!("{e}"));
-        Ok(Made { header, name, out_dir, outcome, ended_badly, outputs, gates })
+        Ok(Made { header, name, out_dir, outcome, gates })
     }
 
     /// How long an answer, and joining, may take, s.
@@ -189,69 +155,19 @@ impl RunSession<'_> {
     }
 }
 
-/// Returns how a participant left the run.
-fn how_left(outcome: &Outcome, seat: usize) -> Leaving {
-    let summary = &outcome.seats[seat];
-    match &summary.lost {
-        Some(loss) if loss.kind == LossKind::Failed => Leaving::Failed,
-        Some(loss) if loss.kind == LossKind::Dead => Leaving::Dead,
-        None if outcome.phase == Phase::Aborted => match summary.pid {
-            Some(_) => Leaving::Aborted,
-            None => Leaving::TooLate,
-        },
-        None if summary.pid.is_some() => Leaving::AtTheEnd,
-        _ => Leaving::Lost,
-    }
-}
-
-/// Closes this process's memory, decides how everyone is confined, and has a
-/// line for each whose sandbox is not what was wished for.
-fn close_gates(header: &LogHeader, starting: Starting) -> Result<Vec<Gate>> {
-    let gates = confine::gates(&header.roster, starting == Starting::ByHand)?;
-    confine::close_memory().context("this process's memory")?;
-    for (participant, gate) in header.roster.iter().zip(&gates) {
+/// Prints a line for each participant whose sandbox is not what was asked for.
+fn report_gates(header: &LogHeader, gates: &[Gate]) {
+    for (participant, gate) in header.roster.iter().zip(gates) {
         if matches!(gate, Gate::Partial { .. } | Gate::Down { .. }) {
             errln!("{}: {gate}", participant.name);
         }
     }
-    Ok(gates)
-}
-
-const NO_RANDOM: &str = "the operating system gives no random bytes for the run's key";
-
-/// Returns the signals that end a run, and starts to listen for them.
-pub(super) fn listen(run: &RunName) -> Result<Stop> {
-    Stop::listen(run).map_err(|e| {
-        anyhow!(
-            "starting the thread that listens for signals failed: {e}; end other processes of \
-             this user, or raise `ulimit -u`"
-        )
-    })
 }
 
 /// Returns the scenario's name, shortened, and eight random digits.
-pub(super) fn fresh_name(scenario: &str) -> Result<RunName> {
-    let random = getrandom::u32().context(NO_RANDOM)?;
+fn name_after(scenario: &str) -> Result<RunName, RunError> {
     let stem: String =
         scenario.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').take(14).collect();
     let stem = stem.trim_start_matches('-');
-    let stem = if stem.is_empty() { "run" } else { stem };
-    Ok(RunName::new(&format!("{stem}-{random:08x}"))?)
-}
-
-/// Leaves the credentials of everyone who is started by hand where they look
-/// for them.
-fn leave_credentials(
-    domain: &Domain,
-    header: &LogHeader,
-    starting: Starting,
-    key: &TruthKey,
-) -> Result<()> {
-    for (slot, participant) in header.roster.iter().enumerate() {
-        if starting == Starting::ByHand || participant.command.is_empty() {
-            let credentials = Credentials::new(key, slot, participant.role.holds_key());
-            domain.leave_credentials(&participant.name, &credentials)?;
-        }
-    }
-    Ok(())
+    fresh_name(if stem.is_empty() { "run" } else { stem })
 }

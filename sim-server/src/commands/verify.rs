@@ -10,14 +10,17 @@ use rusty_contract::{
     Effects, Exit, FieldError, Frame, LogHeader, Phase, Reply, RunDigest, Scenario, TruthKey,
     errln, outln,
 };
-use rusty_engine::compare::{self, Mismatch};
-use rusty_engine::run::Pace;
-use rusty_engine::source::{Compared, Course, FrameSource as _, Recording, record_of};
+use rusty_engine::run::{Pace, fresh_name};
+use rusty_engine::source::{Course, FrameSource as _};
 use rusty_link::WaitPolicy;
+use rusty_logs::compare::{self, Mismatch, record_of};
+use rusty_logs::comparison::Compared;
+use rusty_logs::original::Compare as _;
+use rusty_logs::replay::Recording;
 use serde::Serialize;
 
 use super::arguments::{Output, RunArgs};
-use super::session::{Made, RunPlace, RunSession, Starting, fresh_name};
+use super::session::{Made, RunPlace, RunSession, Starting};
 
 #[derive(Args, Clone, Debug)]
 pub struct VerifyArgs {
@@ -310,7 +313,7 @@ fn gather(source: &Recording, made: &Made) -> Result<Clients> {
     };
     let remarks = &mut clients.remarks;
     remarks.extend(outcome.source_error.iter().map(ToString::to_string));
-    for (seat, how) in &made.ended_badly {
+    for (seat, how) in &outcome.ended_badly {
         remarks.push(format!("{}: {how}", made.header.roster[*seat].name));
     }
     if clients.interrupted {

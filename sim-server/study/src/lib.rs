@@ -3,9 +3,11 @@
 //! * [`sweep`]: many runs, a row each;
 //! * [`versus`]: which of two estimators is better, from a sweep's rows;
 //! * [`budget`]: odometry error by source;
-//! * [`umbmark`]: the square of Borenstein and Feng, in both directions.
+//! * [`umbmark`]: the square of Borenstein and Feng, in both directions;
+//! * [`documents`]: the fields in which two JSON documents differ.
 
 pub mod budget;
+pub mod documents;
 pub mod sweep;
 pub mod umbmark;
 pub mod versus;

@@ -3,18 +3,15 @@
 //! scenario with so many estimators and without scorer and logger, with a stamp
 //! where each frame is begun.
 
+use std::cell::RefCell;
 use std::path::Path;
 
 use rustix::process::Signal;
 use rusty_clients::dead_reckoning::DeadReckoning;
 use rusty_clients::{ClientArgs, Session};
-use rusty_contract::log::Source;
-use rusty_contract::{Frame, LogHeader, OnLoss, Participant, Phase, Role, RunName};
-use rusty_engine::confine;
-use rusty_engine::run::{Children, Leaving, Pace, Progress, Run, RunSetup, Spawn, Stop};
-use rusty_engine::source::{FrameSource, Simulated, SourceError};
-use rusty_geometry::{SE2, Twist};
-use rusty_link::{Domain, ServerLink};
+use rusty_contract::{OnLoss, Participant, Phase, Role};
+use rusty_engine::run::{RunBuilder, fresh_name};
+use rusty_engine::source::{Simulated, simulated_header};
 
 use crate::cli::ServerPlan;
 use crate::client::end_with_parent;
@@ -25,79 +22,34 @@ use crate::work;
 /// How long clients may take to join, and to answer, s.
 const TIMEOUT_S: f64 = 30.0;
 
-/// The world, with a stamp at the beginning of each tick.
-struct Stamped {
-    world: Simulated,
-    meter: Meter,
-    tick: u64,
-}
-
-impl FrameSource for Stamped {
-    fn header(&self) -> &LogHeader {
-        self.world.header()
-    }
-
-    fn ticks(&self) -> u64 {
-        self.world.ticks()
-    }
-
-    fn make(
-        &mut self,
-        driver: Option<Twist>,
-        frame: &mut Frame,
-    ) -> Result<Option<SE2>, SourceError> {
-        self.meter.begin(self.tick);
-        self.tick += 1;
-        self.world.make(driver, frame)
-    }
-
-    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
-        self.world.again()
-    }
-}
-
 /// One measurement.
 pub fn measure(plan: &ServerPlan) -> Result<Measured, BenchError> {
     let cell = &plan.cell;
-    let (run_id, key) = RunSetup::draw().map_err(ours)?;
-    let name = RunName::new(&format!("peers-{run_id:016x}")).map_err(ours)?;
-    let stop = Stop::listen(&name).map_err(BenchError::io("signals".as_ref()))?;
     let config = work::config(run_ticks(plan.warm_up, plan.ticks), cell.scans)?;
     let roster: Vec<Participant> = (0..plan.clients).map(client).collect();
-    let dt_s = config.dt_s;
-    let writer = "rusty-peers".to_owned();
-    let on_loss = OnLoss::Abort;
-    let header = LogHeader { writer, source: Source::Simulated, config, roster, on_loss };
-    let domain = Domain::create(&name).map_err(ours)?;
-    let wait = cell.wait.policy();
-    let link = ServerLink::create(&domain, wait, &key)?;
-    let gates = confine::gates(&header.roster, false).map_err(ours)?;
-    let (out_dir, groups) = (&*cell.folder, stop.groups());
-    let spawn = Spawn { run: &name, wait, key: &key, out_dir, gates: &gates, groups };
-    let mut children = Children::start(&header.roster, &spawn).map_err(ours)?;
-    let pids: Vec<u32> = children.groups().collect();
-    let setup = RunSetup {
-        run: name,
-        run_id,
-        key,
-        wait,
-        pace: Pace::default(),
-        paused: false,
-        dt_s,
+    let meter = RefCell::new(None);
+    let begin = |tick| {
+        if let Some(meter) = meter.borrow_mut().as_mut() {
+            Meter::begin(meter, tick);
+        }
+    };
+    let mut source =
+        Simulated::new(simulated_header(config, roster, OnLoss::Abort))?.before_each_tick(begin);
+    let options = RunBuilder {
         join_timeout_s: TIMEOUT_S,
         answer_timeout_s: TIMEOUT_S,
-        on_loss,
-        out_dir: None,
-        check_frames: false,
+        ..RunBuilder::new(fresh_name("peers").map_err(ours)?, cell.wait.policy())
     };
-    let meter = Meter::new(plan.warm_up, plan.ticks, &pids);
-    let mut source = Stamped { world: Simulated::new(header)?, meter, tick: 0 };
-    let progress = Progress::new(source.ticks(), true);
-    let outcome = Run::new(setup, link, &mut source, &mut children, &stop, progress).drive()?;
-    let ended_badly = children.finish(|_| Leaving::AtTheEnd);
-    drop(domain);
-    match (outcome.phase, ended_badly.as_slice()) {
-        (Phase::Done, []) => Ok(source.meter.finish(outcome.digest.run_hex())),
+    let run = options.build(&mut source, &cell.folder).map_err(ours)?;
+    meter.replace(Some(Meter::new(plan.warm_up, plan.ticks, &run.processes())));
+    let outcome = run.drive()?;
+    drop(source);
+    let meter = meter.into_inner();
+    match (outcome.phase, outcome.ended_badly.as_slice()) {
+        (Phase::Done, []) => {
+            let meter = meter.ok_or(BenchError::Stopped)?;
+            Ok(meter.finish(outcome.digest.run_hex()))
+        }
         (Phase::Interrupted, _) => Err(BenchError::Stopped),
         (_, bad) => {
             let bad = bad.iter().map(|(seat, how)| format!("client {seat}: {how}"));

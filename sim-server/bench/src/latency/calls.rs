@@ -11,7 +11,6 @@ use std::fs;
 use std::os::unix::process::CommandExt as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process_group};
@@ -90,7 +89,7 @@ fn count_once(
     let status = loop {
         match child.try_wait() {
             Ok(Some(status)) => break status,
-            Ok(None) if stop.flag().load(Ordering::Relaxed) => match told {
+            Ok(None) if stop.is_raised() => match told {
                 None => {
                     interrupt_group(child.id());
                     told = Some(Instant::now());

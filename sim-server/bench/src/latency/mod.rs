@@ -12,7 +12,7 @@ mod calls;
 mod repeated;
 
 use rusty_contract::{Participant, Role, RunConfig, RunName, errln};
-use rusty_link::WaitPolicy;
+use rusty_link::{Domain, WaitPolicy};
 
 use super::noise::NoiseMeter;
 use super::results::{Results, Row};
@@ -146,7 +146,7 @@ impl Plan {
             noise.look();
         }
         let system_calls = self.system_calls(stage, &case.launch)?;
-        if stage.is_stopped() {
+        if stage.stop.is_raised() {
             return Ok(None);
         }
         let (tick, raw, floor) = (Repeated::of(tick), Repeated::of(raw), Repeated::of(floor));
@@ -180,7 +180,7 @@ impl Plan {
     /// have it.
     fn system_calls(&self, stage: &Stage<'_>, launch: &[String]) -> Result<Calls, BenchError> {
         // Its folder goes with the domain; the runs have a name of their own.
-        let (domain, _) = stage.domain()?;
+        let domain = Domain::create(stage.run)?;
         let folder = domain.folder().join("out");
         let mut args = launch.to_vec();
         let run = format!("{}-calls", stage.run);

@@ -28,7 +28,7 @@ impl Player<'_> {
         self.digest.absorb_replies(replies.into_iter());
         if self.kit.role.holds_key() {
             let mut answer = Answer::carrying(&Message::Reply(reply));
-            answer.run_id = self.setup.run_id;
+            answer.run_id = self.identity.run_id;
             answer.tick = self.frame.tick();
             answer.digest_seen = self.frame.digest();
             let digest = self.digest;

@@ -66,7 +66,7 @@
 //! group (`leave-group`), and the server kills the group once the participant
 //! has ended, and waits until the group is empty.
 //!
-//! It is handed no environment but a short list ([`ENVIRONMENT`]) and no
+//! It is handed no environment but a short list (`ENVIRONMENT`) and no
 //! descriptors but the standard three (`read-environment`,
 //! `inherit-descriptors`).
 //!
@@ -113,7 +113,7 @@ mod calls;
 mod plan;
 
 pub use apply::{Cell, ConfineError};
-pub use plan::{ABI_NEEDED, Gate, Kernel, Landlock};
+pub use plan::{Gate, Kernel, Landlock};
 
 use std::convert::Infallible;
 use std::ffi::OsString;
@@ -129,7 +129,7 @@ use rusty_contract::{FieldError, Participant, RunName};
 
 /// The variables that a confined participant keeps, where they are set: how to
 /// print, how to report a panic, where Python finds packages and how it hashes.
-pub const ENVIRONMENT: [&str; 7] =
+const ENVIRONMENT: [&str; 7] =
     ["LANG", "LC_ALL", "LC_CTYPE", "TZ", "RUST_BACKTRACE", "PYTHONPATH", "PYTHONHASHSEED"];
 
 /// What this kernel offers. Asks it, and changes nothing.
@@ -155,7 +155,7 @@ pub fn kernel() -> Kernel {
 /// # Errors
 /// [`FieldError`] names the participant whose sandbox cannot be had, or whose
 /// `files` are not there, and the remedy.
-pub fn gates(roster: &[Participant], by_hand: bool) -> Result<Vec<Gate>, FieldError> {
+pub(crate) fn gates(roster: &[Participant], by_hand: bool) -> Result<Vec<Gate>, FieldError> {
     let kernel = kernel();
     let decide = |(i, p): (usize, &Participant)| {
         let by_hand = by_hand || p.command.is_empty();
@@ -174,7 +174,7 @@ pub fn gates(roster: &[Participant], by_hand: bool) -> Result<Vec<Gate>, FieldEr
 /// The command that starts a participant's program confined; its arguments may
 /// be added as to any command. In `own_folder` it may write.
 #[must_use]
-pub fn command(
+pub(crate) fn command(
     program: &Path,
     run: &RunName,
     participant: &Participant,

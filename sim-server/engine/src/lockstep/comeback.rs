@@ -38,7 +38,7 @@ impl Lockstep {
 
     /// Starting the program on this seat again cannot help: should it be lost, it
     /// is lost for good.
-    pub fn give_up(&mut self, seat: usize) {
+    pub(crate) fn give_up(&mut self, seat: usize) {
         self.seats[seat].fruitless = FRUITLESS;
     }
 
@@ -115,7 +115,7 @@ impl Lockstep {
     }
 
     /// The tick that [`Step::Feed`] asked for is out, with this digest.
-    pub fn fed(&mut self, seat: usize, digest: u64, now_ns: u64) {
+    pub(crate) fn fed(&mut self, seat: usize, digest: u64, now_ns: u64) {
         if let Some(catch_up) = &mut self.seats[seat].catch_up {
             catch_up.sent = Some((digest, now_ns));
         }

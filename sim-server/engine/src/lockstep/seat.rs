@@ -9,35 +9,33 @@ pub struct Seat {
     /// Name in the roster.
     pub name: String,
     /// Role in the roster.
-    pub role: Role,
+    pub(crate) role: Role,
     /// Whether ticks wait for it.
-    pub awaited: bool,
-    /// Whether its replies are part of the run.
-    pub answering: bool,
+    pub(crate) awaited: bool,
     /// Where it stands.
     pub state: SeatState,
     /// Its process, once it has joined.
-    pub pid: u32,
+    pub(crate) pid: u32,
     /// How long it stays awake while waiting, ns.
-    pub awake_ns: u64,
+    pub(crate) awake_ns: u64,
     /// When it began to wait for the next frame, ns.
-    pub waiting_since_ns: u64,
+    pub(crate) waiting_since_ns: u64,
     /// Its reply to the current tick.
-    pub reply: Option<Reply>,
+    pub(crate) reply: Option<Reply>,
     /// The answer that carried it.
-    pub last: Answer,
+    pub(crate) last: Answer,
     /// What the current answer took, ns, as the server saw it.
-    pub latency_ns: u64,
+    pub(crate) latency_ns: u64,
     /// Answers that were not asked for, or asked for before.
-    pub strays: u64,
+    pub(crate) strays: u64,
     /// How often it was slow.
-    pub slow: u64,
+    pub(crate) slow: u64,
     /// What it was given when it joined; answers must carry it.
-    pub ticket: u32,
+    pub(crate) ticket: u32,
     /// What it is being given again, after it came back.
-    pub catch_up: Option<CatchingUp>,
+    pub(crate) catch_up: Option<CatchingUp>,
     /// How often it came back.
-    pub restarts: u64,
+    pub(crate) restarts: u64,
     /// How often in a row it was lost again before it had answered anything new.
     pub(super) fruitless: u32,
     pub(super) slow_said: bool,
@@ -73,15 +71,15 @@ pub enum SeatState {
 
 /// Where a participant that came back stands among the ticks it missed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CatchingUp {
+pub(crate) struct CatchingUp {
     /// How many ticks it is given again.
-    pub ticks: u64,
+    pub(crate) ticks: u64,
     /// The one it is at.
-    pub next: u64,
+    pub(crate) next: u64,
     /// Digest of that frame and when it was sent, ns; none before.
-    pub sent: Option<(u64, u64)>,
+    pub(crate) sent: Option<(u64, u64)>,
     /// Since when it is expected back, ns.
-    pub since_ns: u64,
+    pub(crate) since_ns: u64,
 }
 
 /// A participant that is lost.
@@ -121,8 +119,7 @@ pub enum LossKind {
 impl LossKind {
     /// Whether starting the program again may help. One that sends what is no
     /// answer would send it again; one that never came has not begun.
-    #[must_use]
-    pub fn may_come_back(self) -> bool {
+    pub(super) fn may_come_back(self) -> bool {
         matches!(self, Self::Stalled | Self::Dead | Self::Failed | Self::Left)
     }
 
@@ -185,7 +182,6 @@ impl Seat {
             name: participant.name.clone(),
             role: participant.role,
             awaited: participant.is_awaited(),
-            answering: participant.answers(),
             state: SeatState::Absent,
             pid: 0,
             awake_ns: 0,
@@ -241,8 +237,7 @@ impl Seat {
     }
 
     /// Whether a process is expected to be there.
-    #[must_use]
-    pub fn is_present(&self) -> bool {
+    pub(crate) fn is_present(&self) -> bool {
         matches!(self.state, SeatState::Joined | SeatState::Ready)
     }
 

@@ -28,7 +28,7 @@ fn names_it(participant: &Participant) -> bool {
 ///
 /// # Errors
 /// The path, and what the operating system said.
-pub fn own_folder(
+pub(super) fn own_folder(
     participant: &Participant,
     out_dir: &Path,
 ) -> Result<Option<PathBuf>, (PathBuf, std::io::Error)> {

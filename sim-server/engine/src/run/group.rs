@@ -23,7 +23,7 @@ pub fn kill_group(leader: u32) {
 
 /// Returns how a child has ended, if it has. It is not waited for: until then no
 /// other process gets its number, nor that of its group.
-pub fn exit_status(child: &Child) -> Option<ExitStatus> {
+pub(super) fn exit_status(child: &Child) -> Option<ExitStatus> {
     let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
     let ended = waitid(WaitId::Pid(pid_of(child.id())?), options).ok()??;
     let code = ended.exit_status().map(|code| (code & 0xFF) << 8);

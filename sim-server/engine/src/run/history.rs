@@ -27,16 +27,9 @@ impl History {
         self.ends.push(self.bytes.len());
     }
 
-    /// Ticks that are kept.
-    pub(super) fn ticks(&self) -> u64 {
-        self.ends.len() as u64
-    }
-
-    /// The replies to `tick`, in roster order; none if it is not closed.
-    pub(super) fn replies(&self, tick: u64) -> Vec<Reply> {
-        let Some(&end) = usize::try_from(tick).ok().and_then(|t| self.ends.get(t)) else {
-            return Vec::new();
-        };
+    /// The replies to `tick`, in roster order; `None` if it is not closed.
+    pub(super) fn replies(&self, tick: u64) -> Option<Vec<Reply>> {
+        let &end = self.ends.get(usize::try_from(tick).ok()?)?;
         let begin = (tick as usize).checked_sub(1).map_or(0, |t| self.ends[t]);
         let mut rest = &self.bytes[begin..end];
         let mut replies = Vec::new();
@@ -44,7 +37,7 @@ impl History {
             replies.push(reply);
             rest = after;
         }
-        replies
+        Some(replies)
     }
 }
 
@@ -73,13 +66,12 @@ mod tests {
         for replies in &said {
             history.push(replies.iter().copied());
         }
-        assert_eq!(history.ticks(), 3);
         for (tick, replies) in said.iter().enumerate() {
-            let again = history.replies(tick as u64);
+            let again = history.replies(tick as u64).unwrap();
             assert_eq!(again.len(), replies.len());
             assert!(again.iter().zip(replies).all(|(a, b)| a.same_bits(b)));
         }
-        assert!(history.replies(3).is_empty());
-        assert!(history.replies(u64::MAX).is_empty());
+        assert_eq!(history.replies(3), None);
+        assert_eq!(history.replies(u64::MAX), None);
     }
 }

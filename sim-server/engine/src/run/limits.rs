@@ -40,7 +40,7 @@ pub fn prepare_process() {
 ///
 /// # Errors
 /// [`LimitError`] names the limit, its value and the least that is needed.
-pub fn check_limits(participants: usize) -> Result<(), LimitError> {
+pub(super) fn check_limits(participants: usize) -> Result<(), LimitError> {
     let least = OWN_FILES + FILES_EACH * participants as u64;
     let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
     if current.is_some_and(|found| found < least) {
@@ -66,7 +66,7 @@ pub fn check_limits(participants: usize) -> Result<(), LimitError> {
 }
 
 /// Returns what to do about an error of starting a process or thread.
-pub fn remedy(error: &std::io::Error) -> &'static str {
+pub(super) fn remedy(error: &std::io::Error) -> &'static str {
     match error.raw_os_error() {
         Some(libc::EAGAIN) => "; end other processes of this user, or raise `ulimit -u`",
         Some(libc::EMFILE) => "; raise `ulimit -n`",

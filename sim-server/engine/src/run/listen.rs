@@ -1,7 +1,4 @@
-//! What a run hears while it waits: answers, requests to join, deaths.
-
-use std::sync::atomic::Ordering;
-use std::time::Duration;
+//! Events while a run waits: answers, requests to join, deaths.
 
 use rusty_contract::layout::layout_hash;
 use rusty_contract::{JoinReply, JoinRequest, MAX_PARTICIPANTS, PROTOCOL_VERSION, Refusal, Start};
@@ -10,37 +7,25 @@ use rusty_link::{Domain, JoinCall, LinkError, Peer, ReceivedAnswer, monotonic_ns
 use super::Run;
 use crate::lockstep::SeatState;
 
-/// How often a server that never sleeps looks for deaths and new faces, in
-/// looks at the data.
-const LOOKS_BETWEEN_CHECKS: u32 = 4096;
-/// How many refusals are told: a client that asks without end fills no disk.
-const REFUSALS_SAID: u32 = 50;
+/// Refusals that are reported: a client that asks without end fills no disk.
+const REFUSALS_REPORTED: u32 = 50;
 
 impl Run<'_> {
     pub(super) fn listen(&mut self, at_most_ns: u64) -> Result<(), LinkError> {
-        let blocked = if self.take_answers()? > 0 {
-            // Answers without end keep nobody from being looked after.
-            false
-        } else {
-            let (peers, seats) = (&self.peers, self.lockstep.seats());
-            // One whose end is known would end every wait at once.
-            let present = || peers.iter().zip(seats).filter(|(_, s)| s.is_present());
-            let at_most = Duration::from_nanos(at_most_ns);
-            self.link.pause(|| present().filter_map(|(p, _)| p.as_ref()), at_most)
-        };
-        self.slept |= blocked;
-        self.looks = self.looks.wrapping_add(1);
-        if blocked
-            || self.looks.is_multiple_of(LOOKS_BETWEEN_CHECKS)
-            || self.lockstep.is_gathering()
-        {
+        // Answers without end keep no check from being made.
+        let is_idle = self.take_answers()? == 0;
+        let (peers, seats) = (&self.participants.peers, self.lockstep.seats());
+        // One whose end is known would end every wait at once.
+        let present = || peers.iter().zip(seats).filter(|(_, s)| s.is_present());
+        let peers = || present().filter_map(|(p, _)| p.as_ref());
+        if self.wire.pause(is_idle, peers, at_most_ns) || self.lockstep.is_gathering() {
             // First what came while this process did not run: who answered in
             // time is not late because the server was stopped.
             self.take_answers()?;
-            self.take_wishes()?;
+            self.take_requests()?;
             self.take_joins()?;
             self.look_for_deaths()?;
-            if self.stop.flag().load(Ordering::Relaxed) {
+            if self.stop.is_raised() {
                 self.lockstep.interrupt();
             }
         }
@@ -49,13 +34,15 @@ impl Run<'_> {
 
     fn take_answers(&mut self) -> Result<usize, LinkError> {
         let (lockstep, mut forged) = (&mut self.lockstep, None);
-        let taken =
-            self.link.take_answers(|ReceivedAnswer { answer, forged_by }| match forged_by {
+        let taken = self.wire.link.take_answers(|received: ReceivedAnswer| {
+            let answer = received.answer;
+            match received.forged_by {
                 None => lockstep.answer(&answer, monotonic_ns()),
                 Some(pid) => forged = Some((answer.participant, pid)),
-            })?;
+            }
+        })?;
         if let Some((slot, pid)) = forged
-            && !std::mem::replace(&mut self.forged, true)
+            && !std::mem::replace(&mut self.participants.forged, true)
         {
             self.progress.say(&format!(
                 "process {pid} (as it says) answers for slot {slot} of the roster without that \
@@ -68,16 +55,16 @@ impl Run<'_> {
     pub(super) fn take_joins(&mut self) -> Result<(), LinkError> {
         // As many as can be seated; who asks without end is heard in turns.
         for _ in 0..MAX_PARTICIPANTS {
-            let Some(call) = self.link.next_join()? else { break };
+            let Some(call) = self.wire.link.next_join()? else { break };
             self.admit(call)?;
-            self.link.wake_all();
+            self.wire.link.wake_all();
         }
         Ok(())
     }
 
     fn admit(&mut self, call: JoinCall) -> Result<(), LinkError> {
         // Without randomness one ticket is as good as another.
-        let ticket = getrandom::u32().unwrap_or(self.looks);
+        let ticket = getrandom::u32().unwrap_or(self.wire.looks);
         let seated =
             call.request().and_then(|r| self.check_signature(&r).map(|()| r)).and_then(|r| {
                 let seat = self.lockstep.join(&r, ticket)?;
@@ -85,14 +72,14 @@ impl Run<'_> {
             });
         let reply = match seated {
             Ok((seat, request)) => {
-                self.peers[seat] = Some(Peer::new(request.pid));
+                self.participants.peers[seat] = Some(Peer::new(request.pid));
                 let catch_up = self.catch_up(seat)?;
-                let start = self.setup.start(self.source.header(), seat);
+                let start = self.identity.start(self.source.header(), seat);
                 JoinReply::Start(Box::new(Start { ticket, catch_up, ..start }))
             }
             Err(refusal) => {
-                self.refused += 1;
-                if self.refused <= REFUSALS_SAID {
+                self.participants.refused += 1;
+                if self.participants.refused <= REFUSALS_REPORTED {
                     self.progress.say(&format!("refused a client: {refusal}"));
                 }
                 JoinReply::Refused(refusal)
@@ -114,8 +101,8 @@ impl Run<'_> {
         let slot = self.lockstep.seats().iter().position(|s| s.name == request.name);
         let (true, Some(slot)) = (speaks_the_same, slot) else { return Ok(()) };
         let (name, pid) = (request.name.clone(), request.pid);
-        if !self.link.keys().has_signed_request(request, slot) {
-            let key_file = Domain::credentials_file(&self.setup.run, &name).display().to_string();
+        if !self.wire.link.keys().has_signed_request(request, slot) {
+            let key_file = Domain::credentials_file(self.domain.run(), &name).display().to_string();
             return Err(Refusal::Unsigned { name, pid, key_file });
         }
         if Peer::new(pid).is_dead() {
@@ -125,20 +112,20 @@ impl Run<'_> {
     }
 
     fn look_for_deaths(&mut self) -> Result<(), LinkError> {
-        for seat in 0..self.peers.len() {
+        for seat in 0..self.participants.peers.len() {
             if matches!(self.lockstep.seats()[seat].state, SeatState::Left | SeatState::Lost(_)) {
                 continue;
             }
             // A seat that was taken again by hand is no longer the child's.
             let pid = self.lockstep.seats()[seat].pid;
-            let child = self.children.ended(seat, pid);
-            let joined_dead = self.peers[seat].as_ref().is_some_and(Peer::is_dead);
+            let child = self.participants.children.ended(seat, pid);
+            let joined_dead = self.participants.peers[seat].as_ref().is_some_and(Peer::is_dead);
             if child.is_none() && !joined_dead {
                 continue;
             }
             // What it said before it ended still counts.
             self.take_answers()?;
-            if pid == 0 && self.children.is_misused(seat) {
+            if pid == 0 && self.participants.children.is_misused(seat) {
                 self.lockstep.give_up(seat);
             }
             let how = child.unwrap_or_else(|| "its process has ended".to_owned());

@@ -1,62 +1,71 @@
-//! A run from the first join to the last goodbye.
+//! A run from the first join to the last answer.
 //!
-//! [`Lockstep`] decides; this module does: it makes frames, moves them through
-//! the link, listens, asks the kernel about processes, keeps the pace.
+//! [`Lockstep`] decides; this module acts: it makes frames, moves them through
+//! shared memory, receives answers, watches processes, keeps the pace. A run has
+//! four parts:
+//!
+//! * `wire`: the shared memory, and the clock that is read next to it;
+//! * `pacer`: when the next tick may happen;
+//! * `ledger`: digests, replies and losses so far;
+//! * `participants`: their processes.
 
-pub mod arguments;
+mod arguments;
+mod child;
 mod children;
-mod clock;
 mod comeback;
+mod control;
+mod error;
 mod group;
 mod history;
+mod ledger;
 mod limits;
 mod listen;
-mod pace;
+mod pacer;
+mod participants;
 mod printed;
 mod program;
 mod progress;
-mod start;
+mod setup;
 mod stop;
-mod wishes;
+mod wire;
 
-pub use arguments::with_folder;
-pub use children::{Children, ChildrenError, Leaving, Spawn};
-pub use children::{invite, open_talk, spawn_with_credentials};
-pub use group::Groups;
-pub use group::{exit_status, kill_group};
-pub use limits::LimitError;
-pub use limits::{check_limits, prepare_process};
-pub use pace::Pace;
+pub use arguments::{OUT, with_folder};
+pub use child::{ChildProcess, ChildrenError, Spawn};
+pub use children::Children;
+pub use error::RunError;
+pub use group::{Groups, kill_group};
+pub use limits::{LimitError, prepare_process};
+pub use pacer::Pace;
 pub use printed::has_content;
 pub use program::find_program;
 pub use progress::Progress;
-pub use start::RunSetup;
+pub use setup::{PreparedRun, RunBuilder, RunIdentity, fresh_name};
 pub use stop::Stop;
 
-use std::collections::BTreeSet;
-use std::sync::atomic::Ordering;
+use std::path::PathBuf;
 use std::time::Instant;
 
-use rusty_contract::tally::TallyEntry;
-use rusty_contract::{Effects, OnLoss, Phase, RunDigest, Timing, TruthKey};
-use rusty_link::{LinkError, Peer, PeerState, ServerLink, monotonic_ns};
+use rusty_contract::{OnLoss, Phase, RunDigest, Timing};
+use rusty_link::{Domain, LinkError, ServerLink, monotonic_ns};
 
-use self::clock::{Clock, May};
-use self::comeback::Feeding;
-use self::history::History;
-use self::wishes::PendingStep;
-use crate::lockstep::{Lockstep, Loss, SeatSummary, Step};
+use self::control::Control;
+use self::ledger::Ledger;
+use self::pacer::{May, Pacer};
+use self::participants::Participants;
+use self::wire::Wire;
+use crate::lockstep::{Lockstep, Loss, Rules, SeatSummary, Step};
 use crate::source::{FrameSource, SourceError};
 
-/// How often it hears at full speed what somebody has to say, in ticks.
-const TICKS_BETWEEN_WISHES: u64 = 64;
+/// Ticks between two looks at requests, for a server at full speed.
+const TICKS_PER_CONTROL: u64 = 64;
+/// How long a participant may take after the last frame: a scorer draws.
+const GOODBYE_TIMEOUT_S: f64 = 60.0;
+/// The same where the run ends early.
+const EARLY_GOODBYE_TIMEOUT_S: f64 = 15.0;
+/// From when on a missing answer is reported.
+const SLOW_AFTER_S: f64 = 1.0;
 
-/// How often the clock is read while nobody sleeps, in turns of the machine.
-const TURNS_PER_CLOCK: u32 = 16;
-/// From how long on waiting for the clock is done asleep.
-const WORTH_SLEEPING_NS: u64 = 1_000_000;
-
-/// What came of a run.
+/// The outcome of a run.
 #[derive(Debug)]
 pub struct Outcome {
     /// How it ended.
@@ -67,154 +76,93 @@ pub struct Outcome {
     pub digest: RunDigest,
     /// What everyone did, in roster order.
     pub seats: Vec<SeatSummary>,
-    /// Who was lost.
+    /// Participants that were lost.
     pub losses: Vec<Loss>,
-    /// Who was lost and came back.
+    /// Participants that were lost and came back.
     pub restarts: Vec<Loss>,
-    /// What came of modelled compute times.
+    /// Effects of modelled compute times.
     pub timings: Vec<Timing>,
-    /// What else there is to say of it.
+    /// Other remarks.
     pub remarks: Vec<String>,
-    /// The monotonic clock when the first frame went out, ns.
+    /// The monotonic clock when the first frame was published, ns.
     pub first_frame_ns: Option<u64>,
     /// From the first frame to the last answer, s.
     pub elapsed_s: f64,
     /// Why the source ended early, if it did.
     pub source_error: Option<SourceError>,
+    /// Participants that ended badly after the run: slot and how.
+    pub ended_badly: Vec<(usize, String)>,
+    /// The files for what participants print, of those that the server started.
+    pub outputs: Vec<(usize, PathBuf)>,
 }
 
-/// A run in progress.
+/// A run in progress. Its fields are dropped in this order: the participants end
+/// after the shared memory is closed, and before its traces are removed.
 pub struct Run<'a> {
-    setup: RunSetup,
     source: &'a mut dyn FrameSource,
-    link: ServerLink,
-    children: &'a mut Children,
-    stop: &'a Stop,
-    progress: Progress,
+    identity: RunIdentity,
     lockstep: Lockstep,
-    peers: Vec<Option<Peer>>,
-    key: TruthKey,
-    digest: RunDigest,
-    /// The digests up to the last tick that is complete.
-    closed: RunDigest,
-    /// Which answers are in effect.
-    effects: Effects,
-    /// Whether the frame of the current tick has a scan.
-    has_scan: bool,
-    losses: Vec<Loss>,
-    restarts: Vec<Loss>,
-    remarks: Vec<String>,
-    /// Replies so far, where somebody may come back.
-    history: History,
-    /// The run again, for those who came back.
-    feedings: Vec<Option<Feeding>>,
-    source_error: Option<SourceError>,
-    began: Option<Instant>,
-    first_frame_ns: Option<u64>,
-    clock: Clock,
-    /// Ticks whose frame is out.
-    begun: u64,
-    steps: Vec<PendingStep>,
-    has_key_holders: bool,
-    /// The last word is out.
-    ended: bool,
-    looks: u32,
-    /// The monotonic clock, read a few turns ago at most.
-    clock_ns: u64,
-    turns: u32,
-    /// This process has slept since.
-    slept: bool,
-    /// A forged answer was reported.
-    forged: bool,
-    /// Numbers of the control requests so far: each is carried out once.
-    control_numbers: BTreeSet<u64>,
-    refused: u32,
+    wire: Wire,
+    pacer: Pacer,
+    ledger: Ledger,
+    participants: Participants,
+    control: Control,
+    stop: Stop,
+    progress: Progress,
+    domain: Domain,
 }
 
 impl<'a> Run<'a> {
-    /// A run over `link`, which waits for nobody yet. The link is made before
-    /// any participant is started: one that is killed while it makes the first
-    /// file of a domain leaves a name that nobody can use, the server included.
-    #[must_use]
-    pub fn new(
-        setup: RunSetup,
-        link: ServerLink,
+    /// A run over `link`, which waits for nobody yet.
+    fn new(
+        options: &RunBuilder,
+        identity: RunIdentity,
         source: &'a mut dyn FrameSource,
-        children: &'a mut Children,
-        stop: &'a Stop,
-        progress: Progress,
+        link: ServerLink,
+        children: Children,
+        stop: Stop,
+        domain: Domain,
     ) -> Self {
-        let header = source.header();
-        let rules = setup.rules(source.ticks());
-        let lockstep = Lockstep::new(rules, &header.roster, monotonic_ns());
-        let seats = header.roster.len();
-        let has_key_holders = header.roster.iter().any(|p| p.role.holds_key());
-        let effects = Effects::of(header);
-        let clock = Clock::new(setup.pace, setup.dt_s, setup.paused);
+        let (header, ticks) = (source.header(), source.ticks());
+        let rules = rules(options, identity.run_id, ticks, header.on_loss);
         Self {
-            key: setup.key.clone(),
-            setup,
-            source,
-            link,
-            children,
+            lockstep: Lockstep::new(rules, &header.roster, monotonic_ns()),
+            wire: Wire::new(link),
+            pacer: Pacer::new(options.pace, header.config.dt_s, options.paused),
+            ledger: Ledger::new(identity.run_id, header),
+            participants: Participants::new(children, header.roster.len(), options.join_timeout_s),
+            control: Control::default(),
             stop,
-            progress,
-            lockstep,
-            peers: (0..seats).map(|_| None).collect(),
-            digest: RunDigest::default(),
-            closed: RunDigest::default(),
-            effects,
-            has_scan: false,
-            losses: Vec::new(),
-            restarts: Vec::new(),
-            remarks: Vec::new(),
-            history: History::default(),
-            feedings: (0..seats).map(|_| None).collect(),
-            source_error: None,
-            began: None,
-            first_frame_ns: None,
-            clock,
-            begun: 0,
-            steps: Vec::new(),
-            has_key_holders,
-            ended: false,
-            looks: 0,
-            clock_ns: 0,
-            turns: 0,
-            slept: true,
-            forged: false,
-            control_numbers: BTreeSet::new(),
-            refused: 0,
+            progress: Progress::new(ticks, options.quiet),
+            domain,
+            identity,
+            source,
         }
     }
 
-    /// Runs to the end.
+    /// The processes that the server started, in roster order.
+    #[must_use]
+    pub fn processes(&self) -> Vec<u32> {
+        self.participants.children.processes().collect()
+    }
+
+    /// Runs to the end, and waits for the participants to end.
     ///
     /// # Errors
     /// [`LinkError`] if shared memory fails under the run.
     pub fn drive(mut self) -> Result<Outcome, LinkError> {
         loop {
-            let now = self.now_ns();
-            let peers = &self.peers;
-            match self.lockstep.next(now, |seat| describe(peers[seat].as_ref())) {
+            let now = self.wire.now_ns();
+            let participants = &self.participants;
+            match self.lockstep.next(now, |slot| participants.describe(slot)) {
                 Step::Wait { until_ns } => self.listen(until_ns.saturating_sub(now))?,
                 Step::Publish(tick) => self.publish(tick)?,
                 Step::Close(tick) => self.close(tick)?,
-                Step::Slow { seat, waited_ns } => {
-                    let name = &self.lockstep.seats()[seat].name;
-                    let what = describe(self.peers[seat].as_ref());
-                    let seconds = waited_ns as f64 * 1e-9;
-                    let missing = if self.ended {
-                        "goodbye".to_owned()
-                    } else {
-                        format!("answer to tick {}", self.lockstep.ticks_done())
-                    };
-                    self.progress
-                        .say(&format!("{name} is slow: no {missing} for {seconds:.1} s{what}"));
-                }
+                Step::Slow { seat, waited_ns } => self.report_slow(seat, waited_ns),
                 Step::Lost(loss) => {
-                    self.progress.say(&format!("lost: {loss}{}", self.output(loss.seat)));
-                    self.losses.push(loss);
+                    let output = self.participants.output(loss.seat);
+                    self.progress.say(&format!("lost: {loss}{output}"));
+                    self.ledger.losses.push(loss);
                 }
                 Step::Restart(loss) => self.bring_back(loss),
                 Step::Feed { seat, tick } => self.feed(seat, tick)?,
@@ -226,31 +174,29 @@ impl<'a> Run<'a> {
         Ok(self.outcome())
     }
 
-    /// The monotonic clock, ns, or what it was a few turns ago: it costs as much
-    /// as a look for answers, and what depends on it here are timeouts. Those
-    /// may come a little later, never early.
-    fn now_ns(&mut self) -> u64 {
-        self.turns = self.turns.wrapping_add(1);
-        if self.slept || self.turns.is_multiple_of(TURNS_PER_CLOCK) {
-            self.slept = false;
-            self.clock_ns = monotonic_ns();
-        }
-        self.clock_ns
+    fn report_slow(&self, slot: usize, waited_ns: u64) {
+        let name = &self.lockstep.seats()[slot].name;
+        let missing = if self.lockstep.has_ended() {
+            "goodbye".to_owned()
+        } else {
+            format!("answer to tick {}", self.lockstep.ticks_done())
+        };
+        let (seconds, state) = (waited_ns as f64 * 1e-9, self.participants.describe(slot));
+        self.progress.say(&format!("{name} is slow: no {missing} for {seconds:.1} s{state}"));
     }
 
     fn publish(&mut self, tick: u64) -> Result<(), LinkError> {
-        if tick.is_multiple_of(TICKS_BETWEEN_WISHES) {
+        if tick.is_multiple_of(TICKS_PER_CONTROL) {
             // At full speed the server never sleeps, so it looks now and then.
-            self.take_wishes()?;
+            self.take_requests()?;
             self.take_joins()?;
         }
-        if self.began.is_none() {
-            self.link.reserve()?;
-        }
-        let may = self.clock.may(tick);
-        if may != May::Now && !self.stop.flag().load(Ordering::Relaxed) {
-            // The machine asks for this tick again. Whoever comes, fails or
-            // dies meanwhile does not wait for the clock.
+        self.wire.reserve()?;
+        let is_stopped = self.stop.is_raised();
+        let may = self.pacer.may(tick);
+        if may != May::Now && !is_stopped {
+            // The machine asks for this tick again. Joins, failures and deaths in
+            // the meantime do not wait for the clock.
             let wait_ns = match may {
                 May::In(early) => early.as_nanos() as u64,
                 _ => {
@@ -258,83 +204,50 @@ impl<'a> Run<'a> {
                     u64::MAX
                 }
             };
-            if wait_ns >= WORTH_SLEEPING_NS {
-                self.link.rest();
-            }
+            self.wire.rest(wait_ns);
             return self.listen(wait_ns);
         }
-        self.began.get_or_insert_with(Instant::now);
+        self.pacer.began.get_or_insert_with(Instant::now);
         self.progress.goes_on_at(tick);
-        if self.stop.flag().load(Ordering::Relaxed) {
+        if is_stopped {
             self.lockstep.interrupt();
             return Ok(());
         }
-        let mut frame = self.link.loan()?;
-        let truth = match self.source.make(self.effects.command(), &mut frame) {
+        let mut frame = self.wire.link.loan()?;
+        let truth = match self.source.make(self.ledger.chain.effects.command(), &mut frame) {
             Ok(truth) => truth,
             Err(e) => {
                 self.end_for(e);
                 return Ok(());
             }
         };
-        frame.run_id = self.setup.run_id;
+        frame.run_id = self.identity.run_id;
         frame.set_lost(self.lockstep.lost());
-        self.has_scan = frame.ranges_m().is_some();
-        frame.seal(&self.key, truth);
-        self.digest.absorb_frame(&frame, truth);
+        frame.seal(&self.identity.key, truth);
+        self.ledger.chain.frame(&frame, truth);
         let digest = frame.digest();
-        let now = self.link.publish(frame, joined(&self.lockstep))?;
-        self.clock_ns = now;
-        self.first_frame_ns.get_or_insert(now);
+        let now = self.wire.publish(frame, self.lockstep.joined())?;
         self.lockstep.published(digest, now);
-        self.clock.tick();
-        self.begun = tick + 1;
-        self.wake();
+        self.pacer.published(tick, now);
+        let waiting = self.lockstep.seats().iter().filter(|s| s.is_present());
+        self.wire.link.wake_sleepers(waiting.map(|s| (s.waiting_since_ns, s.awake_ns)));
         Ok(())
     }
 
-    /// The source has no more frames: the run ends, and says why.
+    /// Ends the run because the source has no more frames.
     fn end_for(&mut self, error: SourceError) {
         self.progress.say(&error.to_string());
-        self.source_error = Some(error);
+        self.ledger.source_error = Some(error);
         self.lockstep.abort();
-    }
-
-    /// Where all that a lost participant printed can be read, on a line.
-    fn output(&self, seat: usize) -> String {
-        let path = self.children.output(seat).filter(|path| has_content(path));
-        path.map(|path| format!("\n    full output: {}", path.display())).unwrap_or_default()
-    }
-
-    fn wake(&self) {
-        let waiting = self.lockstep.seats().iter().filter(|s| s.is_present());
-        self.link.wake_sleepers(waiting.map(|s| (s.waiting_since_ns, s.awake_ns)));
     }
 
     fn close(&mut self, tick: u64) -> Result<(), LinkError> {
         let lockstep = &self.lockstep;
-        self.digest.absorb_replies(lockstep.replies().map(|(_, reply)| reply));
-        self.closed = self.digest;
-        if self.setup.on_loss == OnLoss::Restart {
-            self.history.push(lockstep.replies().map(|(_, reply)| reply));
-        }
-        self.effects.close(tick, self.has_scan, lockstep.replies().map(|(_, reply)| reply));
+        self.ledger.close(tick, lockstep);
         let seats = lockstep.seats();
         self.source.closed(&mut lockstep.replies().map(|(i, r)| (seats[i].name.as_str(), r)));
-        if self.has_key_holders {
-            let (run_id, digest) = (self.setup.run_id, self.digest);
-            self.link.publish_tally(|tally| {
-                tally.begin(run_id, tick);
-                tally.run_digest = digest.run();
-                tally.world_digest = digest.world();
-                for (i, _) in lockstep.replies() {
-                    let seat = &seats[i];
-                    tally.push(match seat.reply {
-                        Some(_) => TallyEntry::answered(seat.last, seat.latency_ns),
-                        None => TallyEntry::missing(i as u32),
-                    });
-                }
-            })?;
+        if let Some(write) = self.ledger.tally(tick, lockstep) {
+            self.wire.link.publish_tally(write)?;
         }
         self.progress.tick(tick + 1);
         self.reply_to_steps(tick + 1);
@@ -342,51 +255,54 @@ impl<'a> Run<'a> {
     }
 
     fn end(&mut self, phase: Phase) -> Result<(), LinkError> {
-        let mut frame = self.link.loan()?;
+        let mut frame = self.wire.link.loan()?;
         frame.end(phase, self.lockstep.ticks_done());
-        frame.run_id = self.setup.run_id;
+        frame.run_id = self.identity.run_id;
         frame.set_lost(self.lockstep.lost());
         let digest = frame.digest();
-        let now = self.link.publish(frame, joined(&self.lockstep))?;
+        let now = self.wire.publish(frame, self.lockstep.joined())?;
         self.lockstep.published(digest, now);
-        self.link.wake_all();
-        self.ended = true;
+        self.wire.link.wake_all();
         self.reply_to_steps(self.lockstep.ticks_done());
         self.progress.done();
         Ok(())
     }
 
     fn outcome(self) -> Outcome {
+        let Self { lockstep, wire, pacer, ledger, participants, progress, .. } = self;
+        drop(wire);
+        let seats: Vec<SeatSummary> = lockstep.seats().iter().map(|s| s.summary()).collect();
+        let outputs = participants.outputs();
+        let ended_badly = participants.finish(lockstep.phase(), &seats);
         Outcome {
-            phase: self.lockstep.phase(),
-            ticks: self.lockstep.ticks_done(),
-            digest: self.closed,
-            seats: self.lockstep.seats().iter().map(|s| s.summary()).collect(),
-            losses: self.losses,
-            restarts: self.restarts,
-            timings: self.effects.timings(),
-            remarks: self.remarks,
-            first_frame_ns: self.first_frame_ns,
-            elapsed_s: self.progress.elapsed_s(self.began),
-            source_error: self.source_error,
+            phase: lockstep.phase(),
+            ticks: lockstep.ticks_done(),
+            digest: ledger.closed,
+            seats,
+            losses: ledger.losses,
+            restarts: ledger.restarts,
+            timings: ledger.chain.effects.timings(),
+            remarks: ledger.remarks,
+            first_frame_ns: pacer.first_frame_ns,
+            elapsed_s: progress.elapsed_s(pacer.began),
+            source_error: ledger.source_error,
+            ended_badly,
+            outputs,
         }
     }
 }
 
-/// The slots of the participants that have joined, the lost included: each of
-/// them believes only a frame that is signed for it.
-fn joined(lockstep: &Lockstep) -> impl Iterator<Item = usize> {
-    lockstep.seats().iter().enumerate().filter(|(_, s)| s.pid != 0).map(|(slot, _)| slot)
-}
-
-/// What the kernel says of a participant, as the end of a sentence.
-fn describe(peer: Option<&Peer>) -> String {
-    match peer.map(|p| (p.pid(), p.state())) {
-        None => String::new(),
-        Some((pid, PeerState::Running)) => format!(" (process {pid} is running)"),
-        Some((pid, PeerState::Stopped)) => {
-            format!(" (process {pid} is stopped by a signal; `kill -CONT {pid}` lets it go on)")
-        }
-        Some((pid, PeerState::Dead)) => format!(" (process {pid} has ended)"),
+fn rules(options: &RunBuilder, run_id: u64, ticks: u64, on_loss: OnLoss) -> Rules {
+    let ns = |seconds: f64| (seconds * 1e9) as u64;
+    let answer_s = options.answer_timeout_s;
+    Rules {
+        run_id,
+        ticks,
+        on_loss,
+        join_timeout_ns: ns(options.join_timeout_s),
+        answer_timeout_ns: ns(answer_s),
+        goodbye_timeout_ns: ns(answer_s.max(GOODBYE_TIMEOUT_S)),
+        early_goodbye_timeout_ns: ns(EARLY_GOODBYE_TIMEOUT_S),
+        slow_after_ns: ns(SLOW_AFTER_S.min(answer_s / 2.0)),
     }
 }

@@ -8,9 +8,10 @@ use rusty_link::Domain;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
+use super::error::RunError;
 use super::group::Groups;
 
-/// The wish to stop.
+/// A request to stop.
 #[derive(Clone)]
 pub struct Stop {
     flag: Arc<AtomicBool>,
@@ -23,8 +24,12 @@ impl Stop {
     /// memory, and ends this process.
     ///
     /// # Errors
-    /// [`std::io::Error`] if signals cannot be listened for.
-    pub fn listen(run: &RunName) -> std::io::Result<Self> {
+    /// [`RunError::Signals`] if signals cannot be listened for.
+    pub fn listen(run: &RunName) -> Result<Self, RunError> {
+        Self::listen_for(run).map_err(RunError::Signals)
+    }
+
+    fn listen_for(run: &RunName) -> std::io::Result<Self> {
         let stop = Self { flag: Arc::default(), groups: Groups::default() };
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
         let (heard, run) = (stop.clone(), run.clone());
@@ -41,15 +46,25 @@ impl Stop {
         Ok(stop)
     }
 
-    /// Raised once somebody wants the run to stop.
+    /// Whether the run was asked to stop.
     #[must_use]
-    pub fn flag(&self) -> &AtomicBool {
-        &self.flag
+    pub fn is_raised(&self) -> bool {
+        self.flag.load(Ordering::Relaxed)
+    }
+
+    /// Asks the run to stop.
+    pub fn raise(&self) {
+        self.flag.store(true, Ordering::Relaxed);
+    }
+
+    /// Takes the request back, for a next run.
+    pub fn lower(&self) {
+        self.flag.store(false, Ordering::Relaxed);
     }
 
     /// The groups that the second signal ends.
     #[must_use]
-    pub fn groups(&self) -> &Groups {
+    pub(super) fn groups(&self) -> &Groups {
         &self.groups
     }
 }

@@ -1,6 +1,6 @@
 //! The course of a simulated run: its world, and what changes in the middle.
 
-use rusty_contract::log::{Source, TickRecord};
+use rusty_contract::log::Source;
 use rusty_contract::{Frame, LogHeader, RunConfig};
 use rusty_geometry::{SE2, Twist};
 use rusty_sim::{Sim, SimError};
@@ -40,6 +40,11 @@ impl Course {
         }
     }
 
+    /// The index of the next tick.
+    pub(super) fn tick(&self) -> u64 {
+        self.sim.tick()
+    }
+
     /// The next tick, written into `frame`, unsealed; the true pose after it.
     ///
     /// # Errors
@@ -52,19 +57,5 @@ impl Course {
         // Whether the robot was blocked shows in the truth.
         let _ = self.sim.step(driver, frame);
         Ok(self.sim.truth())
-    }
-}
-
-/// What a log would have of this frame, but for the replies.
-#[must_use]
-pub fn record_of(frame: &Frame, truth: SE2) -> TickRecord {
-    TickRecord {
-        tick: frame.tick(),
-        stamp_s: Some(frame.time_s()),
-        ticks: frame.ticks(),
-        command: frame.command(),
-        truth: Some([truth.x(), truth.y(), truth.theta()]),
-        ranges_m: frame.ranges_m().map(<[f64]>::to_vec),
-        replies: Vec::new(),
     }
 }

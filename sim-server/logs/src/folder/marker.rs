@@ -8,7 +8,7 @@ use rusty_contract::LogHeader;
 use rusty_contract::log::LogReader;
 use serde::{Deserialize, Serialize};
 
-use rusty_engine::run::arguments::OUT;
+use rusty_engine::run::OUT;
 
 /// The file by which a run's folder is known.
 pub(super) const MARKER: &str = "run.json";

@@ -18,11 +18,10 @@ use rusty_bench::stage::Bare;
 use rusty_bench::{idle, log, start, step, sweep};
 use rusty_contract::config::check_seconds;
 use rusty_contract::{Exit, FieldError, RunName, errln};
-use rusty_engine::run::Stop;
+use rusty_engine::run::{Stop, fresh_name};
 use rusty_link::{Domain, WaitPolicy, floor, raw};
 
 use super::arguments::Output;
-use super::session::{fresh_name, listen};
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
@@ -263,7 +262,7 @@ fn check_repeat(repeat: usize) -> Result<(), FieldError> {
 /// Returns a name that no other benchmark has, and the signals that stop it.
 fn prepare() -> Result<(RunName, Stop)> {
     let run = fresh_name("bench")?;
-    let stop = listen(&run)?;
+    let stop = Stop::listen(&run)?;
     // `clean` names what cannot be removed here.
     let _ = Domain::sweep_dead();
     Ok((run, stop))

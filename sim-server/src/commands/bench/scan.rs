@@ -72,7 +72,7 @@ pub fn run(args: &ScanArgs) -> Result<Exit> {
             errln!("{number:3} of {cases}  {world}, {beams} beams");
         }
     })
-    .map_err(rusty_bench::BenchError::from)?;
+    .map_err(rusty_bench::BenchError::World)?;
     let differ = results.facts["beams_that_differ"].as_u64().unwrap_or(0);
     let exit = args.common.finish("scan", meter, results)?;
     if differ > 0 {

@@ -1,31 +1,15 @@
 //! What a sweep can fail with.
 
-use rusty_contract::{Exit, FieldError};
-use rusty_sim::SimError;
+use rusty_contract::Exit;
+use rusty_engine::run::RunError;
 use thiserror::Error;
-
-use rusty_engine::scenario_file::SetupError;
 
 /// What a sweep can fail with.
 #[derive(Debug, Error)]
 pub enum SweepError {
-    /// An option or a field.
+    /// A run could not be set up.
     #[error(transparent)]
-    Field(#[from] FieldError),
-    /// The scenario.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
-    /// The world of a cell.
-    #[error(transparent)]
-    Sim(#[from] SimError),
-    /// The operating system says no.
-    #[error("{path}: {error}")]
-    Io {
-        /// The file or folder.
-        path: String,
-        /// What it said.
-        error: std::io::Error,
-    },
+    Run(RunError),
     /// There is no thread for a worker.
     #[error("starting a worker failed: {0}; give fewer with --jobs, or raise `ulimit -u`")]
     Thread(std::io::Error),
@@ -86,21 +70,26 @@ pub enum SweepError {
     },
 }
 
+impl<E: Into<RunError>> From<E> for SweepError {
+    fn from(error: E) -> Self {
+        Self::Run(error.into())
+    }
+}
+
 impl SweepError {
     /// Wraps an error about a file.
     pub fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.display().to_string();
-        move |error| Self::Io { path, error }
+        let wrap = RunError::io(path);
+        |error| wrap(error).into()
     }
 
     /// The exit code that goes with it: wrong input is wrong usage.
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
-            Self::Field(_) | Self::Setup(_) | Self::Sim(_) => Exit::Usage,
+            Self::Run(e) => e.exit(),
             Self::InTheWay { .. } | Self::Other { .. } | Self::NoSweep { .. } => Exit::Usage,
-            Self::Io { .. }
-            | Self::Table { .. }
+            Self::Table { .. }
             | Self::Unreadable { .. }
             | Self::Thread(_)
             | Self::Launch { .. } => Exit::Failed,

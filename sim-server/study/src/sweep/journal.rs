@@ -73,7 +73,7 @@ impl Journal {
     /// after the next [`flush`](Self::flush).
     ///
     /// # Errors
-    /// [`SweepError::Io`] if the disk says no.
+    /// [`SweepError::Run`] if the disk says no.
     pub fn append(&mut self, record: &[u8]) -> Result<(), SweepError> {
         self.file.write_all(record).map_err(SweepError::io(&self.path))
     }
@@ -81,7 +81,7 @@ impl Journal {
     /// Hands everything to the operating system.
     ///
     /// # Errors
-    /// [`SweepError::Io`] if the disk says no.
+    /// [`SweepError::Run`] if the disk says no.
     pub fn flush(&mut self) -> Result<(), SweepError> {
         self.file.flush().map_err(SweepError::io(&self.path))
     }
@@ -89,7 +89,7 @@ impl Journal {
     /// Removes it: its table is written.
     ///
     /// # Errors
-    /// [`SweepError::Io`] if the disk says no.
+    /// [`SweepError::Run`] if the disk says no.
     pub fn remove(self) -> Result<(), SweepError> {
         std::fs::remove_file(&self.path).map_err(SweepError::io(&self.path))
     }

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::grid::{Axis, combinations};
 use super::plan::Plan;
-use rusty_engine::compare;
+use crate::documents;
 
 /// The settings of a sweep. Nothing in it depends on the machine, the time or
 /// the number of jobs.
@@ -123,7 +123,7 @@ impl Settings {
     #[must_use]
     pub fn difference(&self, other: &Self) -> Option<String> {
         let (a, b) = (Value::Object(self.0.clone()), Value::Object(other.0.clone()));
-        compare::documents(&a, &b).into_iter().next()
+        documents::differences(&a, &b).into_iter().next()
     }
 }
 

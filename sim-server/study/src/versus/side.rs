@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::contents::Contents;
 use super::error::VersusError;
-use rusty_engine::compare;
+use crate::documents;
 
 /// An estimator of a table.
 #[derive(Clone, Copy, Debug)]
@@ -126,5 +126,5 @@ pub fn shared_settings(a: &Contents, b: &Contents) -> Result<Vec<[usize; 2]>, Ve
 
 fn difference(a: &Value, b: &Value) -> String {
     let same = "several settings have the same configuration, and other words for it";
-    compare::documents(a, b).into_iter().next().unwrap_or_else(|| same.to_owned())
+    documents::differences(a, b).into_iter().next().unwrap_or_else(|| same.to_owned())
 }

@@ -9,7 +9,7 @@
 //! so that one allocator sees them all and tells them apart. They wait without
 //! sleeping: going to sleep may allocate, and is no part of a steady tick.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::sync::mpsc::Sender;
 use std::sync::mpsc::channel;
 use std::thread;
@@ -17,10 +17,10 @@ use std::thread;
 use rusty_clients::prelude::*;
 use rusty_clients::witness::{Ending, Step, Witness};
 use rusty_clients::{ClientArgs, run_witness};
-use rusty_contract::{Credentials, Exit, Frame, OnLoss, Participant, Role};
-use rusty_engine::run::{Children, Pace, Progress, Run, RunSetup, Stop};
-use rusty_engine::source::{FrameSource, Simulated, SourceError};
-use rusty_link::{ServerLink, WaitPolicy};
+use rusty_contract::{Exit, Participant, Role};
+use rusty_engine::run::RunBuilder;
+use rusty_engine::source::Simulated;
+use rusty_link::WaitPolicy;
 use rusty_tests::fuzz::memory::{Allocated, allocated};
 use rusty_tests::*;
 
@@ -55,33 +55,6 @@ impl Count {
         let (before, after) = (self.before.unwrap(), self.after.unwrap());
         let (times, held) = (after.times - before.times, after.held - before.held);
         (times, held, after.longest)
-    }
-}
-
-/// A simulation that looks at the counter when it is asked for a tick.
-struct Counted {
-    inner: Simulated,
-    count: Count,
-}
-
-impl FrameSource for Counted {
-    fn header(&self) -> &LogHeader {
-        self.inner.header()
-    }
-    fn ticks(&self) -> u64 {
-        self.inner.ticks()
-    }
-    fn make(
-        &mut self,
-        driver: Option<Twist>,
-        frame: &mut Frame,
-    ) -> Result<Option<SE2>, SourceError> {
-        let made = self.inner.make(driver, frame);
-        self.count.at(frame.tick());
-        made
-    }
-    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
-        self.inner.again()
     }
 }
 
@@ -141,47 +114,28 @@ fn header(scan_every: u64) -> LogHeader {
 /// Steady ticks of a run: what server, estimator and witness allocated.
 fn count_a_run(tag: &str, scan_every: u64) -> [Tallied; 3] {
     let (run, out) = (fresh_run(tag), folder());
-    let header = header(scan_every);
-    let dt_s = header.config.dt_s;
-    let mut source =
-        Counted { inner: Simulated::new(header.clone()).unwrap(), count: Count::default() };
-    let domain = Domain::create(&run).unwrap();
-    let (run_id, key) = RunSetup::draw().unwrap();
-    for (slot, participant) in header.roster.iter().enumerate() {
-        let credentials = Credentials::new(&key, slot, participant.role.holds_key());
-        domain.leave_credentials(&participant.name, &credentials).unwrap();
-    }
-    let link = ServerLink::create(&domain, WaitPolicy::Spin, &key).unwrap();
+    let count = RefCell::new(Count::default());
+    let before = |tick| count.borrow_mut().at(tick);
+    let mut source = Simulated::new(header(scan_every)).unwrap().before_each_tick(before);
+    let options = RunBuilder {
+        join_timeout_s: 60.0,
+        answer_timeout_s: 60.0,
+        by_hand: true,
+        ..RunBuilder::new(run.clone(), WaitPolicy::Spin)
+    };
+    let server = options.build(&mut source, out.path()).unwrap();
     let (said, watched) = channel();
-    let (one, other) = (run.clone(), run.clone());
+    let (one, other) = (run.clone(), run);
     let estimator = thread::spawn(move || estimate(&one));
     let watcher = thread::spawn(move || {
         WATCHED.set(Some(said));
         run_witness(&args(&other, "watcher"), |_, _| Ok(Watcher(Count::default())))
     });
-    let setup = RunSetup {
-        run: run.clone(),
-        run_id,
-        key,
-        wait: WaitPolicy::Spin,
-        pace: Pace::Max,
-        paused: false,
-        dt_s,
-        join_timeout_s: 60.0,
-        answer_timeout_s: 60.0,
-        on_loss: OnLoss::Abort,
-        out_dir: Some(out.path().to_owned()),
-        check_frames: false,
-    };
-    let stop = Stop::listen(&run).unwrap();
-    let mut children = Children::default();
-    let progress = Progress::new(source.ticks(), true);
-    let outcome =
-        Run::new(setup, link, &mut source, &mut children, &stop, progress).drive().unwrap();
+    let outcome = server.drive().unwrap();
     assert_eq!(outcome.ticks, WARM_UP + STEADY + 1, "{outcome:?}");
     assert_eq!(watcher.join().unwrap(), Exit::Done);
-    drop(domain);
-    [source.count.steady(), estimator.join().unwrap(), watched.recv().unwrap()]
+    drop(source);
+    [count.into_inner().steady(), estimator.join().unwrap(), watched.recv().unwrap()]
 }
 
 #[test]

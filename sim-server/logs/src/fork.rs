@@ -2,17 +2,17 @@
 
 use std::path::Path;
 
-use rusty_contract::log::{LogReader, Read, Source, TickRecord};
+use rusty_contract::log::{LogError, LogReader, Read, Source, TickRecord};
 use rusty_contract::score::Score;
 use rusty_contract::{Effects, Exit, Frame, LogHeader, Reply, RunConfig};
+use rusty_engine::source::{Course, FrameSource, Simulated, SourceError};
 use rusty_geometry::{SE2, Twist, trig};
 use rusty_sim::SimError;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::course::{Course, record_of};
-use super::{Comparison, FrameSource, LogError, Simulated, SourceError};
-use crate::compare::{self, Mismatch};
+use super::compare::{self, Mismatch, record_of};
+use super::comparison::Comparison;
 
 /// Why a run cannot be continued from the middle.
 #[derive(Debug, Error)]
@@ -123,8 +123,8 @@ pub struct Branch {
     original: LogReader,
     record: Option<TickRecord>,
     names: Vec<String>,
-    comparison: Comparison,
-    fork: Fork,
+    pub(crate) comparison: Comparison,
+    pub(crate) fork: Fork,
 }
 
 impl Branch {
@@ -198,10 +198,6 @@ impl FrameSource for Branch {
         &self.header
     }
 
-    fn ticks(&self) -> u64 {
-        self.header.config.ticks
-    }
-
     fn make(
         &mut self,
         driver: Option<Twist>,
@@ -236,13 +232,5 @@ impl FrameSource for Branch {
         if let Some(record) = self.record.as_ref().filter(before) {
             self.comparison.take(record, &self.names, replies);
         }
-    }
-
-    fn comparison(&self) -> Option<&Comparison> {
-        Some(&self.comparison)
-    }
-
-    fn fork(&self) -> Option<&Fork> {
-        Some(&self.fork)
     }
 }

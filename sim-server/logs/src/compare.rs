@@ -1,10 +1,9 @@
 //! Two ticks, field by field, bit by bit.
 
-use rusty_contract::Reply;
 use rusty_contract::log::TickRecord;
+use rusty_contract::{Frame, Reply};
+use rusty_geometry::SE2;
 use serde::Serialize;
-
-use crate::bits;
 
 /// The first thing that differs between two ticks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -38,6 +37,20 @@ impl Mismatch {
     }
 }
 
+/// What a log would have of this frame, but for the replies.
+#[must_use]
+pub fn record_of(frame: &Frame, truth: SE2) -> TickRecord {
+    TickRecord {
+        tick: frame.tick(),
+        stamp_s: Some(frame.time_s()),
+        ticks: frame.ticks(),
+        command: frame.command(),
+        truth: Some([truth.x(), truth.y(), truth.theta()]),
+        ranges_m: frame.ranges_m().map(<[f64]>::to_vec),
+        replies: Vec::new(),
+    }
+}
+
 /// Compares two frames (and truths) of the same tick.
 #[must_use]
 pub fn frames(a: &TickRecord, b: &TickRecord, dt_s: f64) -> Option<Mismatch> {
@@ -61,7 +74,7 @@ pub fn frames(a: &TickRecord, b: &TickRecord, dt_s: f64) -> Option<Mismatch> {
         ("command.omega_rad_s", a.command.omega_rad_s, b.command.omega_rad_s),
     ] {
         if x.to_bits() != y.to_bits() {
-            return at(field, bits::show(x), bits::show(y));
+            return at(field, show(x), show(y));
         }
     }
     let names = ["truth.x_m", "truth.y_m", "truth.theta_rad"];
@@ -89,7 +102,7 @@ fn lists(
     }
     let (a, b) = (a?, b?);
     let i = a.as_ref().iter().zip(b.as_ref()).position(|(x, y)| x.to_bits() != y.to_bits())?;
-    Some((name(i), bits::show(a.as_ref()[i]), bits::show(b.as_ref()[i])))
+    Some((name(i), show(a.as_ref()[i]), show(b.as_ref()[i])))
 }
 
 /// The first thing that differs between two replies.
@@ -109,8 +122,8 @@ pub fn reply(a: &Reply, b: &Reply) -> Option<ReplyMismatch> {
     if a.same_bits(b) {
         return None;
     }
-    let (va, vb) = (bits::reply_values(a), bits::reply_values(b));
-    let same_kind = bits::kind(a) == bits::kind(b) && va.len() == vb.len();
+    let (va, vb) = (reply_values(a), reply_values(b));
+    let same_kind = kind(a) == kind(b) && va.len() == vb.len();
     let field = va.iter().zip(&vb).find(|(x, y)| x.1.to_bits() != y.1.to_bits());
     Some(match field {
         Some((x, y)) if same_kind => {
@@ -120,10 +133,10 @@ pub fn reply(a: &Reply, b: &Reply) -> Option<ReplyMismatch> {
                 _ => "estimate ",
             };
             let field = format!("{owner}{}", x.0);
-            ReplyMismatch { field, a: bits::show(x.1), b: bits::show(y.1) }
+            ReplyMismatch { field, a: show(x.1), b: show(y.1) }
         }
         _ => {
-            let (a, b) = (bits::reply_text(a), bits::reply_text(b));
+            let (a, b) = (reply_text(a), reply_text(b));
             ReplyMismatch { field: "kind".to_owned(), a, b }
         }
     })
@@ -145,58 +158,59 @@ pub fn replies(tick: u64, names: &[String], a: &[Reply], b: &[Reply]) -> Option<
     })
 }
 
-/// The fields in which two documents differ: path and both values.
+/// The numbers of a reply, in order, with their names.
+fn reply_values(reply: &Reply) -> Vec<(String, f64)> {
+    let mut values = Vec::new();
+    if let Some(e) = reply.estimate() {
+        let p = e.pose_in_world;
+        values.push(("x_m".to_owned(), p.x()));
+        values.push(("y_m".to_owned(), p.y()));
+        values.push(("theta_rad".to_owned(), p.theta()));
+        for (i, value) in e.covariance.iter().flatten().enumerate() {
+            values.push((format!("covariance[{}][{}]", i / 3, i % 3), *value));
+        }
+        if let Some(innovation) = e.innovation {
+            values.push(("innovation nis".to_owned(), innovation.nis));
+            values.push(("innovation degrees".to_owned(), f64::from(innovation.degrees)));
+        }
+    }
+    if let Some(c) = reply.command() {
+        values.push(("v_m_s".to_owned(), c.v_m_s));
+        values.push(("omega_rad_s".to_owned(), c.omega_rad_s));
+    }
+    values
+}
+
+/// A number with all its digits and its bits.
+fn show(value: f64) -> String {
+    format!("{value:?} (bits {:016x})", value.to_bits())
+}
+
+/// The word for a kind of reply.
 #[must_use]
-pub fn documents(a: &serde_json::Value, b: &serde_json::Value) -> Vec<String> {
-    let mut found = Vec::new();
-    walk("", a, b, &mut found);
-    found
-}
-
-fn walk(path: &str, a: &serde_json::Value, b: &serde_json::Value, found: &mut Vec<String>) {
-    use serde_json::Value::{Array, Object};
-    let inside = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-    match (a, b) {
-        _ if a == b => {}
-        (Object(x), Object(y)) => {
-            for key in x.keys().chain(y.keys().filter(|k| !x.contains_key(*k))) {
-                let missing = serde_json::Value::Null;
-                let (x, y) = (x.get(key).unwrap_or(&missing), y.get(key).unwrap_or(&missing));
-                walk(&inside(key), x, y, found);
-            }
-        }
-        (Array(x), Array(y)) if x.len() == y.len() => {
-            for (i, (x, y)) in x.iter().zip(y).enumerate() {
-                walk(&format!("{path}[{i}]"), x, y, found);
-            }
-        }
-        _ => found.push(format!("{path}: {} and {}", brief(a), brief(b))),
+pub fn kind(reply: &Reply) -> &'static str {
+    match reply {
+        Reply::Missing => "missing",
+        Reply::Abstain => "abstain",
+        Reply::Taken => "taken",
+        Reply::Estimate(_) => "estimate",
+        Reply::Command(_) => "command",
+        Reply::Both(..) => "both",
     }
 }
 
-/// The longest value that is shown whole, characters of JSON.
-const SHOWN_WHOLE: usize = 80;
-
-/// A value on one line: a long list or object (the walls of a world, say) by what
-/// it has.
-fn brief(value: &serde_json::Value) -> String {
-    use serde_json::Value::{Array, Object};
-    let whole = value.to_string();
-    match value {
-        _ if whole.chars().count() <= SHOWN_WHOLE => whole,
-        Array(items) => format!("a list of {}", items.len()),
-        Object(fields) => {
-            let names: Vec<&str> = fields.keys().map(String::as_str).collect();
-            format!("an object with {}", names.join(", "))
-        }
-        _ => whole.chars().take(SHOWN_WHOLE).chain(['…']).collect(),
-    }
+/// A reply for people: its kind and every number in it.
+#[must_use]
+pub fn reply_text(reply: &Reply) -> String {
+    let numbers = reply_values(reply);
+    let numbers = numbers.iter().map(|(name, value)| format!(" {name} {value}"));
+    format!("{}{}", kind(reply), numbers.collect::<Vec<_>>().join(","))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rusty_geometry::{EncoderTicks, SE2, Twist};
+    use rusty_geometry::{EncoderTicks, Twist};
 
     fn record() -> TickRecord {
         TickRecord {
@@ -240,19 +254,6 @@ mod tests {
             change(&mut b);
             assert!(frames(&record(), &b, 0.02).is_some(), "change {i}");
         }
-    }
-
-    #[test]
-    fn long_values_of_documents_are_summarised() {
-        let walls = |n: usize| vec![serde_json::json!({ "from": [0.25, 1.5], "to": [2, 3] }); n];
-        let a = serde_json::json!({ "seed": 1, "world": { "walls": walls(24) } });
-        let b = serde_json::json!({ "seed": 2, "world": { "walls": walls(26) } });
-        let found = ["seed: 1 and 2", "world.walls: a list of 24 and a list of 26"];
-        assert_eq!(documents(&a, &b), found);
-        let fork = serde_json::json!({ "source": { "forked": { "at": 7, "world": walls(9) } } });
-        let whole = serde_json::json!({ "source": "simulated" });
-        let found = ["source: \"simulated\" and an object with forked"];
-        assert_eq!(documents(&whole, &fork), found);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use rusty_contract::Reply;
 use rusty_contract::log::TickRecord;
 use serde::Serialize;
 
-use crate::compare;
+use super::compare;
 
 /// How the replies of a replay compare with the recorded ones.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -61,7 +61,7 @@ pub struct Difference {
 impl Comparison {
     /// Compares the replies of one tick, by name, with what `record` has;
     /// `names` are those who answer in the log, in its order.
-    pub(super) fn take(
+    pub(crate) fn take(
         &mut self,
         record: &TickRecord,
         names: &[String],

@@ -1,16 +1,20 @@
-//! Why the conformance checks could not be made.
+//! Why a run cannot be set up.
 
+use std::path::Path;
+
+use rusty_contract::log::LogError;
 use rusty_contract::{Exit, FieldError, NameError};
-use rusty_engine::run::{ChildrenError, LimitError};
-use rusty_engine::scenario_file::SetupError;
 use rusty_link::{DomainError, LinkError};
 use rusty_sim::SimError;
 use thiserror::Error;
 
-/// Why the checks could not be made: nothing is known of the client then.
+use super::{ChildrenError, LimitError};
+use crate::scenario_file::SetupError;
+
+/// Why a run cannot be set up. Every text names place, value and remedy.
 #[derive(Debug, Error)]
-pub enum ConformanceError {
-    /// The scenario of the checks.
+pub enum RunError {
+    /// A scenario or world.
     #[error(transparent)]
     Setup(#[from] SetupError),
     /// A field or argument.
@@ -22,6 +26,9 @@ pub enum ConformanceError {
     /// The world cannot be made.
     #[error(transparent)]
     Sim(#[from] SimError),
+    /// A log.
+    #[error(transparent)]
+    Log(#[from] LogError),
     /// The run's place on this machine.
     #[error(transparent)]
     Domain(#[from] DomainError),
@@ -31,9 +38,15 @@ pub enum ConformanceError {
     /// A limit of this process.
     #[error(transparent)]
     Limit(#[from] LimitError),
-    /// The client cannot be started.
+    /// A participant cannot be started.
     #[error(transparent)]
     Children(#[from] ChildrenError),
+    /// Signals cannot be listened for.
+    #[error(
+        "starting the thread that listens for signals failed: {0}; end other processes of this \
+         user, or raise `ulimit -u`"
+    )]
+    Signals(std::io::Error),
     /// The operating system refused.
     #[error("{path}: {error}")]
     Io {
@@ -44,12 +57,12 @@ pub enum ConformanceError {
     },
     /// No randomness for the run's key.
     #[error("the operating system gives no random bytes for the run's key: {0}")]
-    Random(getrandom::Error),
+    Random(#[from] getrandom::Error),
 }
 
-impl ConformanceError {
+impl RunError {
     /// Wraps an error about a file.
-    pub fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self {
+    pub fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.display().to_string();
         move |error| Self::Io { path, error }
     }
@@ -58,7 +71,7 @@ impl ConformanceError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
-            Self::Setup(_) | Self::Field(_) | Self::Sim(_) => Exit::Usage,
+            Self::Setup(_) | Self::Field(_) | Self::Name(_) | Self::Sim(_) => Exit::Usage,
             _ => Exit::Failed,
         }
     }

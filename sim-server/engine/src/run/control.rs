@@ -1,6 +1,6 @@
-//! What is said to a run while it goes on: pause, step, resume, stop.
+//! Control requests to a running server: pause, step, resume, stop.
 
-use std::sync::atomic::Ordering;
+use std::collections::BTreeSet;
 
 use rustix::process::{Pid, getpgid};
 use rusty_contract::control::{ControlError, ControlReply, ControlRequest, ControlStatus};
@@ -8,57 +8,63 @@ use rusty_link::{ControlCall, LinkError};
 
 use super::Run;
 
-/// The most wishes that are heard in one turn.
-const WISHES_AT_ONCE: usize = 16;
+/// The most requests that are received in one turn.
+const REQUESTS_AT_ONCE: usize = 16;
 
-/// A step whose ticks are not complete yet.
-pub(super) struct PendingStep {
+/// The control requests of a run.
+#[derive(Default)]
+pub(super) struct Control {
+    /// Numbers of the requests so far: each is carried out once.
+    numbers: BTreeSet<u64>,
+    /// Steps whose ticks are not complete yet.
+    steps: Vec<PendingStep>,
+}
+
+struct PendingStep {
     call: ControlCall,
-    /// The reply goes out when so many ticks are complete.
+    /// The number of complete ticks at which the reply is sent.
     when: u64,
 }
 
 impl Run<'_> {
-    /// Hears what is said.
-    pub(super) fn take_wishes(&mut self) -> Result<(), LinkError> {
-        // Who asks without end is heard in turns.
-        for _ in 0..WISHES_AT_ONCE {
-            let Some(call) = self.link.next_control()? else { break };
+    /// Receives requests and carries them out.
+    pub(super) fn take_requests(&mut self) -> Result<(), LinkError> {
+        // A process that asks without end is served in turns.
+        for _ in 0..REQUESTS_AT_ONCE {
+            let Some(call) = self.wire.link.next_control()? else { break };
             let done = self.lockstep.ticks_done();
-            let request = call.request(self.link.keys()).and_then(|(request, number)| {
-                let is_new = self.control_numbers.insert(number);
+            let request = call.request(self.wire.link.keys()).and_then(|(request, number)| {
+                let is_new = self.control.numbers.insert(number);
                 if is_new { Ok(request) } else { Err(ControlError::Repeated) }
             });
             match request {
                 Err(error) => {
-                    self.reply(call, &ControlReply::Refused(error.to_string()));
+                    self.refuse(call, error.to_string());
                     continue;
                 }
                 Ok(_) if self.is_of_a_participant(call.pid()) => {
-                    let problem = "a participant has no say in the time of its run".to_owned();
-                    self.reply(call, &ControlReply::Refused(problem));
+                    self.refuse(call, "a participant has no say in the time of its run".to_owned());
                     continue;
                 }
-                Ok(_) if self.ended => {
-                    let problem = "it has ended".to_owned();
-                    self.reply(call, &ControlReply::Refused(problem));
+                Ok(_) if self.lockstep.has_ended() => {
+                    self.refuse(call, "it has ended".to_owned());
                     continue;
                 }
                 Ok(ControlRequest::Step(ticks)) => {
-                    // The tick that is being worked on is none of them.
-                    let when = self.begun.saturating_add(self.clock.step(ticks));
-                    self.steps.push(PendingStep { call, when });
+                    let when = self.pacer.step(ticks);
+                    self.control.steps.push(PendingStep { call, when });
                     continue;
                 }
                 Ok(ControlRequest::Status) => {}
                 Ok(ControlRequest::Pause) => {
-                    self.clock.pause();
+                    self.pacer.pause();
                     // Steps that were to come do not.
-                    self.steps.iter_mut().for_each(|s| s.when = s.when.min(self.begun));
+                    let begun = self.pacer.begun;
+                    self.control.steps.iter_mut().for_each(|s| s.when = s.when.min(begun));
                     self.reply_to_steps(done);
                 }
-                Ok(ControlRequest::Resume) => self.clock.resume(),
-                Ok(ControlRequest::Stop) => self.stop.flag().store(true, Ordering::Relaxed),
+                Ok(ControlRequest::Resume) => self.pacer.resume(),
+                Ok(ControlRequest::Stop) => self.stop.raise(),
             }
             let status = self.status(done);
             self.reply(call, &status);
@@ -74,13 +80,13 @@ impl Run<'_> {
         });
         pid == 0
             || self.lockstep.seats().iter().any(|s| s.pid == pid)
-            || self.children.groups().any(|leader| Some(leader) == group)
+            || self.participants.children.processes().any(|leader| Some(leader) == group)
     }
 
     fn status(&self, ticks_done: u64) -> ControlReply {
         ControlReply::Status(ControlStatus {
-            run: self.setup.run.to_string(),
-            paused: self.clock.is_paused() && !self.ended,
+            run: self.domain.run().to_string(),
+            paused: self.pacer.is_paused() && !self.lockstep.has_ended(),
             ticks_done,
             ticks: self.source.ticks(),
         })
@@ -88,18 +94,22 @@ impl Run<'_> {
 
     /// Replies to steps whose ticks are complete, or never will be.
     pub(super) fn reply_to_steps(&mut self, ticks_done: u64) {
-        if self.steps.is_empty() {
+        if self.control.steps.is_empty() {
             return;
         }
-        let ended = self.ended || ticks_done == self.source.ticks();
-        for step in std::mem::take(&mut self.steps) {
+        let ended = self.lockstep.has_ended() || ticks_done == self.source.ticks();
+        for step in std::mem::take(&mut self.control.steps) {
             if ended || step.when <= ticks_done {
                 let status = self.status(ticks_done);
                 self.reply(step.call, &status);
             } else {
-                self.steps.push(step);
+                self.control.steps.push(step);
             }
         }
+    }
+
+    fn refuse(&self, call: ControlCall, problem: String) {
+        self.reply(call, &ControlReply::Refused(problem));
     }
 
     fn reply(&self, call: ControlCall, reply: &ControlReply) {
@@ -107,6 +117,6 @@ impl Run<'_> {
             self.progress.say(&format!("whoever controls the run left before the reply ({e})"));
         }
         // They may be asleep.
-        self.link.wake_all();
+        self.wire.link.wake_all();
     }
 }

@@ -1,0 +1,209 @@
+//! The set-up of a run, from its options to its participants' processes.
+
+use std::path::{Path, PathBuf};
+
+use rusty_contract::{
+    Brief, Credentials, LogHeader, Participant, RunName, Scenario, Start, TruthKey,
+};
+use rusty_link::{Domain, ServerLink, WaitPolicy};
+
+use super::limits::check_limits;
+use super::{Children, Pace, Run, RunError, Spawn, Stop};
+use crate::confine::{self, Gate};
+use crate::source::FrameSource;
+
+/// Returns a run name that no other run has: a word and eight random digits.
+///
+/// # Errors
+/// [`RunError`] if there is no randomness, or the word cannot be in a name.
+pub fn fresh_name(word: &str) -> Result<RunName, RunError> {
+    Ok(RunName::new(&format!("{word}-{:08x}", getrandom::u32()?))?)
+}
+
+/// The options of a run.
+#[derive(Clone)]
+pub struct RunBuilder {
+    /// Name of the run.
+    pub run: RunName,
+    /// How the server and the participants it starts wait.
+    pub wait: WaitPolicy,
+    /// How fast time goes.
+    pub pace: Pace,
+    /// Whether it begins paused.
+    pub paused: bool,
+    /// Time for all to join, s.
+    pub join_timeout_s: f64,
+    /// Time for an answer, s.
+    pub answer_timeout_s: f64,
+    /// Whether all participants are started by hand.
+    pub by_hand: bool,
+    /// Whether it shows no progress.
+    pub quiet: bool,
+    /// Signals; `None`: the run listens for them itself.
+    pub stop: Option<Stop>,
+}
+
+/// A run that has its name to itself; nothing is started yet.
+pub struct PreparedRun {
+    options: RunBuilder,
+    gates: Vec<Gate>,
+    stop: Stop,
+    run_id: u64,
+    key: TruthKey,
+    domain: Domain,
+}
+
+impl RunBuilder {
+    /// A run at full speed with the timeouts of a scenario that gives none.
+    #[must_use]
+    pub fn new(run: RunName, wait: WaitPolicy) -> Self {
+        let Scenario { join_timeout_s, answer_timeout_s, .. } = Scenario::default();
+        Self {
+            run,
+            wait,
+            pace: Pace::Max,
+            paused: false,
+            join_timeout_s,
+            answer_timeout_s,
+            by_hand: false,
+            quiet: true,
+            stop: None,
+        }
+    }
+
+    /// Checks sandboxes and limits, listens for signals, and takes the name.
+    ///
+    /// # Errors
+    /// [`RunError`] names what cannot be had.
+    pub fn prepare(self, roster: &[Participant]) -> Result<PreparedRun, RunError> {
+        let gates = confine::gates(roster, self.by_hand)?;
+        check_limits(roster.len())?;
+        let stop = match &self.stop {
+            Some(stop) => stop.clone(),
+            None => Stop::listen(&self.run)?,
+        };
+        // Traces of killed runs go first. `clean` names what cannot go now.
+        let _ = Domain::sweep_dead();
+        let domain = Domain::create(&self.run)?;
+        let (run_id, key) = RunIdentity::draw()?;
+        Ok(PreparedRun { options: self, gates, stop, run_id, key, domain })
+    }
+
+    /// Sets up the run of `source`. Participants write to `out_dir`.
+    ///
+    /// # Errors
+    /// [`RunError`]; participants that were started are ended.
+    pub fn build<'a>(
+        self,
+        source: &'a mut dyn FrameSource,
+        out_dir: &Path,
+    ) -> Result<Run<'a>, RunError> {
+        self.prepare(&source.header().roster)?.build(source, out_dir)
+    }
+}
+
+impl PreparedRun {
+    /// The run's place on this machine.
+    #[must_use]
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
+    /// How far the kernel confines each participant, in roster order.
+    #[must_use]
+    pub fn gates(&self) -> &[Gate] {
+        &self.gates
+    }
+
+    /// Starts everyone in the roster who has a command.
+    ///
+    /// # Errors
+    /// [`RunError`] names the participant; those already started are ended.
+    pub fn spawn(&self, roster: &[Participant], out_dir: &Path) -> Result<Children, RunError> {
+        let (wait, groups) = (self.options.wait, self.stop.groups());
+        let spawn = Spawn { run: &self.options.run, wait, key: &self.key, out_dir, groups };
+        Ok(Children::start(roster, &self.gates, &spawn)?)
+    }
+
+    /// Opens the shared memory and starts the participants of `source`.
+    ///
+    /// # Errors
+    /// [`RunError`]; participants that were started are ended.
+    pub fn build<'a>(
+        self,
+        source: &'a mut dyn FrameSource,
+        out_dir: &Path,
+    ) -> Result<Run<'a>, RunError> {
+        let roster = &source.header().roster;
+        for (slot, participant) in roster.iter().enumerate() {
+            if self.options.by_hand || participant.command.is_empty() {
+                let credentials = Credentials::new(&self.key, slot, participant.role.holds_key());
+                self.domain.leave_credentials(&participant.name, &credentials)?;
+            }
+        }
+        // Before any participant is started: one that is killed while it makes the
+        // first file of a domain leaves a name that no process can use.
+        let link = ServerLink::create(&self.domain, self.options.wait, &self.key)?;
+        let children = match self.options.by_hand {
+            true => Children::default(),
+            false => self.spawn(roster, out_dir)?,
+        };
+        let identity = RunIdentity {
+            run_id: self.run_id,
+            key: self.key,
+            wait: self.options.wait,
+            out_dir: out_dir.to_owned(),
+            check_frames: self.gates.iter().any(Gate::confines),
+        };
+        Ok(Run::new(&self.options, identity, source, link, children, self.stop, self.domain))
+    }
+}
+
+/// The secrets of a run, and what it tells its participants.
+#[derive(Clone, Debug)]
+pub struct RunIdentity {
+    /// Drawn afresh.
+    pub run_id: u64,
+    /// Drawn afresh.
+    pub key: TruthKey,
+    /// How the server waits.
+    pub wait: WaitPolicy,
+    /// Where scorers and loggers write.
+    pub out_dir: PathBuf,
+    /// Whether participants check the bytes of every frame: where one of them is
+    /// confined.
+    pub check_frames: bool,
+}
+
+impl RunIdentity {
+    /// Returns a run id and a key from the operating system.
+    ///
+    /// # Errors
+    /// [`RunError::Random`] if it has no randomness to give.
+    pub fn draw() -> Result<(u64, TruthKey), RunError> {
+        let mut key = [0; 32];
+        getrandom::fill(&mut key)?;
+        Ok((getrandom::u64()?, TruthKey::from_bytes(key)))
+    }
+
+    /// Returns what the participant at `slot` is told: what its role may know.
+    #[must_use]
+    pub fn start(&self, header: &LogHeader, slot: usize) -> Start {
+        let participant = &header.roster[slot];
+        let sealed_brief = participant.role.holds_key().then(|| {
+            let out_dir = Some(self.out_dir.display().to_string());
+            let brief = Brief { header: header.clone(), out_dir };
+            // A header that came from JSON goes back to JSON.
+            let json = serde_json::to_vec(&brief).unwrap_or_default();
+            self.key.seal_brief(self.run_id, &json)
+        });
+        Start {
+            run_id: self.run_id,
+            server_pid: std::process::id(),
+            server_awake_ns: self.wait.awake_ns(),
+            check_frames: self.check_frames,
+            sealed_brief,
+            ..Start::new(header, slot, participant)
+        }
+    }
+}
