@@ -13,7 +13,7 @@ use rusty_contract::config::LidarConfig;
 use rusty_filters::likelihood_field::Ends;
 use rusty_filters::mcl::{Map, Mcl, Options, Particles, Robot};
 use rusty_filters::{BeamModel, Beams, LikelihoodField};
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Scan, apartment, odometry_delta};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Scan, apartment, odometry_delta};
 
 const PARTICLES: u32 = 5000;
 const SCANS: usize = 30;
@@ -27,8 +27,8 @@ fn main() {
     let robot = Robot { drive, body_radius_m: 0.11, lidar };
     let truth = SE2::new(9.6, 3.0, 0.4);
     // It turns a little, to and fro: of a robot that stands no second scan counts.
-    let turned = EncoderTicks { left: -400, right: 400 };
-    let there = truth.boxplus(&odometry_delta(EncoderTicks::default(), turned, &drive));
+    let turned = EncoderCounts { left: -400, right: 400 };
+    let there = truth.boxplus(&odometry_delta(EncoderCounts::default(), turned, &drive));
     let mut scan = Scan::new(lidar.fan());
     let mut ranges_of = |pose: &SE2| {
         let mut ranges_m = vec![0.0; 180];
@@ -36,7 +36,7 @@ fn main() {
         scan.write_distances_m(&mut ranges_m);
         ranges_m
     };
-    let moments = [(EncoderTicks::default(), ranges_of(&truth)), (turned, ranges_of(&there))];
+    let moments = [(EncoderCounts::default(), ranges_of(&truth)), (turned, ranges_of(&there))];
     let begin = |initial| {
         let (particles, particles_min) = (PARTICLES, Some(PARTICLES));
         let options = Options { particles, particles_min, ..Options::default() };
@@ -57,7 +57,7 @@ fn main() {
         bare_s.push(seconds(|| look_up(&field, &ends, &particles)));
         // Its first scan: as many particles, everywhere, and the whole ladder.
         let mut lost = begin(None);
-        lost.advance(0.0, EncoderTicks::default());
+        lost.advance(0.0, EncoderCounts::default());
         lost_s.push(seconds(|| lost.scan(&moments[0].1)));
     }
     let bare_s = median(&mut bare_s);

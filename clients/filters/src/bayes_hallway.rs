@@ -26,7 +26,7 @@ use clap::Args;
 use nalgebra::{Matrix3, Vector2};
 use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{BeliefKind, Reply, Start, WeightedPose};
-use rusty_geometry::{EncoderTicks, SE2, trig, wrap_angle};
+use rusty_geometry::{EncoderCounts, SE2, trig, wrap_angle};
 
 use crate::corridor::{Across, Corridor, Doors, Sides};
 use crate::histogram::Histogram;
@@ -128,7 +128,7 @@ impl BayesHallway {
     }
 
     /// Predicts: takes the encoder counts at the end of a tick.
-    pub fn advance(&mut self, ticks: EncoderTicks) {
+    pub fn advance(&mut self, ticks: EncoderCounts) {
         self.odometry.advance(ticks);
         let motion = self.odometry.take();
         let way_m: Vector2<f64> = motion.now_in_then.translation();
@@ -249,7 +249,7 @@ impl Filter for BayesHallway {
     const SHOWS_BELIEF: bool = true;
 
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
-        self.advance(tick.ticks());
+        self.advance(tick.encoders());
         if let Some(ranges_m) = tick.ranges_m() {
             self.scan(ranges_m);
         }

@@ -74,7 +74,7 @@ fn three_peaks_until_the_way_tells_the_doors_apart() {
         for _ in 0..10 {
             way_m += 0.01;
             let counts = (way_m * counts_per_m) as i64;
-            filter.advance(EncoderTicks { left: counts, right: counts });
+            filter.advance(EncoderCounts { left: counts, right: counts });
         }
         let sum: f64 = filter.histogram().cells().iter().sum();
         assert!((sum - 1.0).abs() < 1e-12);
@@ -121,7 +121,7 @@ impl Drive {
             self.counts[0] += ways_m[0] / tick_length(&drive);
             self.counts[1] += ways_m[1] / tick_length(&drive);
             let [left, right] = self.counts.map(|count| count as i64);
-            self.filter.advance(EncoderTicks { left, right });
+            self.filter.advance(EncoderCounts { left, right });
             if self.tick.is_multiple_of(5) {
                 self.scan.take(&world, &self.pose, config.range_max_m);
                 self.scan.write_distances_m(&mut ranges_m);
@@ -189,7 +189,7 @@ fn the_way_since_the_last_look_is_in_doubt_too() {
     filter.rest_variance = 0.25;
     assert!((filter.estimate().1[(0, 0)] - before - 0.25).abs() < 1e-12);
     // As far as numbers go, and back: no overflow.
-    filter.advance(EncoderTicks { left: i64::MIN, right: i64::MIN });
+    filter.advance(EncoderCounts { left: i64::MIN, right: i64::MIN });
     assert!((filter.histogram().cells().iter().sum::<f64>() - 1.0).abs() < 1e-9);
 }
 

@@ -25,7 +25,7 @@
 //! yet learned adds up over motions as if it were drawn anew for each.
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta, trig};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, odometry_delta, trig};
 
 use crate::icp::Evidence;
 use crate::motion::{Motion, OdometryNoise, carried};
@@ -65,7 +65,7 @@ impl Way {
 pub struct LearningWheels {
     drive: DiffDrive,
     noise: OdometryNoise,
-    last: EncoderTicks,
+    last: EncoderCounts,
     /// a, b, c, l as believed.
     errors: Vector4<f64>,
     /// How sure that is.
@@ -81,7 +81,7 @@ impl LearningWheels {
         Self {
             drive,
             noise,
-            last: EncoderTicks::default(),
+            last: EncoderCounts::default(),
             errors: Vector4::zeros(),
             covariance: Matrix4::from_diagonal(&unknown.component_mul(&unknown)),
             since_key: Way::default(),
@@ -95,7 +95,7 @@ impl LearningWheels {
     }
 
     /// Takes the counts at the end of a tick.
-    pub fn advance(&mut self, ticks: EncoderTicks) {
+    pub fn advance(&mut self, ticks: EncoderCounts) {
         let step = odometry_delta(self.last, ticks, &self.drive);
         self.last = ticks;
         let of_step = self.noise.of_step(&step);
@@ -187,7 +187,7 @@ mod tests {
                 let counts =
                     drive.ticks_per_rev as f64 / (std::f64::consts::TAU * drive.wheel_radius_m);
                 let count = |way_m: f64| (way_m * counts).round() as i64;
-                wheels.advance(EncoderTicks { left: count(left), right: count(right) });
+                wheels.advance(EncoderCounts { left: count(left), right: count(right) });
             }
             wheels.learn(&Evidence {
                 at: ahead.inverse() * moved * ahead,
@@ -218,7 +218,7 @@ mod tests {
     fn a_surprise_teaches_as_a_measurement_of_more_noise_does() {
         let mut wheels = LearningWheels::new(DiffDrive::rusty(), OdometryNoise::default());
         for k in 1..=30 {
-            wheels.advance(EncoderTicks { left: 150 * k, right: 190 * k });
+            wheels.advance(EncoderCounts { left: 150 * k, right: 190 * k });
         }
         let (prior, _) = wheels.seen(&wheels.since_key);
         let gain = Matrix3::identity() * 1e5;
@@ -249,7 +249,7 @@ mod tests {
             let mut wheels = LearningWheels::new(drive, OdometryNoise::default());
             wheels.errors = errors;
             for k in 1..=30 {
-                wheels.advance(EncoderTicks { left: 150 * k, right: 190 * k });
+                wheels.advance(EncoderCounts { left: 150 * k, right: 190 * k });
             }
             wheels.seen(&wheels.since_key)
         };

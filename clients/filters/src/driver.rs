@@ -44,7 +44,7 @@ impl<F: Filter, T: Task> Driver<F, T> {
 impl<F: Filter, T: Task> Filter for Driver<F, T> {
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
         let estimate = self.filter.update(tick).estimate().copied();
-        self.pilot.tick(tick.ticks(), tick.ranges_m());
+        self.pilot.tick(tick.encoders(), tick.ranges_m());
         let pose = estimate.map(|estimate| estimate.pose_in_world).unwrap_or_default();
         let command = self.task.command(&mut self.pilot, &pose, tick.ranges_m());
         estimate.map_or(Reply::Command(command), |estimate| Reply::Both(estimate, command))

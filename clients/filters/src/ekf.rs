@@ -32,7 +32,7 @@ use clap::Args;
 use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Estimate, Innovation, Reply, Start, errln};
-use rusty_geometry::{EncoderTicks, SE2};
+use rusty_geometry::{EncoderCounts, SE2};
 
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
 use crate::lines::{Extraction, Segment};
@@ -156,7 +156,7 @@ impl Ekf {
 
     /// Predicts: takes the encoder counts at the end of a tick (Table 7.2, lines
     /// 2 to 7).
-    pub fn advance(&mut self, ticks: EncoderTicks) {
+    pub fn advance(&mut self, ticks: EncoderCounts) {
         self.odometry.advance(ticks);
         let motion = self.odometry.take();
         (self.pose_in_world, self.covariance) =
@@ -205,7 +205,7 @@ impl Ekf {
 
 impl Filter for Ekf {
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
-        self.advance(tick.ticks());
+        self.advance(tick.encoders());
         let innovation = tick.ranges_m().and_then(|ranges_m| self.scan(ranges_m));
         Estimate { innovation, ..estimate(&self.pose_in_world, &self.covariance) }.into()
     }

@@ -37,7 +37,7 @@ impl Robot {
         Self { world, lidar, scan, pose, angles_rad: [0.0; 2], random }
     }
 
-    fn drive(&mut self, twist: Twist, slip_std: f64) -> EncoderTicks {
+    fn drive(&mut self, twist: Twist, slip_std: f64) -> EncoderCounts {
         let (drive, dt_s) = (DiffDrive::rusty(), 0.02);
         let rates = drive.wheel_rates(twist);
         let turned = [rates.left_rad_s * dt_s, rates.right_rad_s * dt_s];
@@ -45,7 +45,7 @@ impl Robot {
             .map(|angle| drive.wheel_radius_m * angle * (1.0 + slip_std * self.random.normal()));
         self.pose = self.pose.boxplus(&drive.tangent(ground[0], ground[1]));
         self.angles_rad = [self.angles_rad[0] + turned[0], self.angles_rad[1] + turned[1]];
-        EncoderTicks::from_wheel_angles(self.angles_rad, drive.ticks_per_rev)
+        EncoderCounts::from_wheel_angles(self.angles_rad, drive.ticks_per_rev)
     }
 
     fn look(&mut self) -> Vec<f64> {
@@ -154,7 +154,7 @@ fn the_error_is_carried_to_the_new_tangent_space() {
 fn without_walls_it_predicts_and_without_a_start_it_says_so() {
     let mut ekf = Ekf::new(&start(false, Some(SE2::identity())), &Options::default()).unwrap();
     let before = ekf.covariance().trace();
-    ekf.advance(EncoderTicks { left: 1000, right: 1200 });
+    ekf.advance(EncoderCounts { left: 1000, right: 1200 });
     assert_eq!(ekf.scan(&[1.0; 180]), None);
     assert!(ekf.covariance().trace() > before && ekf.pose_in_world().x() > 0.05);
     let refused = Ekf::new(&start(true, None), &Options::default()).unwrap_err().to_string();

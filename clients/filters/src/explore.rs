@@ -188,7 +188,7 @@ impl Explore {
         (self.target, self.left) = (None, left);
         self.in_vain += 1;
         if self.in_vain >= LAST_LOOKS {
-            self.done_at = Some(pilot.around().ticks());
+            self.done_at = Some(pilot.around().tick_count());
         }
     }
 
@@ -271,7 +271,7 @@ impl Task for Explore {
             let added = self.grid.add(pose, &ranges_m, &self.beams);
             // The map stays as it was, and the end of the run reports why.
             if let (Err(e), None) = (added, &self.problem) {
-                let time_s = pilot.around().ticks() as f64 * self.dt_s;
+                let time_s = pilot.around().tick_count() as f64 * self.dt_s;
                 self.problem = Some(ClientError::Unusable(format!("{time_s:.2} s: {e}")));
             }
         }

@@ -22,14 +22,14 @@
 //!   nothing in front of the walls there is no λ.
 
 mod readings;
-mod witness;
+mod recorder;
 
 use nalgebra::{SMatrix, SVector};
 use rusty_geometry::trig;
 use serde::Serialize;
 
 pub use readings::{Expected, Reading, Readings};
-pub use witness::{FitBeam, Options};
+pub use recorder::{FitBeam, Options};
 
 use crate::BeamModel;
 use crate::beam_model::Parts;

@@ -22,20 +22,20 @@
 //! * A number that a log does not tell is not made up. A robot that never turns on
 //!   the spot says next to nothing of α₁ and α₄.
 
+mod recorder;
 mod scoring;
 mod windows;
-mod witness;
 
 use serde::Serialize;
 
+pub use recorder::{FitMotion, Options};
 pub use scoring::fit;
 pub use windows::{Left, Window, Windows};
-pub use witness::{FitMotion, Options};
 
 /// How much a log says of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Told {
+pub enum Identifiability {
     /// The number is more than twice its standard error.
     Well,
     /// It is not: it may as well be 0.
@@ -52,7 +52,7 @@ pub struct Alpha {
     /// Its standard error; `None` where nothing depends on it.
     pub std_error: Option<f64>,
     /// How much the log says of it.
-    pub told: Told,
+    pub told: Identifiability,
 }
 
 /// A part of the errors that comes again and again, which a variance does not
@@ -98,7 +98,7 @@ pub struct MotionFit {
 impl MotionFit {
     /// The numbers that the log tells, as flags of a filter.
     pub fn flags(&self) -> String {
-        let told = self.alphas.iter().enumerate().filter(|(_, a)| a.told == Told::Well);
+        let told = self.alphas.iter().enumerate().filter(|(_, a)| a.told == Identifiability::Well);
         let flags = told.map(|(i, a)| format!("--alpha{} {:.3e}", i + 1, a.value));
         flags.collect::<Vec<_>>().join(" ")
     }

@@ -280,11 +280,11 @@ impl Task for Goto {
         let (command, progress) = pilot.command(pose, self.within_m);
         match progress {
             Progress::Under => {}
-            Progress::Arrived => self.go_on(pilot.around().ticks()),
+            Progress::Arrived => self.go_on(pilot.around().tick_count()),
             Progress::Stuck | Progress::NoWay if self.tries < TRIES => self.planned = false,
             Progress::Stuck | Progress::NoWay => {
                 self.missed += 1;
-                self.go_on(pilot.around().ticks());
+                self.go_on(pilot.around().tick_count());
             }
         }
         command

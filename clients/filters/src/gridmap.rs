@@ -11,8 +11,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rusty_clients::witness::{Ending, Step};
-use rusty_clients::{ClientArgs, ClientError, Filter, Tick, Witness};
+use rusty_clients::recorder::{Ending, Step};
+use rusty_clients::{ClientArgs, ClientError, Filter, Recorder, Tick};
 use rusty_contract::{Brief, Exit, Reply, Start, errln, output};
 use rusty_geometry::SE2;
 
@@ -233,7 +233,7 @@ impl GridMap {
 
 impl Filter for GridMap {
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
-        let motion = *self.odometry.advance(tick.ticks());
+        let motion = *self.odometry.advance(tick.encoders());
         let pose = self.start_in_world.compose(&motion.now_in_then);
         if self.problem.is_none() {
             self.problem = self.mapper.tick(tick.time_s(), tick.ranges_m(), Some(pose)).err();
@@ -294,7 +294,7 @@ impl GridMapOf {
     }
 }
 
-impl Witness for GridMapOf {
+impl Recorder for GridMapOf {
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         let pose = match self.place {
             None => step.truth,

@@ -21,7 +21,7 @@
 
 use clap::Args;
 use nalgebra::{Matrix3, Vector3};
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta, trig};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, odometry_delta, trig};
 
 use crate::numbers::number;
 
@@ -115,19 +115,19 @@ pub fn carried(covariance: &Matrix3<f64>, motion: &SE2) -> Matrix3<f64> {
 pub struct Odometry {
     drive: DiffDrive,
     noise: OdometryNoise,
-    last: EncoderTicks,
+    last: EncoderCounts,
     since: Motion,
 }
 
 impl Odometry {
     /// Begins with counts of zero.
     pub fn new(drive: DiffDrive, noise: OdometryNoise) -> Self {
-        Self { drive, noise, last: EncoderTicks::default(), since: Motion::default() }
+        Self { drive, noise, last: EncoderCounts::default(), since: Motion::default() }
     }
 
     /// Takes the counts at the end of a tick, and says what motion they mean
     /// since the last [`take`](Self::take).
-    pub fn advance(&mut self, ticks: EncoderTicks) -> &Motion {
+    pub fn advance(&mut self, ticks: EncoderCounts) -> &Motion {
         let step = odometry_delta(self.last, ticks, &self.drive);
         self.last = ticks;
         self.since.push(&step, &self.noise.of_step(&step));
@@ -227,7 +227,7 @@ mod tests {
     fn counts_become_motions() {
         let drive = DiffDrive::rusty();
         let mut odometry = Odometry::new(drive, OdometryNoise::default());
-        odometry.advance(EncoderTicks { left: 14_223, right: 17_384 });
+        odometry.advance(EncoderCounts { left: 14_223, right: 17_384 });
         let motion = odometry.take();
         assert!((motion.now_in_then.theta() - 1.000_088_36).abs() < 1e-8, "{motion:?}");
         assert_eq!(odometry.take(), Motion::default());

@@ -9,7 +9,7 @@
 
 use nalgebra::Point2;
 use rusty_contract::Start;
-use rusty_geometry::{EncoderTicks, SE2, Twist, wrap_angle};
+use rusty_geometry::{EncoderCounts, SE2, Twist, wrap_angle};
 
 use crate::pursuit::{Aim, Pursuit, pursue};
 use crate::steering::{free_direction, steer};
@@ -90,7 +90,7 @@ impl Pilot {
     }
 
     /// Takes a tick: encoder counts and, if there is one, the scan at its end.
-    pub fn tick(&mut self, ticks: EncoderTicks, ranges_m: Option<&[f64]>) {
+    pub fn tick(&mut self, ticks: EncoderCounts, ranges_m: Option<&[f64]>) {
         self.around.tick(ticks, ranges_m);
     }
 
@@ -117,7 +117,7 @@ impl Pilot {
     pub(crate) fn when(&self, done_at: Option<u64>) -> String {
         let (word, ticks) = match done_at {
             Some(ticks) => ("done in", ticks),
-            None => ("not done in", self.around.ticks()),
+            None => ("not done in", self.around.tick_count()),
         };
         format!("{word} {ticks} ticks ({:.1} s)", ticks as f64 * self.dt_s)
     }

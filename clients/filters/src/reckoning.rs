@@ -30,7 +30,7 @@ impl Reckoning {
 
 impl Filter for Reckoning {
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
-        self.odometry.advance(tick.ticks());
+        self.odometry.advance(tick.encoders());
         let motion = self.odometry.take();
         let Some(pose) = &mut self.pose_in_world else { return Reply::Abstain };
         (*pose, self.covariance) = placed(pose, &self.covariance, &motion);

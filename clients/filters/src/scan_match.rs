@@ -23,7 +23,7 @@ use clap::Args;
 use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{Filter, Tick};
 use rusty_contract::{Estimate, Innovation, Reply, Start};
-use rusty_geometry::{EncoderTicks, SE2, trig};
+use rusty_geometry::{EncoderCounts, SE2, trig};
 
 use crate::calibration::LearningWheels;
 use crate::icp::{
@@ -111,7 +111,7 @@ pub struct KeyScan {
 
 /// What a scan told.
 #[derive(Clone, Debug, Default)]
-pub struct Told {
+pub struct ScanOutcome {
     /// How surprising it was, where it matched.
     pub innovation: Option<Innovation>,
     /// Why it did not.
@@ -158,17 +158,17 @@ impl Tracker {
     }
 
     /// Takes the counts at the end of a tick.
-    pub fn advance(&mut self, ticks: EncoderTicks) {
+    pub fn advance(&mut self, ticks: EncoderCounts) {
         self.wheels.advance(ticks);
         self.to_now = chained(&self.to_scan, &self.wheels.since_scan());
     }
 
     /// Takes a scan made at the end of the tick.
-    pub fn scan(&mut self, ranges_m: &[f64]) -> Told {
+    pub fn scan(&mut self, ranges_m: &[f64]) -> ScanOutcome {
         self.to_scan = chained(&self.to_scan, &self.wheels.since_scan());
         self.wheels.begin_scan();
         let rays = self.laser.rays(ranges_m);
-        let mut told = Told::default();
+        let mut told = ScanOutcome::default();
         let Some(surface) = &self.surface else {
             told.key = self.new_key(&rays, None);
             return told;
@@ -278,12 +278,12 @@ impl ScanMatch {
     }
 
     /// Takes the counts at the end of a tick.
-    pub fn advance(&mut self, ticks: EncoderTicks) {
+    pub fn advance(&mut self, ticks: EncoderCounts) {
         self.tracker.advance(ticks);
     }
 
     /// Takes a scan made at the end of the tick.
-    pub fn scan(&mut self, ranges_m: &[f64]) -> Told {
+    pub fn scan(&mut self, ranges_m: &[f64]) -> ScanOutcome {
         let told = self.tracker.scan(ranges_m);
         if let Some(key) = &told.key {
             self.key_in_world = self.key_in_world * key.since_last.now_in_then;
@@ -300,7 +300,7 @@ impl ScanMatch {
 
 impl Filter for ScanMatch {
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
-        self.advance(tick.ticks());
+        self.advance(tick.encoders());
         let told = tick.ranges_m().map(|ranges_m| self.scan(ranges_m)).unwrap_or_default();
         let (pose, covariance) = self.pose();
         Estimate { innovation: told.innovation, ..estimate(&pose, &covariance) }.into()

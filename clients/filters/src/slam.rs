@@ -35,7 +35,7 @@ use clap::Args;
 use nalgebra::{Matrix3, Point2, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Estimate, Reply, Start, errln};
-use rusty_geometry::{EncoderTicks, SE2, trig};
+use rusty_geometry::{EncoderCounts, SE2, trig};
 
 use crate::Motion;
 use crate::gridmap::{self, Mapper, Poses};
@@ -44,7 +44,7 @@ use crate::motion::carried;
 use crate::numbers::{positive, seconds, share};
 use crate::occupancy_grid::InverseModel;
 use crate::pose_graph::{Constraint, Kind, PoseGraph};
-use crate::scan_match::{ScanMatchOptions, Told, Tracker};
+use crate::scan_match::{ScanMatchOptions, ScanOutcome, Tracker};
 use crate::tangent::{estimate, placed, symmetric};
 
 /// A loop that surprises the graph more (χ² of three numbers) is none. That is far
@@ -149,12 +149,12 @@ impl Slam {
     }
 
     /// Takes the counts at the end of a tick.
-    pub fn advance(&mut self, ticks: EncoderTicks) {
+    pub fn advance(&mut self, ticks: EncoderCounts) {
         self.tracker.advance(ticks);
     }
 
     /// Takes a scan made at the end of the tick.
-    pub fn scan(&mut self, ranges_m: &[f64]) -> Told {
+    pub fn scan(&mut self, ranges_m: &[f64]) -> ScanOutcome {
         let mut told = self.tracker.scan(ranges_m);
         let Some(key) = told.key.take() else { return told };
         let since_last = key.since_last;
@@ -326,7 +326,7 @@ impl Slam {
 
 impl Filter for Slam {
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
-        self.advance(tick.ticks());
+        self.advance(tick.encoders());
         let is_wanted = self.takes_in(tick.time_s());
         let ranges_m = tick.ranges_m().filter(|_| is_wanted);
         let told = ranges_m.map(|ranges_m| self.scan(ranges_m)).unwrap_or_default();

@@ -94,7 +94,7 @@ pub fn steer(around: &Surroundings, bearing_rad: f64, caution: &Caution) -> Twis
 mod tests {
     use super::*;
     use crate::surroundings::tests::start;
-    use rusty_geometry::{EncoderTicks, SE2, Scan, apartment};
+    use rusty_geometry::{EncoderCounts, SE2, Scan, apartment};
 
     /// Noise-free surroundings of a pose in the Apartment.
     fn seen_from(pose: SE2) -> Surroundings {
@@ -104,7 +104,7 @@ mod tests {
         scan.take(&apartment(), &pose, told.lidar.range_max_m);
         let mut ranges_m = vec![0.0; 180];
         scan.write_distances_m(&mut ranges_m);
-        around.tick(EncoderTicks::default(), Some(&ranges_m));
+        around.tick(EncoderCounts::default(), Some(&ranges_m));
         around
     }
 

@@ -24,7 +24,7 @@ use std::collections::VecDeque;
 use clap::Args;
 use nalgebra::Point2;
 use rusty_contract::Start;
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Twist, odometry_delta, trig};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Twist, odometry_delta, trig};
 
 use crate::Beams;
 use crate::numbers::positive;
@@ -74,7 +74,7 @@ pub struct Surroundings {
     /// A scan after so many ticks is overdue.
     fresh_ticks: u64,
     now: u64,
-    last: EncoderTicks,
+    last: EncoderCounts,
     pose_in_odometry: SE2,
     /// Tick and points of each scan, odometry frame.
     scans: VecDeque<(u64, Vec<Point2<f64>>)>,
@@ -98,7 +98,7 @@ impl Surroundings {
             memory_ticks: ticks(caution.memory_s).max(between),
             fresh_ticks: between.saturating_mul(3),
             now: 0,
-            last: EncoderTicks::default(),
+            last: EncoderCounts::default(),
             pose_in_odometry: SE2::identity(),
             scans: VecDeque::new(),
             has_seen: false,
@@ -107,7 +107,7 @@ impl Surroundings {
     }
 
     /// A tick: encoder counts and, if there is one, the scan at its end.
-    pub fn tick(&mut self, ticks: EncoderTicks, ranges_m: Option<&[f64]>) {
+    pub fn tick(&mut self, ticks: EncoderCounts, ranges_m: Option<&[f64]>) {
         self.now += 1;
         let step = odometry_delta(self.last, ticks, &self.drive);
         self.last = ticks;
@@ -137,7 +137,7 @@ impl Surroundings {
     }
 
     /// Number of ticks so far.
-    pub fn ticks(&self) -> u64 {
+    pub fn tick_count(&self) -> u64 {
         self.now
     }
 

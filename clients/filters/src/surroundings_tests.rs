@@ -102,7 +102,7 @@ fn whatever_is_commanded_the_admissible_part_touches_nothing() {
             let lost = random.uniform() < 0.02;
             *range_m = if lost { told.lidar.range_max_m } else { noisy.max(0.0) };
         }
-        around.tick(EncoderTicks::default(), Some(&ranges_m));
+        around.tick(EncoderCounts::default(), Some(&ranges_m));
         let wanted = Twist {
             v_m_s: 1.6 * random.uniform() - 0.8,
             omega_rad_s: 8.0 * random.uniform() - 4.0,
@@ -124,12 +124,12 @@ fn what_nothing_is_known_of_is_not_driven_into() {
     let mut around = Surroundings::new(&told, &Caution::default());
     let ahead = Twist { v_m_s: 0.3, omega_rad_s: 0.5 };
     let turn = Twist { v_m_s: 0.0, omega_rad_s: 1.0 };
-    around.tick(EncoderTicks::default(), None);
+    around.tick(EncoderCounts::default(), None);
     assert_eq!((around.limit(ahead), around.limit(turn)), (Twist::default(), turn));
     // A scan of an empty plain, and then none for half a second.
-    around.tick(EncoderTicks::default(), Some(&[8.0; 180]));
+    around.tick(EncoderCounts::default(), Some(&[8.0; 180]));
     assert_eq!(around.limit(ahead), ahead);
-    (0..25).for_each(|_| around.tick(EncoderTicks::default(), None));
+    (0..25).for_each(|_| around.tick(EncoderCounts::default(), None));
     assert_eq!(around.limit(ahead), Twist::default());
     let nan = Twist { v_m_s: f64::NAN, omega_rad_s: 1.0 };
     assert_eq!(around.limit(nan), Twist::default());
@@ -140,16 +140,16 @@ fn one_scan_without_echoes_takes_nothing_away() {
     let told = start(&apartment(), SE2::new(6.0, 4.5, 0.0));
     let mut around = Surroundings::new(&told, &Caution::default());
     let ahead = Twist { v_m_s: 0.5, omega_rad_s: 0.0 };
-    around.tick(EncoderTicks::default(), Some(&[0.25; 180]));
+    around.tick(EncoderCounts::default(), Some(&[0.25; 180]));
     let clear_m = around.clear_m(ahead);
     assert!(clear_m > 0.07 && clear_m < 0.09, "{clear_m}");
-    around.tick(EncoderTicks::default(), Some(&[8.0; 180]));
+    around.tick(EncoderCounts::default(), Some(&[8.0; 180]));
     assert_eq!(around.clear_m(ahead), clear_m);
     // It comes nearer by what the wheels turn: one count of 4096, 50 µm.
-    around.tick(EncoderTicks { left: 100, right: 100 }, None);
+    around.tick(EncoderCounts { left: 100, right: 100 }, None);
     let nearer_m = clear_m - around.clear_m(ahead);
     assert!((nearer_m - 100.0 * 0.033 * std::f64::consts::TAU / 4096.0).abs() < 1e-9);
     // And is forgotten in time.
-    (0..120).for_each(|_| around.tick(EncoderTicks::default(), Some(&[8.0; 180])));
+    (0..120).for_each(|_| around.tick(EncoderCounts::default(), Some(&[8.0; 180])));
     assert_eq!(around.clear_m(ahead), REACH_M);
 }

@@ -56,7 +56,7 @@ pub struct Wander {
     random: Random,
     dt_s: f64,
     /// Heading in the odometry frame, and for how many ticks more.
-    wish_rad: f64,
+    desired_heading_rad: f64,
     keep_ticks: u64,
     /// The direction that was free at the last scan, odometry frame.
     course_rad: f64,
@@ -68,7 +68,7 @@ pub fn driver(start: &Start, options: Options) -> Driver<Reckoning, Wander> {
         caution: options.caution,
         random: Random::new(options.seed, 1),
         dt_s: start.dt_s,
-        wish_rad: 0.0,
+        desired_heading_rad: 0.0,
         keep_ticks: 0,
         course_rad: 0.0,
     };
@@ -78,7 +78,7 @@ pub fn driver(start: &Start, options: Options) -> Driver<Reckoning, Wander> {
 
 impl Wander {
     /// Draws a wish: a sector by the square of how far it is free.
-    fn wish(&mut self, around: &Surroundings, heading_rad: f64) {
+    fn choose_heading(&mut self, around: &Surroundings, heading_rad: f64) {
         let weights = || sectors(around).map(|(rad, far_m)| (rad, far_m * far_m));
         let all: f64 = weights().map(|(_, weight)| weight).sum();
         let mut left = all * self.random.uniform();
@@ -89,7 +89,7 @@ impl Wander {
         });
         // Where nothing is free anywhere, it turns round.
         let bearing_rad = chosen.map_or(std::f64::consts::PI, |(rad, _)| rad);
-        self.wish_rad = wrap_angle(heading_rad + bearing_rad);
+        self.desired_heading_rad = wrap_angle(heading_rad + bearing_rad);
         let kept_s = KEPT_S[0] + (KEPT_S[1] - KEPT_S[0]) * share;
         self.keep_ticks = (kept_s / self.dt_s).ceil() as u64;
     }
@@ -101,12 +101,12 @@ impl Task for Wander {
         let heading_rad = around.pose_in_odometry().theta();
         self.keep_ticks = self.keep_ticks.saturating_sub(1);
         if ranges_m.is_some() {
-            let wished_rad = wrap_angle(self.wish_rad - heading_rad);
-            if self.keep_ticks == 0 || around.clear_towards_m(wished_rad, 0.0) < END_M {
-                self.wish(around, heading_rad);
+            let desired_rad = wrap_angle(self.desired_heading_rad - heading_rad);
+            if self.keep_ticks == 0 || around.clear_towards_m(desired_rad, 0.0) < END_M {
+                self.choose_heading(around, heading_rad);
             }
-            let wished_rad = wrap_angle(self.wish_rad - heading_rad);
-            let (free_rad, _) = free_direction(around, wished_rad, END_M);
+            let desired_rad = wrap_angle(self.desired_heading_rad - heading_rad);
+            let (free_rad, _) = free_direction(around, desired_rad, END_M);
             self.course_rad = heading_rad + free_rad;
         }
         let bearing_rad = wrap_angle(self.course_rad - heading_rad);

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use rusty_contract::log::{LogError, LogHeader, LogWriter, TickRef, Trailer};
 use rusty_contract::{Brief, Exit, Phase, RunDigest, Start, errln, output};
 
-use rusty_clients::witness::{Ending, Step, Witness};
+use rusty_clients::recorder::{Ending, Recorder, Step};
 use rusty_clients::{ClientArgs, ClientError, output_folder, same_file};
 use write_behind::WriteBehind;
 
@@ -57,7 +57,7 @@ fn behind(
     Ok(LogWriter::new(out, path, header)?)
 }
 
-impl Witness for Logger {
+impl Recorder for Logger {
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         let record = TickRef::new(step.frame, step.truth, step.replies, self.dt_s);
         self.writer.tick(record).map_err(|e| self.failed(e))?;

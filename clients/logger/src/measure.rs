@@ -16,7 +16,7 @@ use rusty_contract::log::{
     Ending, LogHeader, LogReader, LogWriter, Read, Source, TickRef, Trailer,
 };
 use rusty_contract::{Frame, RunConfig, RunDigest, Scenario, TruthKey};
-use rusty_geometry::{EncoderTicks, SE2, Twist};
+use rusty_geometry::{EncoderCounts, SE2, Twist};
 use serde::Serialize;
 
 use super::behind;
@@ -113,7 +113,7 @@ impl Measure {
         let dt_s = 0.02;
         for tick in 0..self.ticks {
             let turn = tick as i64;
-            let ticks = EncoderTicks { left: 40 * turn, right: 41 * turn };
+            let ticks = EncoderCounts { left: 40 * turn, right: 41 * turn };
             let command = Twist { v_m_s: 0.5, omega_rad_s: 0.1 };
             frame.begin(tick, (tick + 1) as f64 * dt_s, ticks, command);
             if self.beams > 0 {

@@ -271,9 +271,9 @@ mod tests {
     #[test]
     fn dropped_it_writes_what_it_has() {
         let (mut behind, open, told) = gated();
-        behind.write_all(b"last words").unwrap();
+        behind.write_all(b"last lines").unwrap();
         drop(open);
         drop(behind);
-        assert_eq!(told.iter().collect::<Vec<_>>().concat(), b"last words");
+        assert_eq!(told.iter().collect::<Vec<_>>().concat(), b"last lines");
     }
 }

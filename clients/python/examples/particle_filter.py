@@ -82,8 +82,8 @@ def main():
     particles = first_particles(rng, start, world)
     (mean, covariance), since, last = summary(particles), rusty.SE2(), (0, 0)
     for tick in session:
-        since = since.boxplus(rusty.odometry_delta(last, tick.counts, start.robot))
-        last = tick.counts
+        since = since.boxplus(rusty.odometry_delta(last, tick.encoders, start.robot))
+        last = tick.encoders
         if tick.ranges is not None:
             particles, lost = move(rng, particles, since), len(particles) > FEW
             std_m = LOST_STD_M if lost else HIT_STD_M

@@ -50,7 +50,7 @@ unsafe impl Sync for Lone<HeldFrame> {}
 pub struct Part {
     pub session: Lone<Session>,
     /// The tick that may be answered.
-    pub open: Option<Arc<Lent>>,
+    pub open: Option<Arc<Loan>>,
 }
 
 /// One session's lock. See the module.
@@ -61,8 +61,8 @@ pub struct Gate {
     /// How many arrays lie over frames.
     views: AtomicUsize,
     /// The frames that arrays lie over, or did.
-    viewed: Mutex<Vec<Weak<Lent>>>,
-    /// Raised by a wish to stop: the session then says goodbye.
+    viewed: Mutex<Vec<Weak<Loan>>>,
+    /// Raised by a wish to stop: the session then leaves.
     pub stop: Arc<AtomicBool>,
     /// Raised before the session leaves: whoever waits in it gives way.
     leaving: AtomicBool,
@@ -109,7 +109,7 @@ impl Gate {
         Some(Turn { gate: self, guard: Some(guard) })
     }
 
-    /// Leaves the run: with a goodbye if it is over or a stop was wished for,
+    /// Leaves the run: with a leave message if it is over or a stop was wished for,
     /// as a failure otherwise. Waits for the lock, so hold nothing meanwhile.
     pub fn leave(&self) {
         if self.is_foreign() {
@@ -159,23 +159,23 @@ impl Gate {
         if self.is_foreign() {
             return;
         }
-        for lent in lock(&self.viewed).drain(..).filter_map(|lent| lent.upgrade()) {
-            if !lent.pinned.swap(true, Ordering::Relaxed) {
-                std::mem::forget(lent);
+        for loan in lock(&self.viewed).drain(..).filter_map(|loan| loan.upgrade()) {
+            if !loan.pinned.swap(true, Ordering::Relaxed) {
+                std::mem::forget(loan);
             }
         }
     }
 }
 
 /// This process is about to be forked. The fork has the arrays as well, over the
-/// same memory, and nobody hears when it needs them no more. So whatever lies
+/// same memory, and nobody receives when it needs them no more. So whatever lies
 /// under one is never given back, and goes on counting as viewed.
 pub fn pin_all() {
     let gates: Vec<_> = lock(&GATES).iter().filter_map(Weak::upgrade).collect();
     gates.iter().for_each(|gate| gate.pin());
 }
 
-/// From now on whoever leaves says goodbye, and waiting ends.
+/// From now on whoever leaves leaves, and waiting ends.
 pub fn stop_all() {
     for gate in lock(&GATES).iter().filter_map(Weak::upgrade) {
         gate.stop.store(true, Ordering::Relaxed);
@@ -224,14 +224,14 @@ impl Drop for Turn<'_> {
 
 /// A frame that a session handed out. It goes back when the last who holds it
 /// lets go.
-pub struct Lent {
+pub struct Loan {
     frame: Option<Lone<HeldFrame>>,
     gate: Arc<Gate>,
     /// Whether it is kept for a fork.
     pinned: AtomicBool,
 }
 
-impl Lent {
+impl Loan {
     pub fn new(frame: Lone<HeldFrame>, gate: &Arc<Gate>) -> Arc<Self> {
         let (gate, pinned) = (Arc::clone(gate), AtomicBool::new(false));
         Arc::new(Self { frame: Some(frame), gate, pinned })
@@ -252,14 +252,14 @@ impl Lent {
     pub fn viewed(self: Arc<Self>) -> View {
         self.gate.views.fetch_add(1, Ordering::Relaxed);
         let mut viewed = lock(&self.gate.viewed);
-        viewed.retain(|lent| lent.strong_count() > 0);
+        viewed.retain(|loan| loan.strong_count() > 0);
         viewed.push(Arc::downgrade(&self));
         drop(viewed);
         View(self)
     }
 }
 
-impl Drop for Lent {
+impl Drop for Loan {
     fn drop(&mut self) {
         if let Some(frame) = self.frame.take() {
             self.gate.take_back(frame);
@@ -268,7 +268,7 @@ impl Drop for Lent {
 }
 
 /// A frame under an array.
-pub struct View(pub Arc<Lent>);
+pub struct View(pub Arc<Loan>);
 
 impl Drop for View {
     fn drop(&mut self) {

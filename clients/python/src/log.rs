@@ -17,7 +17,7 @@ struct Columns {
     header: String,
     ticks: usize,
     time_s: Vec<f64>,
-    counts: Vec<i64>,
+    encoders: Vec<i64>,
     commands: Vec<f64>,
     truth: Vec<f64>,
     /// Whether any tick has a truth.
@@ -105,7 +105,7 @@ impl Columns {
 
     fn push(&mut self, record: TickRecord, dt_s: f64) {
         self.time_s.push(record.time_s(dt_s));
-        self.counts.extend([record.ticks.left, record.ticks.right]);
+        self.encoders.extend([record.ticks.left, record.ticks.right]);
         self.commands.extend([record.command.v_m_s, record.command.omega_rad_s]);
         self.any_truth |= record.truth.is_some();
         self.truth.extend(record.truth.unwrap_or([f64::NAN; 3]));
@@ -157,7 +157,7 @@ fn read_columns(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("header", &columns.header)?;
     dict.set_item("time_s", shaped(py, columns.time_s, [ticks])?)?;
-    dict.set_item("counts", shaped(py, columns.counts, [ticks, 2])?)?;
+    dict.set_item("encoders", shaped(py, columns.encoders, [ticks, 2])?)?;
     dict.set_item("commands", shaped(py, columns.commands, [ticks, 2])?)?;
     let truth = columns.any_truth.then(|| shaped(py, columns.truth, [ticks, 3]));
     dict.set_item("truth", truth.transpose()?)?;

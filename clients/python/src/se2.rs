@@ -6,7 +6,7 @@ use pyo3::exceptions::{PyAttributeError, PyIndexError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2};
 
 use crate::arrays::triple;
 
@@ -166,7 +166,7 @@ fn odometry_delta<'py>(
     counts: (i64, i64),
     drive: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let reading = |(left, right)| EncoderTicks { left, right };
+    let reading = |(left, right)| EncoderCounts { left, right };
     let drive = drive_of(drive)?;
     let delta = rusty_geometry::odometry_delta(reading(last_counts), reading(counts), &drive);
     Ok(tangent(py, &delta))

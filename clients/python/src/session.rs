@@ -14,7 +14,7 @@ use rusty_clients::{Arrival, ClientArgs, ClientError, Session as Sdk};
 use rusty_contract::Phase;
 
 use crate::errors::{RustyError, exception, misused};
-use crate::gate::{Gate, Lent, Lone, leave_all, pin_all, stop_all};
+use crate::gate::{Gate, Loan, Lone, leave_all, pin_all, stop_all};
 use crate::start::{self, Start};
 use crate::tick::Tick;
 
@@ -124,8 +124,8 @@ impl Session {
             return Err(misused("another thread waits for the session's next tick".to_owned()));
         };
         let Some(part) = turn.part() else { return Ok(Wait::Over) };
-        if let Some(lent) = part.open.take()
-            && let Some(frame) = lent.held()
+        if let Some(loan) = part.open.take()
+            && let Some(frame) = loan.held()
         {
             // If the server is gone, the next look for a frame says so.
             let _ = part.session.get_mut().answer(frame, rusty_contract::Reply::Abstain);
@@ -141,9 +141,9 @@ impl Session {
                 Ok(Wait::Over)
             }
             Ok(Some(frame)) => {
-                let lent = Lent::new(frame, &self.gate);
-                let tick = lent.held().map(|frame| Tick::new(&lent, frame, &self.gate));
-                part.open = Some(lent);
+                let loan = Loan::new(frame, &self.gate);
+                let tick = loan.held().map(|frame| Tick::new(&loan, frame, &self.gate));
+                part.open = Some(loan);
                 Ok(tick.map_or(Wait::Nothing, Wait::Tick))
             }
             Ok(None) => match part.session.get().ending() {
@@ -180,7 +180,7 @@ fn next_within(
     session: &mut Lone<Sdk>,
 ) -> Result<Option<Lone<rusty_clients::HeldFrame>>, ClientError> {
     Ok(match session.get_mut().next_within(SLICE)? {
-        // SAFETY: the caller has the lock of the session's gate, and `Lent` gives the
+        // SAFETY: the caller has the lock of the session's gate, and `Loan` gives the
         // frame back to it.
         Arrival::Frame(frame) => Some(unsafe { Lone::new(frame) }),
         Arrival::Nothing | Arrival::End => None,
@@ -193,9 +193,9 @@ fn next_within(
 /// it: `--run NAME --name NAME --wait HOW --launcher PID`, or by hand `--run NAME`
 /// or `--log PATH`; `--help` lists all. `out`, `wait` and `join_timeout` are then
 /// the command line's, too: given here they count for nothing. The script is then
-/// a program that takes part: asked to stop (SIGTERM, Ctrl-C) it says goodbye, and
+/// a program that takes part: asked to stop (SIGTERM, Ctrl-C) it leaves, and
 /// it prints one line, not a traceback, if it could not join, was dropped, or the
-/// server is gone. With `run`, Ctrl-C in the main thread says goodbye as well.
+/// server is gone. With `run`, Ctrl-C in the main thread leaves as well.
 /// Signal handlers and an excepthook of its own stay as they are.
 ///
 /// Args:
@@ -255,7 +255,7 @@ fn join(
         let fallback = || script.map_or_else(|| "client".to_owned(), |stem| stem.into_owned());
         args.name = Some(name.map_or_else(fallback, str::to_owned));
     }
-    let manners = if as_told { "take_part" } else { "goodbye_on_interrupt" };
+    let manners = if as_told { "take_part" } else { "leave_on_interrupt" };
     py.import("rusty._program")?.call_method0(manners)?;
     take_part(py, args).inspect_err(|error| {
         // For whoever shows it: its way here says nothing.
@@ -328,8 +328,8 @@ fn join_meanwhile(py: Python<'_>, args: ClientArgs, stop: &Arc<AtomicBool>) -> P
         }
         if let Err(interrupt) = py.check_signals() {
             stop.store(true, Ordering::Relaxed);
-            // It hears of it in a moment, and whatever it has brought about is
-            // dropped with a goodbye.
+            // It learns of it in a moment, and whatever it has brought about is
+            // dropped with a leave message.
             py.detach(move || drop((joined.recv(), joiner.join())));
             return Err(interrupt);
         }

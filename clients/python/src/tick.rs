@@ -9,11 +9,11 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use rusty_contract::score::seconds;
 use rusty_contract::{Estimate, Frame, Innovation, Reply};
-use rusty_geometry::{EncoderTicks, SE2, Twist};
+use rusty_geometry::{EncoderCounts, SE2, Twist};
 use rusty_link::MAX_HELD_FRAMES;
 
 use crate::errors::{exception, misused};
-use crate::gate::{Gate, Lent, View};
+use crate::gate::{Gate, Loan, View};
 
 /// So many arrays may lie over frames; the session needs one more for the tick
 /// that it waits for.
@@ -25,15 +25,15 @@ const MAX_VIEWS: usize = MAX_HELD_FRAMES - 1;
 pub struct Tick {
     /// Number of the tick, from 0.
     #[pyo3(get)]
-    number: u64,
+    index: u64,
     /// Time at the end of the tick, s.
     #[pyo3(get)]
     time_s: f64,
-    counts: EncoderTicks,
+    encoders: EncoderCounts,
     command: Twist,
     has_scan: bool,
     gate: Arc<Gate>,
-    lent: Weak<Lent>,
+    loan: Weak<Loan>,
     /// The array that was handed out.
     ranges: PyOnceLock<Py<PyArray1<f64>>>,
 }
@@ -45,43 +45,43 @@ pub struct Lease {
 }
 
 impl Tick {
-    pub fn new(lent: &Arc<Lent>, frame: &Frame, gate: &Arc<Gate>) -> Self {
+    pub fn new(loan: &Arc<Loan>, frame: &Frame, gate: &Arc<Gate>) -> Self {
         Self {
-            number: frame.tick(),
+            index: frame.tick(),
             time_s: frame.time_s(),
-            counts: frame.ticks(),
+            encoders: frame.encoders(),
             command: frame.command(),
             has_scan: frame.ranges_m().is_some(),
             gate: Arc::clone(gate),
-            lent: Arc::downgrade(lent),
+            loan: Arc::downgrade(loan),
             ranges: PyOnceLock::new(),
         }
     }
 
     fn over(&self, remedy: &str) -> PyErr {
-        misused(format!("tick {} is over: {remedy}", self.number))
+        misused(format!("tick {} is over: {remedy}", self.index))
     }
 
     fn reply(&self, reply: Reply) -> PyResult<()> {
-        let number = self.number;
+        let index = self.index;
         let Some(mut turn) = self.gate.turn() else {
             let leaving = self.gate.is_leaving();
             let remedy = "another thread waits for the next one";
             return Err(self.over(if leaving { "the session is being closed" } else { remedy }));
         };
-        let lent = self.lent.upgrade();
+        let loan = self.loan.upgrade();
         let open = turn.part().and_then(|part| {
             let is_this = part
                 .open
                 .as_ref()
-                .is_some_and(|open| lent.as_ref().is_some_and(|lent| Arc::ptr_eq(open, lent)));
+                .is_some_and(|open| loan.as_ref().is_some_and(|loan| Arc::ptr_eq(open, loan)));
             is_this.then_some(part)
         });
         let Some(part) = open.filter(|_| !self.gate.is_foreign()) else {
             let text = "it was answered, or the session has gone on or ended";
-            return Err(misused(format!("tick {number} cannot be answered: {text}")));
+            return Err(misused(format!("tick {index} cannot be answered: {text}")));
         };
-        if let Some(frame) = lent.as_ref().and_then(|lent| lent.held()) {
+        if let Some(frame) = loan.as_ref().and_then(|loan| loan.held()) {
             part.session.get_mut().answer(frame, reply).map_err(exception)?;
         }
         part.open = None;
@@ -91,10 +91,10 @@ impl Tick {
 
 #[pymethods]
 impl Tick {
-    /// Encoder counts since the start, (left, right), at the end of the tick.
+    /// Encoder encoders since the start, (left, right), at the end of the tick.
     #[getter]
-    fn counts(&self) -> (i64, i64) {
-        (self.counts.left, self.counts.right)
+    fn encoders(&self) -> (i64, i64) {
+        (self.encoders.left, self.encoders.right)
     }
 
     /// The command applied during the tick, body frame: (v m/s, omega rad/s).
@@ -127,11 +127,11 @@ impl Tick {
             if self.gate.is_foreign() {
                 // Nobody keeps the frame for a fork: the run may write over it.
                 let text = "this process is a fork of the one that joined; read it before the fork";
-                return Err(misused(format!("tick {}: tick.ranges: {text}", self.number)));
+                return Err(misused(format!("tick {}: tick.ranges: {text}", self.index)));
             }
             let remedy = "its scan has gone; read tick.ranges before the loop goes on";
-            let lent = self.lent.upgrade().ok_or_else(|| self.over(remedy))?;
-            array(py, lent, self.gate.views())
+            let loan = self.loan.upgrade().ok_or_else(|| self.over(remedy))?;
+            array(py, loan, self.gate.views())
         })?;
         Ok(Some(array.clone_ref(py)))
     }
@@ -202,27 +202,27 @@ impl Tick {
     }
 
     fn __repr__(&self) -> String {
-        let Self { number, counts, .. } = self;
+        let Self { index, encoders, .. } = self;
         let time_s = seconds(self.time_s);
         let scan = if self.has_scan { ", with a scan" } else { "" };
         format!(
-            "<rusty.Tick {number} at {time_s} s, counts ({}, {}){scan}>",
-            counts.left, counts.right
+            "<rusty.Tick {index} at {time_s} s, encoders ({}, {}){scan}>",
+            encoders.left, encoders.right
         )
     }
 }
 
 /// The scan of a frame as an array: over the frame where it lies or, if so many
 /// others do that the next tick would find no place, a copy.
-fn array(py: Python<'_>, lent: Arc<Lent>, views: usize) -> PyResult<Py<PyArray1<f64>>> {
+fn array(py: Python<'_>, loan: Arc<Loan>, views: usize) -> PyResult<Py<PyArray1<f64>>> {
     let array = if views < MAX_VIEWS {
-        let lease = Bound::new(py, Lease { view: lent.viewed() })?;
+        let lease = Bound::new(py, Lease { view: loan.viewed() })?;
         let ranges_m = ArrayView1::from(lease.get().view.0.ranges_m().unwrap_or_default());
         // SAFETY: the ranges lie in a frame that stays where it is, unchanged,
         // for as long as it is held; the array holds the lease, which holds it.
         unsafe { PyArray1::borrow_from_array(&ranges_m, lease.clone().into_any()) }
     } else {
-        PyArray1::from_slice(py, lent.ranges_m().unwrap_or_default())
+        PyArray1::from_slice(py, loan.ranges_m().unwrap_or_default())
     };
     let locked = array.try_readwrite()?.make_nonwriteable();
     drop(locked);

@@ -24,8 +24,8 @@ use crate::report::html;
 use crate::scoring::trace::Whole;
 use crate::scoring::{BeliefKeeper, BeliefMoment, RunTrace, TraceKeeper, scores, svg};
 use rusty_clients::output_folder;
+use rusty_clients::recorder::{Ending, Recorder, Step};
 use rusty_clients::showing::{belief_file, failure};
-use rusty_clients::witness::{Ending, Step, Witness};
 use rusty_clients::{ClientArgs, ClientError};
 use shown::{Shown, file_name};
 
@@ -58,7 +58,7 @@ const FILES: [&str; 4] = ["score.json", "report.html", "report.svg", "report.png
 /// A filter may be so many ticks ahead of a scorer that nobody waits for.
 const AHEAD_TICKS: u64 = 1000;
 
-impl Witness for Scorer {
+impl Recorder for Scorer {
     fn belief(&mut self, header: &BeliefHeader, poses: &mut Vec<WeightedPose>) {
         // One that names nobody of this run, or another than has the place, is nobody's;
         // neither is one of a tick that cannot have been yet.
@@ -104,7 +104,7 @@ impl Witness for Scorer {
 
     fn finish(mut self, ending: Ending) -> Result<Exit, ClientError> {
         let whole = Whole {
-            ticks: self.meter.ticks(),
+            ticks: self.meter.tick_count(),
             ticks_with_truth: self.meter.ticks_with_truth(),
             driven_m: self.meter.driven_m(),
         };
@@ -122,7 +122,7 @@ impl Witness for Scorer {
             seed: self.seed,
             ticks: whole.ticks,
             ticks_with_truth: whole.ticks_with_truth,
-            blocked_ticks: self.held.as_ref().filter(|_| unscored.is_none()).map(Held::ticks),
+            blocked_ticks: self.held.as_ref().filter(|_| unscored.is_none()).map(Held::tick_count),
             digest: trace.digest.clone(),
             scores,
             unscored,

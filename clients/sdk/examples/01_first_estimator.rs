@@ -5,10 +5,10 @@ fn main() -> Result<(), ClientError> {
     let mut session = Session::from_command_line()?;
     let drive = session.start().robot.drive;
     let mut pose = session.start().initial_pose.unwrap_or_default();
-    let mut last = EncoderTicks::default();
+    let mut last = EncoderCounts::default();
     while let Some(tick) = session.next()? {
-        pose = pose.boxplus(&odometry_delta(last, tick.ticks(), &drive));
-        last = tick.ticks();
+        pose = pose.boxplus(&odometry_delta(last, tick.encoders(), &drive));
+        last = tick.encoders();
         tick.answer(pose)?;
     }
     Ok(())

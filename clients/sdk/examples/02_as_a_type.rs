@@ -5,13 +5,13 @@ use rusty_clients::prelude::*;
 struct Wheels {
     drive: DiffDrive,
     pose_in_world: SE2,
-    last: EncoderTicks,
+    last: EncoderCounts,
 }
 
 impl Filter for Wheels {
     fn update(&mut self, tick: &Tick) -> Reply {
-        let delta = odometry_delta(self.last, tick.ticks(), &self.drive);
-        self.last = tick.ticks();
+        let delta = odometry_delta(self.last, tick.encoders(), &self.drive);
+        self.last = tick.encoders();
         self.pose_in_world = self.pose_in_world.boxplus(&delta);
         self.pose_in_world.into()
     }
@@ -22,7 +22,7 @@ fn main() -> Exit {
         Ok(Wheels {
             drive: start.robot.drive,
             pose_in_world: start.initial_pose.unwrap_or_default(),
-            last: EncoderTicks::default(),
+            last: EncoderCounts::default(),
         })
     })
 }

@@ -13,7 +13,7 @@ struct Bouncer {
 
 impl Filter for Bouncer {
     fn update(&mut self, tick: &Tick) -> Reply {
-        let pose = self.odometry.advance(tick.ticks());
+        let pose = self.odometry.advance(tick.encoders());
         if let Some(ranges_m) = tick.ranges_m() {
             self.blocked = ranges_m[self.ahead.clone()].iter().any(|r| *r < 0.5);
         }

@@ -17,7 +17,7 @@ struct Careful {
     drive: DiffDrive,
     pose_in_world: SE2,
     covariance: Matrix3<f64>,
-    last: EncoderTicks,
+    last: EncoderCounts,
 }
 
 /// Ad: what a twist in one frame is in another.
@@ -29,8 +29,8 @@ fn adjoint(motion: SE2) -> Matrix3<f64> {
 
 impl Filter for Careful {
     fn update(&mut self, tick: &Tick) -> Reply {
-        let moved = odometry_delta(self.last, tick.ticks(), &self.drive);
-        self.last = tick.ticks();
+        let moved = odometry_delta(self.last, tick.encoders(), &self.drive);
+        self.last = tick.encoders();
         self.pose_in_world = self.pose_in_world.boxplus(&moved);
 
         let carried = adjoint(SE2::exp(&moved).inverse());
@@ -54,7 +54,7 @@ fn main() -> Exit {
             drive: start.robot.drive,
             pose_in_world: start.initial_pose.unwrap_or_default(),
             covariance: Matrix3::identity() * (AT_START * AT_START),
-            last: EncoderTicks::default(),
+            last: EncoderCounts::default(),
         })
     })
 }

@@ -25,7 +25,7 @@ struct Options {
 
 struct Cloud {
     drive: DiffDrive,
-    last: EncoderTicks,
+    last: EncoderCounts,
     slip: f64,
     reckoned: SE2,
     particles: Vec<SE2>,
@@ -36,8 +36,8 @@ impl Filter for Cloud {
     const SHOWS_BELIEF: bool = true;
 
     fn update(&mut self, tick: &Tick) -> Reply {
-        let moved = odometry_delta(self.last, tick.ticks(), &self.drive);
-        self.last = tick.ticks();
+        let moved = odometry_delta(self.last, tick.encoders(), &self.drive);
+        self.last = tick.encoders();
         self.reckoned = self.reckoned.boxplus(&moved);
         let half_track_m = 0.5 * self.drive.track_m;
         let wheels_m = [-1.0, 1.0].map(|side| moved.x + side * half_track_m * moved.z);
@@ -62,7 +62,7 @@ impl Filter for Cloud {
 
 fn main() -> Exit {
     rusty_clients::run(|start, Options { particles, slip }| {
-        let (drive, last) = (start.robot.drive, EncoderTicks::default());
+        let (drive, last) = (start.robot.drive, EncoderCounts::default());
         let reckoned = start.initial_pose.unwrap_or_default();
         let (particles, random) = (vec![reckoned; particles], Random::new(1, 1));
         Ok(Cloud { drive, last, slip, reckoned, particles, random })

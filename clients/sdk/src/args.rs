@@ -70,7 +70,7 @@ pub struct Usage {
     pub code: i32,
 }
 
-/// The command line of a participant with the options `O` of its own.
+/// The command line of a participant with the separate options `O`.
 fn command<O: Args>() -> Command {
     let command = Command::new(env!("CARGO_PKG_NAME")).version(env!("CARGO_PKG_VERSION"));
     let about = "Take part in a run of sim-server or work on its log";

@@ -6,7 +6,7 @@
 //! between wheel and floor. Reports no covariance: it has no belief about it.
 
 use rusty_contract::{Reply, Start};
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, odometry_delta};
 
 use crate::{Filter, Tick};
 
@@ -14,14 +14,14 @@ use crate::{Filter, Tick};
 pub struct DeadReckoning {
     drive: DiffDrive,
     pose_in_world: SE2,
-    last: EncoderTicks,
+    last: EncoderCounts,
 }
 
 impl DeadReckoning {
     /// Starts at `pose_in_world` with counts of zero.
     #[must_use]
     pub fn new(drive: DiffDrive, pose_in_world: SE2) -> Self {
-        Self { drive, pose_in_world, last: EncoderTicks::default() }
+        Self { drive, pose_in_world, last: EncoderCounts::default() }
     }
 
     /// Starts at the initial pose of a run, or at the origin.
@@ -31,7 +31,7 @@ impl DeadReckoning {
     }
 
     /// Advances by one reading of the encoders and says where that leads.
-    pub fn advance(&mut self, ticks: EncoderTicks) -> SE2 {
+    pub fn advance(&mut self, ticks: EncoderCounts) -> SE2 {
         let delta = odometry_delta(self.last, ticks, &self.drive);
         self.pose_in_world = self.pose_in_world.boxplus(&delta);
         self.last = ticks;
@@ -41,6 +41,6 @@ impl DeadReckoning {
 
 impl Filter for DeadReckoning {
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
-        self.advance(tick.ticks()).into()
+        self.advance(tick.encoders()).into()
     }
 }

@@ -107,7 +107,7 @@ fn drive<F: Filter>(
         // A panic is the filter's own failure: it is reported to the server at once,
         // and this process ends with a message and a code.
         let Ok(reply) = catch_unwind(AssertUnwindSafe(|| filter.update(&tick))) else {
-            let number = tick.tick();
+            let number = tick.index();
             tick.fail();
             return Err(ClientError::Panicked { tick: number });
         };

@@ -29,10 +29,10 @@ mod held_frame;
 mod log_session;
 mod places;
 mod random;
+pub mod recorder;
 mod session;
 pub mod showing;
 mod tick;
-pub mod witness;
 
 pub use args::{ClientArgs, Usage};
 pub use error::ClientError;
@@ -40,9 +40,9 @@ pub use filter::{Filter, run, run_from};
 pub use held_frame::HeldFrame;
 pub use places::{output_folder, same_file};
 pub use random::Random;
+pub use recorder::{Recorder, run_recorder};
 pub use session::{Arrival, Session};
 pub use tick::Tick;
-pub use witness::{Witness, run_witness};
 
 // The crates that filters need next to this one, in the versions that fit it.
 pub use clap;
@@ -54,5 +54,5 @@ pub mod prelude {
     pub use crate::{ClientArgs, ClientError, Filter, Random, Session, Tick};
     pub use rusty_contract::{BeliefKind, WeightedPose};
     pub use rusty_contract::{Estimate, Exit, NominalRobot, Reply, Start};
-    pub use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Twist, World, odometry_delta};
+    pub use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Twist, World, odometry_delta};
 }

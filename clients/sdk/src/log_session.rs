@@ -252,8 +252,8 @@ impl LogSession {
 /// What the participant `name` would be told: its own rights if the log's
 /// roster has it, the usual ones otherwise.
 fn start(header: &LogHeader, name: &str, key: &TruthKey) -> Start {
-    let seat = header.roster.iter().position(|p| p.name == name);
-    let participant = seat
+    let slot = header.roster.iter().position(|p| p.name == name);
+    let participant = slot
         .map(|i| header.roster[i].clone())
         .unwrap_or_else(|| Participant::new(name, Role::Estimator));
     // Whoever can read the file can read its header, so the brief is for all.
@@ -262,6 +262,6 @@ fn start(header: &LogHeader, name: &str, key: &TruthKey) -> Start {
     Start {
         server_pid: std::process::id(),
         sealed_brief: Some(key.seal_brief(0, &json)),
-        ..Start::new(header, seat.unwrap_or(header.roster.len()), &participant)
+        ..Start::new(header, slot.unwrap_or(header.roster.len()), &participant)
     }
 }

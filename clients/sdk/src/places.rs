@@ -7,7 +7,7 @@ use rusty_contract::Brief;
 
 use crate::{ClientArgs, ClientError};
 
-/// Returns the folder that a witness writes to, and makes it: `--out`, or the run's
+/// Returns the folder that a recorder writes to, and makes it: `--out`, or the run's
 /// folder, or that of the log.
 ///
 /// # Errors

@@ -21,7 +21,7 @@ use crate::{ClientArgs, ClientError, Tick};
 const SLICE: Duration = Duration::from_millis(500);
 
 /// One participant's part in a run. Dropped after the last frame, or because
-/// somebody asked this process to stop, it says goodbye; dropped for any other
+/// somebody asked this process to stop, it leaves; dropped for any other
 /// reason it tells the server that it failed.
 pub struct Session {
     source: Source,
@@ -83,7 +83,7 @@ impl Session {
 
     /// The same without signal handlers: for a process that has its own. Once
     /// `stop` is raised, waiting ends with [`LinkError::Stopped`], and the
-    /// session says goodbye instead of reporting a failure.
+    /// session leaves instead of reporting a failure.
     ///
     /// # Errors
     /// As [`join`](Self::join).
@@ -199,7 +199,7 @@ impl Session {
                 Ok(Arrival::Frame(HeldFrame(frame)))
             }
             phase => {
-                // One who comes back may hear the last word before all ticks.
+                // One who comes back may receive the end of run before all ticks.
                 self.is_behind = frame.tick() > self.last_tick.map_or(0, |tick| tick + 1);
                 self.ending = Some(phase);
                 Ok(Arrival::End)
@@ -318,14 +318,14 @@ impl Drop for Session {
         let Source::Live(link) = &mut self.source else { return };
         let told = self.ending.is_some() || self.stop.load(Ordering::Relaxed);
         let well = told && !self.failed && !std::thread::panicking();
-        let message = if well { Message::Goodbye } else { Message::Failed };
+        let message = if well { Message::Leave } else { Message::Failed };
         // If the server is gone nobody misses it.
         let _ = link.send_raw(rusty_contract::Answer::carrying(&message));
     }
 }
 
 /// Whether a frame is of this run and was not seen before: a tick that is worked
-/// in twice would spoil an estimate. The last word carries no tick of its own.
+/// in twice would spoil an estimate. The end of run carries no tick of its own.
 fn is_news(frame: &Frame, run_id: u64, last_tick: Option<u64>) -> bool {
     frame.run_id == run_id
         && (frame.phase() != Phase::Tick || last_tick.is_none_or(|last| frame.tick() > last))
@@ -366,7 +366,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_later_ticks_of_this_run_and_its_last_word_are_news() {
+    fn only_later_ticks_of_this_run_and_its_end_of_run_are_news() {
         let mut frame = Frame::boxed();
         frame.begin(5, 0.12, Default::default(), Default::default());
         frame.run_id = 7;

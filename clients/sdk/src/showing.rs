@@ -33,7 +33,7 @@ pub(crate) struct Showing {
 
 enum To {
     /// Whoever looks on at the run.
-    Onlookers,
+    Viewers,
     /// A file: one of `every` moments, of which `seen` have passed.
     File { path: PathBuf, writer: BeliefWriter<BufWriter<File>>, every: u64, seen: u64 },
     /// Nobody: on a log without `--beliefs`, or because the filter panicked.
@@ -51,7 +51,7 @@ pub(crate) struct Moment {
 impl Showing {
     pub(crate) fn new(args: &ClientArgs, start: &Start) -> Result<Self, ClientError> {
         let to = match (&args.beliefs[..], &args.log) {
-            ([], None) => To::Onlookers,
+            ([], None) => To::Viewers,
             ([], Some(_)) => To::Nobody,
             ([path], _) => create(path, args, start)?,
             _ => {
@@ -69,7 +69,7 @@ impl Showing {
         let is_one = has_scan || !self.has_scanned;
         self.has_scanned |= has_scan;
         let observable = match &mut self.to {
-            To::Onlookers if is_one => 0,
+            To::Viewers if is_one => 0,
             To::File { every, seen, .. } if is_one => {
                 *seen += 1;
                 if !(*seen - 1).is_multiple_of(*every) {
@@ -79,7 +79,7 @@ impl Showing {
             }
             _ => return None,
         };
-        Some(Moment { tick: tick.tick(), time_s: tick.time_s(), observable })
+        Some(Moment { tick: tick.index(), time_s: tick.time_s(), observable })
     }
 
     /// Shows the belief that the filter holds now.
@@ -102,7 +102,7 @@ impl Showing {
         filter: &impl Filter,
     ) -> Result<(), ClientError> {
         let Moment { tick, time_s, observable } = moment;
-        let live = matches!(self.to, To::Onlookers);
+        let live = matches!(self.to, To::Viewers);
         if live && !session.beliefs().is_some_and(|beliefs| beliefs.is_watched()) {
             return Ok(());
         }
@@ -124,7 +124,7 @@ impl Showing {
             return Ok(());
         }
         match &mut self.to {
-            To::Onlookers => {
+            To::Viewers => {
                 let Start { run_id, participant, name, .. } = session.start();
                 let (run_id, participant) = (*run_id, *participant);
                 let (name, kind) = (BeliefHeader::padded(name), kind.number());

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use rusty_contract::{Frame, Reply};
-use rusty_geometry::{EncoderTicks, Twist};
+use rusty_geometry::{EncoderCounts, Twist};
 
 use crate::held_frame::FrameHandle;
 use crate::{ClientError, Session};
@@ -32,9 +32,9 @@ impl<'a> Tick<'a> {
         &self.frame
     }
 
-    /// Number of the tick, from 0.
+    /// Index of the tick, from 0.
     #[must_use]
-    pub fn tick(&self) -> u64 {
+    pub fn index(&self) -> u64 {
         self.frame.tick()
     }
 
@@ -46,8 +46,8 @@ impl<'a> Tick<'a> {
 
     /// Cumulative encoder counts at the end of the tick.
     #[must_use]
-    pub fn ticks(&self) -> EncoderTicks {
-        self.frame.ticks()
+    pub fn encoders(&self) -> EncoderCounts {
+        self.frame.encoders()
     }
 
     /// The command that was applied during the tick, body frame.
@@ -82,7 +82,7 @@ impl<'a> Tick<'a> {
         Ok(())
     }
 
-    /// Leaves the tick without a word: the server hears of the failure when
+    /// Leaves the tick without a word: the server learns of the failure when
     /// the session goes.
     pub(crate) fn fail(mut self) {
         self.answered = true;

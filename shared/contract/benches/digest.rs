@@ -7,11 +7,11 @@ use criterion::{Criterion, Throughput};
 use rusty_contract::answer::Message;
 use rusty_contract::digest::RunDigest;
 use rusty_contract::{Answer, Estimate, Frame, ParticipantKey, Reply, TruthKey};
-use rusty_geometry::{EncoderTicks, SE2, Twist};
+use rusty_geometry::{EncoderCounts, SE2, Twist};
 
 fn frame(beams: usize) -> Box<Frame> {
     let mut frame = Frame::boxed();
-    frame.begin(7, 0.16, EncoderTicks { left: 3, right: 4 }, Twist::default());
+    frame.begin(7, 0.16, EncoderCounts { left: 3, right: 4 }, Twist::default());
     if beams > 0 {
         frame.write_scan(beams).iter_mut().zip(1..).for_each(|(r, k)| *r = 8.0 / f64::from(k));
     }

@@ -8,7 +8,7 @@
 //! |     24 |    8 | `sent_ns`     | u64      | monotonic clock at send: a hint for waiting        |
 //! |     32 |    8 | `compute_ns`  | u64      | time between frame and answer, as reported         |
 //! |     40 |    4 | `participant` | u32      | slot in the roster                                 |
-//! |     44 |    4 | `kind`        | u32      | 0 abstain, 1 taken, 2 estimate, 3 command, 4 both, 5 goodbye, 6 failed, 7 ready |
+//! |     44 |    4 | `kind`        | u32      | 0 abstain, 1 taken, 2 estimate, 3 command, 4 both, 5 leave message, 6 failed, 7 ready |
 //! |     48 |    4 | `flags`       | u32      | bit 0: a covariance is present; bit 1: an innovation is |
 //! |     52 |    4 | `ticket`      | u32      | the ticket of the sender's `Start`                 |
 //! |     56 |   24 | `pose`        | `[f64; 3]` | estimate: x m, y m, theta rad in the world frame   |
@@ -58,7 +58,7 @@ pub struct Answer {
     kind: u32,
     flags: u32,
     /// The ticket that the sender was given when it joined. An answer with
-    /// another one comes from somebody who does not have the seat (any more).
+    /// another one comes from somebody who does not have the slot (any more).
     pub ticket: u32,
     pose: [f64; 3],
     v_m_s: f64,
@@ -99,7 +99,7 @@ pub enum Message {
     /// An answer to a tick.
     Reply(Reply),
     /// The participant has finished its work after the last frame.
-    Goodbye,
+    Leave,
     /// The participant gave up by itself (it panicked, or could not write).
     Failed,
     /// The participant's ports are open: frames will reach it from now on.
@@ -123,7 +123,7 @@ impl Answer {
                     Reply::Both(..) => 4,
                 }
             }
-            Message::Goodbye => 5,
+            Message::Leave => 5,
             Message::Failed => 6,
             Message::Ready => 7,
         };
@@ -195,7 +195,7 @@ impl Answer {
             2 => Reply::Estimate(estimate),
             3 => Reply::Command(command),
             4 => Reply::Both(estimate, command),
-            5 => return Ok(Message::Goodbye),
+            5 => return Ok(Message::Leave),
             6 => return Ok(Message::Failed),
             7 => return Ok(Message::Ready),
             kind => return Err(AnswerError::UnknownKind(kind)),
@@ -228,7 +228,7 @@ mod tests {
             Message::Reply(Reply::Command(twist)),
             Message::Reply(Reply::Both(estimate(), twist)),
             Message::Reply(Reply::Both(estimate().with_innovation(7.5, 3), twist)),
-            Message::Goodbye,
+            Message::Leave,
             Message::Failed,
             Message::Ready,
         ] {
@@ -265,7 +265,7 @@ mod tests {
             Message::Reply(Reply::Command(twist)),
             Message::Reply(Reply::Both(plain, twist)),
             Message::Reply(Reply::Both(estimate().with_innovation(7.5, 3), twist)),
-            Message::Goodbye,
+            Message::Leave,
         ] {
             let mut answer = Answer::carrying(&message);
             answer.tick = 5;

@@ -8,7 +8,7 @@
 //!
 //! `beliefs` is a publish-subscribe service of slices of [`WeightedPose`] in the
 //! run's domain, each with a [`BeliefHeader`]. The server creates it and has no
-//! port on it: filters publish there, onlookers subscribe, and neither needs the
+//! port on it: filters publish there, viewers subscribe, and neither needs the
 //! other. A filter publishes after it has answered, at most once in a tick, and
 //! only while somebody subscribes. Of a reader that is slow or stands still the
 //! oldest slices are dropped; what is read is therefore whatever came in time.
@@ -95,7 +95,7 @@ pub struct BeliefHeader {
     pub tick: u64,
     /// Time at the end of that tick, s.
     pub time_s: f64,
-    /// Name in the roster, filled up with zeros; so onlookers need no roster.
+    /// Name in the roster, filled up with zeros; so viewers need no roster.
     pub name: [u8; 32],
     /// Place in the roster.
     pub participant: u32,

@@ -182,13 +182,13 @@ pub fn hex(bytes: &[u8]) -> String {
 mod tests {
     use super::*;
     use crate::truth::TruthKey;
-    use rusty_geometry::{EncoderTicks, Twist};
+    use rusty_geometry::{EncoderCounts, Twist};
 
     fn digest_of(poses: &[SE2], replies: &[Reply]) -> RunDigest {
         let mut digest = RunDigest::default();
         let mut frame = Frame::boxed();
         for (tick, pose) in poses.iter().enumerate() {
-            frame.begin(tick as u64, 0.0, EncoderTicks::default(), Twist::default());
+            frame.begin(tick as u64, 0.0, EncoderCounts::default(), Twist::default());
             frame.seal(&TruthKey::from_bytes([0; 32]), Some(*pose));
             digest.absorb_frame(&frame, Some(*pose));
             digest.absorb_replies(replies.iter().copied());

@@ -28,7 +28,7 @@
 //! at that slot, over `run_id`, `tick`, `phase`, `lost` and `digest`.
 
 use bytemuck::{Pod, Zeroable};
-use rusty_geometry::{EncoderTicks, SE2, Twist};
+use rusty_geometry::{EncoderCounts, SE2, Twist};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::auth::AuthKey;
@@ -95,7 +95,7 @@ field_table! {
     }
 }
 
-/// What a frame is: a tick of the world, or the last word of a run.
+/// What a frame is: a tick of the world, or the end of run of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Phase {
@@ -118,7 +118,7 @@ impl Frame {
 
     /// Starts to write a tick: sets everything but the scan, which is absent
     /// until [`write_scan`](Self::write_scan).
-    pub fn begin(&mut self, tick: u64, time_s: f64, ticks: EncoderTicks, command: Twist) {
+    pub fn begin(&mut self, tick: u64, time_s: f64, ticks: EncoderCounts, command: Twist) {
         self.phase = Phase::Tick as u32;
         self.lost = 0;
         self.tick = tick;
@@ -161,9 +161,9 @@ impl Frame {
         self.digest = self.observable_digest();
     }
 
-    /// Turns the frame into the last word of a run.
+    /// Turns the frame into the end of run of a run.
     pub fn end(&mut self, phase: Phase, ticks_done: u64) {
-        self.begin(ticks_done, 0.0, EncoderTicks::default(), Twist::default());
+        self.begin(ticks_done, 0.0, EncoderCounts::default(), Twist::default());
         self.phase = phase as u32;
         self.digest = self.observable_digest();
         self.sealed = SealedTruth::zeroed();
@@ -216,7 +216,7 @@ impl Frame {
         }
     }
 
-    /// Number of the tick, from 0. In a last word: how many ticks there were.
+    /// Number of the tick, from 0. In a end of run: how many ticks there were.
     #[must_use]
     pub fn tick(&self) -> u64 {
         self.tick
@@ -230,8 +230,8 @@ impl Frame {
 
     /// Cumulative encoder counts at the end of this tick.
     #[must_use]
-    pub fn ticks(&self) -> EncoderTicks {
-        EncoderTicks { left: self.left_ticks, right: self.right_ticks }
+    pub fn encoders(&self) -> EncoderCounts {
+        EncoderCounts { left: self.left_ticks, right: self.right_ticks }
     }
 
     /// The command that was applied during this tick, body frame.
@@ -305,7 +305,7 @@ mod tests {
         frame.begin(
             7,
             0.16,
-            EncoderTicks { left: -3, right: 1 << 40 },
+            EncoderCounts { left: -3, right: 1 << 40 },
             Twist { v_m_s: 0.5, omega_rad_s: -0.25 },
         );
         frame.write_scan(3).copy_from_slice(&[1.0, 2.0, 8.0]);

@@ -111,7 +111,7 @@ pub struct Start {
     /// Name in the roster.
     pub name: String,
     /// Drawn afresh for every joining: answers carry it, so that one who lost
-    /// its seat, or never had it, is not taken for the one who has it.
+    /// its slot, or never had it, is not taken for the one who has it.
     pub ticket: u32,
     /// For one who comes back into a run: the ticks it is given again first.
     pub catch_up: Option<CatchUp>,
@@ -146,18 +146,18 @@ pub struct Start {
 }
 
 impl Start {
-    /// What `participant` of a run with this header may know, on place `seat`:
+    /// What `participant` of a run with this header may know, on place `slot`:
     /// no brief yet, and of no server. A start travels through memory that
     /// everyone maps; so what only scorers and loggers may know, walls and
     /// initial pose of their own included, is left to their sealed brief.
     #[must_use]
-    pub fn new(header: &LogHeader, seat: usize, participant: &Participant) -> Self {
+    pub fn new(header: &LogHeader, slot: usize, participant: &Participant) -> Self {
         let config = &header.config;
         let told = |access: Access| access == Access::Given && !participant.role.holds_key();
         Self {
             run_id: 0,
             scenario: config.scenario.clone(),
-            participant: seat as u32,
+            participant: slot as u32,
             name: participant.name.clone(),
             ticket: 0,
             catch_up: None,

@@ -24,15 +24,16 @@
 //!
 //! # The protocol
 //!
-//! From join to goodbye, for whoever writes a client in another language. The
+//! From join to leave message, for whoever writes a client in another language. The
 //! bytes are in the modules named; `sim-server layout --json` prints every
 //! offset, and `sim-server conformance -- CLIENT` tests a client against what
 //! follows, each check under the name of its rule.
 //!
 //! 1. **Start.** A launcher starts the client with its own arguments and then
-//!    `--run NAME --name NAME --wait balanced|spin|block --launcher PID`;
-//!    scorers and loggers also get `--key-stdin`, and the key, 64 hexadecimal
-//!    digits, as the first line of their standard input. Once that process is
+//!    `--run NAME --name NAME --wait balanced|spin|block --launcher PID
+//!    --key-stdin`. The first line of its standard input is the participant's key, 64
+//!    hexadecimal digits; scorers and loggers get the key to the truth as the second
+//!    line. Once that process is
 //!    gone there is nothing left to join.
 //! 2. **Find the run.** Its folder is `/dev/shm/rusty-<uid>/<run>`; the file
 //!    `lock` in it holds `<server pid> <nonce>` and is locked (`flock`) for as
@@ -69,10 +70,10 @@
 //! 8. **Scorers and loggers** get a [`Tally`] of each tick once it is complete,
 //!    before the frame of the next. They compute digests afresh, and fail where
 //!    one differs.
-//! 9. **The last word** is a frame whose `phase` is not 0. Finish, answer no
-//!    more, send kind 5 (goodbye), end with 0, or with 3 where something was
+//! 9. **The end of run** is a frame whose `phase` is not 0. Finish, answer no
+//!    more, send kind 5 (leave message), end with 0, or with 3 where something was
 //!    lost. Who cannot go on sends kind 6 (failed). Who is asked to stop
-//!    (SIGINT, SIGTERM) says goodbye at any time.
+//!    (SIGINT, SIGTERM) leaves at any time.
 //! 10. **If the server's process is gone** nobody will speak again: say so, end
 //!     with a code other than 0, and sweep folder and memory of the run (take
 //!     the lock first: who holds it may remove both).
@@ -139,7 +140,7 @@ pub use truth::{KeyError, SealedTruth, Truth, TruthKey};
 /// The version of the protocol between server and participants. It changes
 /// when the meaning of a message changes; a change of layout shows in
 /// [`layout::layout_hash`] by itself.
-pub const PROTOCOL_VERSION: u32 = 4;
+pub const PROTOCOL_VERSION: u32 = 1;
 
 const _: () = assert!(
     cfg!(target_endian = "little"),

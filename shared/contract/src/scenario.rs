@@ -139,10 +139,9 @@ pub struct Participant {
     #[serde(default = "estimator")]
     pub role: Role,
     /// Program and arguments. In an argument, `{out}` stands for the run's folder
-    /// (with a `sandbox`: a folder of its own in there). `launch` appends `--run`, `--name`, `--wait`,
-    /// `--launcher` and, for scorers and loggers, `--key-stdin`. A bare program
-    /// name is looked up beside the server, then on the path. Empty:
-    /// started by hand.
+    /// (with a `sandbox`: a separate folder in it). `launch` appends `--run`,
+    /// `--name`, `--wait`, `--launcher` and `--key-stdin`. A bare program name is
+    /// searched next to the server, then on the path. Empty: started by hand.
     #[serde(default)]
     pub command: Vec<String>,
     /// Whether the run waits for it. If not, it looks on like an observer, and

@@ -96,7 +96,7 @@ pub struct Score {
     pub drift_percent: Option<f64>,
     /// What it was told of the world.
     #[serde(default)]
-    pub told: Told,
+    pub told: PriorKnowledge,
     /// The alignment that it is judged by: SE(2) if it is not told where it starts.
     #[serde(default)]
     pub alignment: Alignment,
@@ -146,14 +146,14 @@ impl Score {
 
 /// What an estimator was told of the world when it joined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Told {
+pub struct PriorKnowledge {
     /// The map.
     pub map: Access,
     /// Where it starts.
     pub initial_pose: Access,
 }
 
-impl Told {
+impl PriorKnowledge {
     /// The alignment that whoever was told this is judged by: who is not told where it
     /// starts has a frame of its own.
     #[must_use]
@@ -165,7 +165,7 @@ impl Told {
     }
 }
 
-impl From<&Participant> for Told {
+impl From<&Participant> for PriorKnowledge {
     fn from(participant: &Participant) -> Self {
         Self { map: participant.map, initial_pose: participant.initial_pose }
     }

@@ -17,14 +17,14 @@ use crate::drive::DiffDrive;
 /// The two wheels' counters since the start of a run; forward counts up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct EncoderTicks {
+pub struct EncoderCounts {
     /// Counts of the left wheel.
     pub left: i64,
     /// Counts of the right wheel.
     pub right: i64,
 }
 
-impl EncoderTicks {
+impl EncoderCounts {
     /// The counters of wheels turned by `[left, right]` radians in all: the
     /// nearest whole count, halves away from zero.
     ///
@@ -52,7 +52,7 @@ pub fn tick_length(drive: &DiffDrive) -> f64 {
 /// long the run, and a counter that rolls over between two readings still gives
 /// the right difference. The difference is exact as `f64` up to 2⁵³ counts.
 #[must_use]
-pub fn odometry_delta(prev: EncoderTicks, cur: EncoderTicks, drive: &DiffDrive) -> Vector3<f64> {
+pub fn odometry_delta(prev: EncoderCounts, cur: EncoderCounts, drive: &DiffDrive) -> Vector3<f64> {
     let lambda_m = tick_length(drive);
     drive.tangent(
         lambda_m * cur.left.wrapping_sub(prev.left) as f64,
@@ -70,9 +70,9 @@ mod tests {
         assert!((tick_length(&drive) - 5.0621e-5).abs() < 5e-10);
         assert!((0.72 / tick_length(&drive) - 14_223.24).abs() < 5e-3);
         let angles_rad = [0.72 / drive.wheel_radius_m, 0.88 / drive.wheel_radius_m];
-        let ticks = EncoderTicks::from_wheel_angles(angles_rad, drive.ticks_per_rev);
+        let ticks = EncoderCounts::from_wheel_angles(angles_rad, drive.ticks_per_rev);
         assert_eq!((ticks.left, ticks.right), (14_223, 17_384));
-        let tau = odometry_delta(EncoderTicks::default(), ticks, &drive);
+        let tau = odometry_delta(EncoderCounts::default(), ticks, &drive);
         assert!((tau.x - 0.799_994_76).abs() < 1e-8);
         assert_eq!(tau.y, 0.0);
         assert!((tau.z - 1.000_088_36).abs() < 1e-8);
@@ -81,17 +81,17 @@ mod tests {
     #[test]
     fn halves_go_away_from_zero() {
         let half_rad = 0.5 * (TAU / 4.0);
-        let ticks = EncoderTicks::from_wheel_angles([half_rad, -half_rad], 4);
+        let ticks = EncoderCounts::from_wheel_angles([half_rad, -half_rad], 4);
         assert_eq!((ticks.left, ticks.right), (1, -1));
-        let odd = EncoderTicks::from_wheel_angles([f64::NAN, f64::INFINITY], 4);
+        let odd = EncoderCounts::from_wheel_angles([f64::NAN, f64::INFINITY], 4);
         assert_eq!((odd.left, odd.right), (0, i64::MAX));
     }
 
     #[test]
     fn a_counter_may_roll_over() {
         let drive = DiffDrive::rusty();
-        let before = EncoderTicks { left: i64::MAX - 1, right: i64::MIN + 1 };
-        let after = EncoderTicks { left: i64::MIN + 1, right: i64::MAX - 1 };
+        let before = EncoderCounts { left: i64::MAX - 1, right: i64::MIN + 1 };
+        let after = EncoderCounts { left: i64::MIN + 1, right: i64::MAX - 1 };
         let tau = odometry_delta(before, after, &drive);
         assert_eq!(tau, drive.tangent(3.0 * tick_length(&drive), -3.0 * tick_length(&drive)));
     }

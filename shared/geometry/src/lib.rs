@@ -46,7 +46,7 @@ pub mod places;
 
 pub use angle::wrap_angle;
 pub use drive::{DiffDrive, Twist, WheelRates};
-pub use encoders::{EncoderTicks, odometry_delta, tick_length};
+pub use encoders::{EncoderCounts, odometry_delta, tick_length};
 pub use fan::Fan;
 pub use gap::Gap;
 pub use material::{Material, MaterialError};

@@ -113,14 +113,14 @@ fn publisher(service: &BeliefService) -> Option<Publisher<Ipc, [WirePose], WireB
 
 /// Somebody who looks on and has no part in the run: nothing of it knows of
 /// them.
-pub struct Onlooker {
+pub struct BeliefViewer {
     beliefs: Beliefs,
     server: Peer,
     _node: Node<Ipc>,
     domain: Domain,
 }
 
-impl Onlooker {
+impl BeliefViewer {
     /// Looks on at a run that is being served.
     ///
     /// # Errors
@@ -138,11 +138,11 @@ impl Onlooker {
     fn enter(run: &RunName) -> Result<Self, LinkError> {
         let domain = Domain::find(run)?;
         let server = Peer::new(domain.server_pid());
-        let node = services::onlooker_node(&domain)?;
+        let node = services::viewer_node(&domain)?;
         let beliefs = Beliefs::to_see(&node);
-        let onlooker = Self { beliefs, server, _node: node, domain };
-        match onlooker.beliefs.is_looking() {
-            true => Ok(onlooker),
+        let viewer = Self { beliefs, server, _node: node, domain };
+        match viewer.beliefs.is_looking() {
+            true => Ok(viewer),
             false => Err(LinkError::Transport {
                 doing: "look on",
                 why: "the run has no service of beliefs that this build reads, or too many look on"
@@ -174,7 +174,7 @@ impl Onlooker {
     }
 }
 
-impl Drop for Onlooker {
+impl Drop for BeliefViewer {
     fn drop(&mut self) {
         if self.server.is_dead() {
             let _ = self.domain.sweep_if_dead();
@@ -223,8 +223,8 @@ mod tests {
         let mut seen = Vec::new();
         {
             let scorer = Beliefs::to_see(&node);
-            let onlooker = Onlooker::open(domain.run()).unwrap();
-            assert!(filter.is_watched() && scorer.is_looking() && !onlooker.is_over());
+            let viewer = BeliefViewer::open(domain.run()).unwrap();
+            assert!(filter.is_watched() && scorer.is_looking() && !viewer.is_over());
             assert_eq!(scorer.next(&mut seen), None);
             for (tick, n) in [(3, 2), (8, 0), (9, MAX_POSES)] {
                 assert!(filter.show(header(tick), &poses(n, tick as f64)));
@@ -232,10 +232,10 @@ mod tests {
                 assert_eq!(scorer.next(&mut seen), Some(expected));
                 assert!(seen == poses(n, tick as f64));
             }
-            // More than fits is cut; the onlooker, who did not look meanwhile,
+            // More than fits is cut; the viewer, who did not look meanwhile,
             // has the latest ones.
             assert!(filter.show(header(10), &poses(MAX_POSES + 1, 0.0)));
-            let later = |seen: &mut Vec<WeightedPose>| onlooker.wait(Duration::ZERO, seen);
+            let later = |seen: &mut Vec<WeightedPose>| viewer.wait(Duration::ZERO, seen);
             assert_eq!(later(&mut seen).map(|h| (h.tick, h.count)), Some((3, 2)));
             assert!(filter.show(header(11), &poses(1, 0.0)));
             let ticks: Vec<u64> = std::iter::from_fn(|| later(&mut seen)).map(|h| h.tick).collect();
@@ -277,8 +277,8 @@ mod tests {
         assert!(!filter.is_watched() && !scorer.is_looking());
         assert!(!filter.show(header(0), &poses(1, 0.0)));
         assert_eq!(scorer.next(&mut Vec::new()), None);
-        let refused = Onlooker::open(domain.run()).err().unwrap().to_string();
+        let refused = BeliefViewer::open(domain.run()).err().unwrap().to_string();
         assert!(refused.contains("no service of beliefs"), "{refused}");
-        assert!(Onlooker::open(&run("nobody")).is_err());
+        assert!(BeliefViewer::open(&run("nobody")).is_err());
     }
 }

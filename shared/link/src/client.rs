@@ -14,7 +14,7 @@ use rusty_contract::{Answer, Credentials, Frame, JoinRequest, RunName, Start};
 
 use crate::belief::Beliefs;
 use crate::borrowed::{BorrowedFrame, BorrowedTally};
-use crate::feed::{Refeed, is_last_word};
+use crate::feed::{Refeed, is_end_of_run};
 use crate::lobby::Lobby;
 use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{LOOKS_BETWEEN_CHECKS, Waiter, may_sleep, monotonic_ns, readable};
@@ -265,7 +265,7 @@ impl ClientLink {
         let sample = self.frames.receive().map_err(LinkError::transport("receive a frame"))?;
         // No tick of the run is out while this one catches up, but its last
         // word may be.
-        let sample = sample.filter(|s| !again || is_last_word(&s.payload().0));
+        let sample = sample.filter(|s| !again || is_end_of_run(&s.payload().0));
         let Some(frame) = sample.map(borrowed) else { return Ok(None) };
         self.check(&frame)?;
         if frame.run_id == self.start.run_id && frame.has_lost(self.start.participant) {

@@ -42,7 +42,7 @@ mod sweep;
 pub mod wait;
 mod wire;
 
-pub use belief::{Beliefs, Onlooker};
+pub use belief::{BeliefViewer, Beliefs};
 pub use borrowed::{BorrowedFrame, BorrowedTally};
 pub use client::{ClientLink, Incoming};
 pub use control::{ControlCall, control};

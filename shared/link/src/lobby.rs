@@ -1,4 +1,4 @@
-//! Before a participant has a seat: finding the run, asking to join it.
+//! Before a participant has a slot: finding the run, asking to join it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -15,7 +15,7 @@ use crate::{Domain, DomainError, LinkError, Peer, WaitPolicy};
 /// How long between two looks for a server that is not there yet.
 const RETRY: Duration = Duration::from_millis(5);
 
-/// A process that has found a run but has no seat in it yet.
+/// A process that has found a run but has no slot in it yet.
 pub(crate) struct Lobby {
     pub(crate) node: Node<Ipc>,
     pub(crate) server: Peer,
@@ -67,7 +67,7 @@ impl Lobby {
         Ok(Self { node, server, wake_server, woken, domain })
     }
 
-    /// Asks for a seat and waits for the reply.
+    /// Asks for a slot and waits for the reply.
     pub(crate) fn ask(
         &self,
         request: &JoinRequest,

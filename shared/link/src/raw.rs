@@ -2,7 +2,7 @@
 //! each looks at it and answers, and so on.
 //!
 //! The services, the types, the number of clients and the way of waiting are
-//! those of a run. There is no world, no digest, no seal, no seat, no ticket:
+//! those of a run. There is no world, no digest, no seal, no slot, no ticket:
 //! what a tick of a run takes beyond this is what the laboratory costs.
 
 use iceoryx2::port::listener::Listener;

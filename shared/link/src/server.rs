@@ -37,7 +37,7 @@ pub struct ServerLink {
     /// When the current wait began: at the last publication.
     waiting_since_ns: u64,
     waiter: Waiter,
-    /// Held for filters and onlookers; `None` takes nothing from the run.
+    /// Held for filters and viewers; `None` takes nothing from the run.
     _beliefs: Option<BeliefService>,
     node: Node<Ipc>,
     /// The folder of the run's shared memory.
@@ -46,7 +46,7 @@ pub struct ServerLink {
     /// How many catch-ups there were: each enciphers its tallies in its own way.
     catch_ups: u32,
     /// Answers of this turn, given back at its end; no others.
-    heard: Vec<Sample<Ipc, WireAnswer, ()>>,
+    received: Vec<Sample<Ipc, WireAnswer, ()>>,
 }
 
 /// The room that a reply needs, in multiples of its length: the transport makes a
@@ -192,7 +192,7 @@ impl ServerLink {
             memory,
             keys,
             catch_ups: 0,
-            heard: Vec::with_capacity(ANSWERS_AT_ONCE),
+            received: Vec::with_capacity(ANSWERS_AT_ONCE),
         })
     }
 
@@ -323,7 +323,7 @@ impl ServerLink {
     /// Takes the answers that are there, and returns how many. Each is copied
     /// out of shared memory once, before anybody looks at it.
     ///
-    /// Whoever sends without end is heard a few times in each turn, and nobody
+    /// Whoever sends without end is received a few times in each turn, and nobody
     /// waits behind it: the transport lends no more than a buffer's worth of one
     /// sender's answers at once, and they are given back when the turn is over.
     ///
@@ -333,21 +333,21 @@ impl ServerLink {
         &mut self,
         mut take: impl FnMut(ReceivedAnswer),
     ) -> Result<usize, LinkError> {
-        while self.heard.len() < ANSWERS_AT_ONCE {
+        while self.received.len() < ANSWERS_AT_ONCE {
             match self.answers.receive() {
                 Ok(Some(sample)) => {
                     let answer = sample.payload().0;
                     let is_signed = self.keys.has_signed_answer(&answer);
                     let forged_by = (!is_signed).then(|| process_of(sample.origin().value()));
                     take(ReceivedAnswer { answer, forged_by });
-                    self.heard.push(sample);
+                    self.received.push(sample);
                 }
                 Ok(None) | Err(ReceiveError::ExceedsMaxBorrows) => break,
                 Err(e) => return Err(LinkError::transport("receive an answer")(e)),
             }
         }
-        let taken = self.heard.len();
-        self.heard.clear();
+        let taken = self.received.len();
+        self.received.clear();
         Ok(taken)
     }
 

@@ -34,8 +34,8 @@ pub(crate) const BUFFER: usize = 4;
 pub const MAX_HELD_FRAMES: usize = BUFFER;
 
 /// Filters that show beliefs, and those who look on at a time. The port of a filter
-/// that was killed keeps its place until the run is swept, that of an onlooker
-/// until the next onlooker comes.
+/// that was killed keeps its place until the run is swept, that of an viewer
+/// until the next viewer comes.
 const MAX_SHOWING: usize = 16;
 const MAX_LOOKING: usize = 6;
 
@@ -99,28 +99,28 @@ pub(crate) fn wire_poses(poses: &[WeightedPose]) -> &[WirePose] {
     unsafe { std::slice::from_raw_parts(poses.as_ptr().cast(), poses.len()) }
 }
 
-/// The name of an onlooker's node.
-const ONLOOKER: &str = "onlooker";
+/// The name of an viewer's node.
+const VIEWER: &str = "viewer";
 
 /// A node in the run's domain, with our own signal handling.
 pub(crate) fn node(domain: &Domain) -> Result<Node<Ipc>, LinkError> {
     named_node(domain, "")
 }
 
-/// The node of an onlooker. Places of onlookers that were killed are freed first:
+/// The node of an viewer. Places of viewers that were killed are freed first:
 /// their nodes have no part in the run, so their removal disturbs no participant.
-pub(crate) fn onlooker_node(domain: &Domain) -> Result<Node<Ipc>, LinkError> {
+pub(crate) fn viewer_node(domain: &Domain) -> Result<Node<Ipc>, LinkError> {
     let config = domain.transport()?;
     // A list that cannot be had frees no place, and the next one may.
     let _ = Node::<Ipc>::list(&config, |state| {
         if let NodeState::Dead(dead) = state
-            && dead.details().as_ref().is_some_and(|of| of.name().as_str() == ONLOOKER)
+            && dead.details().as_ref().is_some_and(|of| of.name().as_str() == VIEWER)
         {
             let _ = dead.blocking_remove_stale_resources(OTHERS_TIME);
         }
         CallbackProgression::Continue
     });
-    named_node(domain, ONLOOKER)
+    named_node(domain, VIEWER)
 }
 
 /// How long another process may take to remove the same dead node.

@@ -18,7 +18,7 @@ impl Times {
         Self { reported_s: series(), observed_s: series() }
     }
 
-    /// Takes the next. An answer that was not observed is left out: a witness that
+    /// Takes the next. An answer that was not observed is left out: a recorder that
     /// catches up receives what it missed without its times.
     pub fn push(&mut self, [reported_ns, observed_ns]: [u64; 2]) {
         if observed_ns > 0 {

@@ -45,7 +45,7 @@ impl Errors {
 
     /// Ticks taken.
     #[must_use]
-    pub fn ticks(&self) -> u64 {
+    pub fn tick_count(&self) -> u64 {
         self.position_m.moments().count()
     }
 
@@ -59,7 +59,7 @@ impl Errors {
     pub fn figures(&mut self) -> Figures {
         let p95_position_error_m = self.position_m.at(0.95);
         let (position_m, heading_rad) = (self.position_m.moments(), self.heading_rad.moments());
-        let some = |value: f64| (self.ticks() > 0).then_some(value);
+        let some = |value: f64| (self.tick_count() > 0).then_some(value);
         Figures {
             final_position_error_m: some(self.last[0]),
             final_heading_error_rad: some(self.last[1]),

@@ -66,7 +66,7 @@ impl Held {
 
     /// How many it were.
     #[must_use]
-    pub fn ticks(&self) -> u64 {
+    pub fn tick_count(&self) -> u64 {
         self.ticks
     }
 }
@@ -118,11 +118,11 @@ mod tests {
         {
             held.push(tick as u64, Some(truth), command);
         }
-        assert_eq!(held.ticks(), 3);
+        assert_eq!(held.tick_count(), 3);
         // Between unknown truths nobody knows.
         held.push(6, None, AHEAD);
         held.push(7, Some(on), AHEAD);
-        assert_eq!(held.ticks(), 3);
+        assert_eq!(held.tick_count(), 3);
     }
 
     #[test]
@@ -137,7 +137,7 @@ mod tests {
         for (tick, truth) in [moved, to, to, moved].into_iter().enumerate() {
             held.push(tick as u64, Some(truth), AHEAD);
         }
-        assert_eq!(held.ticks(), 2);
+        assert_eq!(held.tick_count(), 2);
     }
 
     #[test]

@@ -11,7 +11,7 @@
 //! Everything else (a recording's ticks between two scans, say) is passed over,
 //! and a pair of the relative error is two scored ticks with none between.
 
-use rusty_contract::score::{AbsoluteErrors, Alignment, Score, Told, Within};
+use rusty_contract::score::{AbsoluteErrors, Alignment, PriorKnowledge, Score, Within};
 use rusty_contract::{Estimate, Innovation};
 use rusty_geometry::SE2;
 
@@ -145,7 +145,7 @@ impl Meter {
 
     /// Ticks seen.
     #[must_use]
-    pub fn ticks(&self) -> u64 {
+    pub fn tick_count(&self) -> u64 {
         self.ticks
     }
 
@@ -167,7 +167,11 @@ impl Meter {
     /// driving. `kept` returns the scored ticks of an estimator that are left for the
     /// alignment, which needs all of them at once.
     #[must_use]
-    pub fn scores(&mut self, told: &[Told], kept: impl Fn(usize) -> Vec<Scored>) -> Vec<Score> {
+    pub fn scores(
+        &mut self,
+        told: &[PriorKnowledge],
+        kept: impl Fn(usize) -> Vec<Scored>,
+    ) -> Vec<Score> {
         let (ticks, driven_m) = (self.ticks, self.driven.metres());
         let score = |(i, sums): (usize, &mut Sums)| {
             let mut score = sums.score(ticks, driven_m);
@@ -223,7 +227,7 @@ impl Sums {
         };
         Score {
             name: self.name.clone(),
-            scored_ticks: self.errors.ticks(),
+            scored_ticks: self.errors.tick_count(),
             unscored_ticks: ticks - self.given,
             final_position_error_m: figures.final_position_error_m,
             final_heading_error_deg: figures.final_heading_error_rad.map(f64::to_degrees),

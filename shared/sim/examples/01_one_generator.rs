@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use rusty_contract::{Frame, LidarConfig, RobotConfig, RunConfig, ScriptConfig};
 use rusty_geometry::normal::standard_normal;
-use rusty_geometry::{EncoderTicks, Hit, SE2, Twist, World, apartment, odometry_delta, trig};
+use rusty_geometry::{EncoderCounts, Hit, SE2, Twist, World, apartment, odometry_delta, trig};
 use rusty_sim::{Lidar, Robot, Sim, SimError};
 
 /// A wide circle in the living room.
@@ -68,7 +68,7 @@ fn with_one_generator(beams: u32) -> Result<Path, SimError> {
     let mut draw = || standard_normal(generator.next_u64());
 
     let mut path = Path { truth: Vec::new(), reckoned: config.start };
-    let mut counted = EncoderTicks::default();
+    let mut counted = EncoderCounts::default();
     for tick in 0..config.ticks {
         let slip_z = [draw(), draw()];
         let _ = robot.step(&world, COMMAND, config.dt_s, slip_z);
@@ -91,13 +91,13 @@ fn with_named_streams(beams: u32) -> Result<Path, SimError> {
     let config = config(beams);
     let drive = config.robot.nominal().drive;
     let mut path = Path { truth: Vec::new(), reckoned: config.start };
-    let mut counted = EncoderTicks::default();
+    let mut counted = EncoderCounts::default();
     let mut sim = Sim::new(config)?;
     let mut frame = Frame::boxed();
     for _ in 0..sim.config().ticks {
         let _ = sim.step(Some(COMMAND), &mut frame);
-        path.reckoned = path.reckoned.boxplus(&odometry_delta(counted, frame.ticks(), &drive));
-        counted = frame.ticks();
+        path.reckoned = path.reckoned.boxplus(&odometry_delta(counted, frame.encoders(), &drive));
+        counted = frame.encoders();
         path.truth.push(sim.truth());
     }
     Ok(path)

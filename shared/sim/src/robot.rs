@@ -19,7 +19,7 @@
 //! the other systematic error of J. Borenstein and L. Feng (1996).
 
 use rusty_contract::RobotConfig;
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Twist, World};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Twist, World};
 
 use crate::outcome::StepOutcome;
 
@@ -118,8 +118,8 @@ impl Robot {
     /// What the encoders show: the cumulative angles in whole counts. Rounding
     /// the sum and not the increments keeps the error below one count for ever.
     #[must_use]
-    pub fn encoder_ticks(&self) -> EncoderTicks {
-        EncoderTicks::from_wheel_angles(self.wheel_angles_rad, self.drive.ticks_per_rev)
+    pub fn encoder_ticks(&self) -> EncoderCounts {
+        EncoderCounts::from_wheel_angles(self.wheel_angles_rad, self.drive.ticks_per_rev)
     }
 }
 

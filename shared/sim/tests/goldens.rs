@@ -51,9 +51,7 @@ fn every_script_place_and_material_is_in_the_table() {
     let scripts: BTreeSet<String> =
         GOLDENS.iter().map(|golden| golden.config().script.kind().to_owned()).collect();
     assert!(scripts.len() >= 6);
-    let mut kinds = script_kinds();
-    assert!(kinds.remove("steered-patrol"), "the older name of truth-steered-patrol");
-    assert_eq!(scripts, kinds);
+    assert_eq!(scripts, script_kinds());
 
     let worlds: BTreeSet<String> =
         GOLDENS.iter().map(|golden| golden.config().world.name).collect();

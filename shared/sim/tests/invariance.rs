@@ -4,7 +4,7 @@ mod common;
 
 use common::{config, patrol_start, sim, steered};
 use rusty_contract::{Frame, RunConfig};
-use rusty_geometry::{EncoderTicks, apartment};
+use rusty_geometry::{EncoderCounts, apartment};
 use rusty_sim::noise::LidarNoise;
 use rusty_sim::{Lidar, Sim};
 
@@ -14,7 +14,7 @@ const TICKS: u64 = 120;
 #[derive(Clone, Debug, PartialEq)]
 struct Shown {
     truth: [u64; 3],
-    ticks: EncoderTicks,
+    ticks: EncoderCounts,
     command: [u64; 2],
     scan: Option<Vec<u64>>,
     digest: u64,
@@ -41,7 +41,7 @@ fn show(sim: &mut Sim, frame: &mut Frame) -> Shown {
     let pose = sim.truth();
     Shown {
         truth: [pose.x(), pose.y(), pose.theta()].map(f64::to_bits),
-        ticks: frame.ticks(),
+        ticks: frame.encoders(),
         command: [frame.command().v_m_s, frame.command().omega_rad_s].map(f64::to_bits),
         scan: frame.ranges_m().map(|ranges_m| ranges_m.iter().map(|r| r.to_bits()).collect()),
         digest: frame.observable_digest(),

@@ -42,7 +42,7 @@ fn it_goes_on_from_where_it_is_put_and_its_wheels_know_nothing() {
     let (free, taken) = (run(base()), run(kidnapped(&[(10, to)])));
     for tick in 0..30 {
         let (a, b) = (&free[tick], &taken[tick]);
-        assert_eq!(a.1.ticks(), b.1.ticks(), "the wheels turn as they did");
+        assert_eq!(a.1.encoders(), b.1.encoders(), "the wheels turn as they did");
         assert_eq!(a.0 == b.0, tick < 10);
         if tick >= 10 {
             // The same motion, from another place.

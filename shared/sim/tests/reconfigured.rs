@@ -28,7 +28,7 @@ fn go_on(sim: &mut Sim, ticks: usize) -> Vec<Shown> {
         let _ = sim.step(None, &mut frame);
         let (p, c) = (sim.truth(), frame.command());
         let scan = frame.ranges_m().map(|r| r.iter().map(|r| r.to_bits()).collect());
-        let counts = [frame.ticks().left, frame.ticks().right];
+        let counts = [frame.encoders().left, frame.encoders().right];
         let pose = [p.x(), p.y(), p.theta()].map(f64::to_bits);
         (pose, counts, [c.v_m_s, c.omega_rad_s].map(f64::to_bits), scan)
     };

@@ -164,7 +164,7 @@ impl Stage<'_> {
         let (mut gathered, mut died) = (false, None);
         for round in 0..=total {
             let is_over = || {
-                died = (0..clients).find_map(|seat| children.ended(seat, 0));
+                died = (0..clients).find_map(|slot| children.ended(slot, 0));
                 died.is_some() || self.stop.is_raised()
             };
             // Round 0 gathers; the others are numbered from 1.

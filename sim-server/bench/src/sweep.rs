@@ -16,7 +16,7 @@ use super::report::results_hash;
 use super::results::{Results, Row};
 use crate::error::BenchError;
 use rusty_engine::run::Progress;
-use rusty_study::sweep::{Axis, Plan, Request, Shard, Sweeping};
+use rusty_study::sweep::{Axis, Plan, Request, Shard, SweepJob};
 
 /// Seeds of the larger sweep, that of the chapter.
 const SEEDS: u64 = 500;
@@ -112,7 +112,7 @@ fn plan(seeds: u64, scan_every: u64) -> Result<Plan, BenchError> {
 
 /// One sweep, from its plan to its rows.
 fn sweep(seeds: u64, scan_every: u64, jobs: usize) -> Result<Vec<String>, BenchError> {
-    let sweeping = Sweeping {
+    let sweeping = SweepJob {
         plan: plan(seeds, scan_every)?,
         writer: String::new(),
         jobs,
@@ -121,7 +121,7 @@ fn sweep(seeds: u64, scan_every: u64, jobs: usize) -> Result<Vec<String>, BenchE
         force: false,
         runs_dir: None,
     };
-    let came = sweeping.carry_out(&AtomicBool::new(false), Progress::new(0, true));
+    let came = sweeping.run(&AtomicBool::new(false), Progress::new(0, true));
     let came = came.map_err(BenchError::Sweep)?;
     Ok(came.swept.rows.into_iter().map(|row| row.digest).collect())
 }

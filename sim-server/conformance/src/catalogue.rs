@@ -40,7 +40,7 @@ type Make = fn(&Bench<'_>) -> Result<Verdict, Halt>;
 const ALL: &[Role] = &[Estimator, Driver, Scorer, Logger, Observer];
 const AWAITED: &[Role] = &[Estimator, Driver, Scorer, Logger];
 const ANSWERING: &[Role] = &[Estimator, Driver];
-const WITNESSES: &[Role] = &[Scorer, Logger];
+const RECORDERS: &[Role] = &[Scorer, Logger];
 const TOLD: &[Role] = &[Estimator, Driver, Observer];
 const NOT_AWAITED: &str = "nobody waits for an observer, and what it says is no data";
 const NO_NUMBERS: &str = "only estimators and drivers answer with numbers";
@@ -91,14 +91,14 @@ pub const CATALOGUE: &[Check] = &[
     Check {
         done: "started with --run, --name and --wait",
         expected: "a request to join that tells protocol, layout, name and process",
-        rule: "a client asks for its seat once, in JSON: the protocol version and layout hash it \
+        rule: "a client asks for its slot once, in JSON: the protocol version and layout hash it \
                was built for, the name of --name, the number of its process, how long it looks \
                for frames before it may sleep",
         stands_in: "shared/contract/src/join.rs (JoinRequest)",
         ..about_all("joins", joining::joins)
     },
     Check {
-        done: "given its seat, and no frame",
+        done: "given its slot, and no frame",
         expected: "Ready (answer kind 7) and nothing before it",
         rule: "the first frame is published when everyone has said Ready; frames do not wait for \
                ports that open later",
@@ -106,7 +106,7 @@ pub const CATALOGUE: &[Check] = &[
     },
     Check {
         done: "24 ticks, then the end",
-        expected: "one answer per tick with its run, seat, tick and digest, of a kind that fits \
+        expected: "one answer per tick with its run, slot, tick and digest, of a kind that fits \
                    the role",
         rule: "the answer is the acknowledgement: one per frame, carrying back run_id, tick and \
                digest; estimators estimate or abstain, a driver commands, scorers and loggers \
@@ -187,27 +187,27 @@ pub const CATALOGUE: &[Check] = &[
         rule: "who scores or logs computes the digest of a frame afresh and trusts no run whose \
                frames differ from theirs",
         stands_in: "shared/contract/src/frame.rs (the observable part)",
-        roles: WITNESSES,
+        roles: RECORDERS,
         not_for: "only scorers and loggers must check digests; others send back what they read",
         ..about_all("damaged-digest", disturbances::damaged)
     },
     Check {
-        done: "24 ticks, then the last word: done",
-        expected: "goodbye (answer kind 5), exit code 0",
-        rule: "a frame whose phase is not 0 is the last word: finish, say goodbye, end",
+        done: "24 ticks, then the end of run: done",
+        expected: "leave message (answer kind 5), exit code 0",
+        rule: "a frame whose phase is not 0 is the end of run: finish, leave, end",
         ..about_all("end", endings::done)
     },
     Check {
         done: "interrupted, aborted, and aborted in mid-tick after 5 ticks",
-        expected: "goodbye, no more answers, exit code 0 or 3",
+        expected: "leave message, no more answers, exit code 0 or 3",
         rule: "phase 2 (interrupted) and 3 (aborted) end a run before its last tick; what is \
                there is kept",
         ..about_all("early-end", endings::early)
     },
     Check {
         done: "SIGTERM between two ticks",
-        expected: "goodbye, then its end",
-        rule: "who is asked to stop says goodbye, so that the server need not guess",
+        expected: "leave message, then its end",
+        rule: "who is asked to stop leaves, so that the server need not guess",
         ..about_all("sigterm", endings::sigterm)
     },
     Check {

@@ -78,19 +78,19 @@ impl Client {
             || words.contains("Traceback (most recent call last)")
     }
 
-    /// How it ended: code or signal, and its last words.
+    /// How it ended: code or signal, and its last lines.
     pub(super) fn end(&self) -> String {
         let how = match self.status.map(|s| (s.code(), s.signal())) {
             Some((Some(code), _)) => format!("exit code {code}"),
             Some((_, Some(signal))) => format!("killed by signal {signal}"),
             _ => "it still runs".to_owned(),
         };
-        format!("{how}; its last words: {}", self.last_words())
+        format!("{how}; its last lines: {}", self.last_lines())
     }
 
     /// Its last line on stdout or stderr, or what it panicked with; `none` if it
     /// said nothing.
-    pub(super) fn last_words(&self) -> String {
+    pub(super) fn last_lines(&self) -> String {
         let words = self.words();
         let mut lines = words.lines().map(str::trim).filter(|l| !l.is_empty());
         // What comes after a panic is the way there.

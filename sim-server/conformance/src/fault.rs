@@ -11,7 +11,7 @@ use rusty_engine::run::RunError;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Fault {
     /// It never asked to join.
-    #[error("no request to join within {0:?}; its last words: {1}")]
+    #[error("no request to join within {0:?}; its last lines: {1}")]
     NeverAsked(Duration, String),
     /// Its request is none.
     #[error("{0}")]
@@ -35,8 +35,8 @@ pub enum Fault {
         /// What came instead.
         beside: String,
     },
-    /// It said goodbye too early.
-    #[error("it said goodbye at tick {0}, before the run had ended")]
+    /// It left too early.
+    #[error("it left at tick {0}, before the run had ended")]
     Left(u64),
     /// It said itself that it failed.
     #[error("it reported a failure of its own at tick {tick}{how}")]
@@ -51,15 +51,15 @@ pub enum Fault {
     Ended {
         /// At which point of the run.
         when: String,
-        /// Code or signal, and last words.
+        /// Code or signal, and last lines.
         how: String,
     },
     /// The server that was to be killed did not come so far.
     #[error("the ticks before the kill were not answered; the server says {0:?}")]
     NotPlayed(String),
-    /// It did not say goodbye.
-    #[error("no goodbye (answer kind 5) within {0:?}")]
-    NoGoodbye(Duration),
+    /// It did not leave.
+    #[error("no leave message (answer kind 5) within {0:?}")]
+    NoLeave(Duration),
     /// Its process did not end.
     #[error("its process still ran {0:?} later and was killed")]
     NeverEnded(Duration),

@@ -14,7 +14,7 @@ use rusty_contract::answer::Message;
 use rusty_contract::{
     Answer, Frame, JoinReply, JoinRequest, LogHeader, Phase, Refusal, RunDigest, RunName,
 };
-use rusty_geometry::{EncoderTicks, SE2, Twist};
+use rusty_geometry::{EncoderCounts, SE2, Twist};
 use rusty_link::{Domain, JoinCall, Peer, ReceivedAnswer, ServerLink};
 use rusty_sim::Sim;
 
@@ -23,7 +23,7 @@ use super::client::Client;
 use super::fault::{Fault, Halt};
 use super::setting::{CLIENT_SEAT, Setting};
 use super::spoilt;
-use super::transcript::{Heard, Transcript};
+use super::transcript::{Response, Transcript};
 use rusty_engine::run::RunIdentity;
 
 /// How long an observer, whom nobody waits for, is listened to.
@@ -47,12 +47,12 @@ pub(super) struct Player<'k> {
     /// The frame that was made last.
     pub(super) frame: Box<Frame>,
     digest: RunDigest,
-    companion: (SE2, EncoderTicks),
+    companion: (SE2, EncoderCounts),
     driver: Option<Twist>,
     /// Ticks that are complete.
     closed: u64,
-    /// Digest of the last word, once it was said.
-    last_word: Option<u64>,
+    /// Digest of the end of run, once it was said.
+    end_of_run: Option<u64>,
     inbox: VecDeque<ReceivedAnswer>,
     link: ServerLink,
     _domain: Domain,
@@ -89,7 +89,7 @@ impl<'k> Player<'k> {
             left: false,
             gave_up: false,
             ready: false,
-            companion: (header.config.start, EncoderTicks::default()),
+            companion: (header.config.start, EncoderCounts::default()),
             identity,
             header,
             sim,
@@ -97,7 +97,7 @@ impl<'k> Player<'k> {
             digest: RunDigest::default(),
             driver: None,
             closed: 0,
-            last_word: None,
+            end_of_run: None,
             inbox: VecDeque::new(),
             link,
             _domain: domain,
@@ -126,7 +126,7 @@ impl<'k> Player<'k> {
                 match call.request() {
                     Ok(request) => {
                         let keys = self.link.keys();
-                        // A request for another seat is for the check to refuse.
+                        // A request for another slot is for the check to refuse.
                         let is_signed = request.name != self.kit.name
                             || keys.has_signed_request(&request, CLIENT_SEAT);
                         if !is_signed {
@@ -147,7 +147,7 @@ impl<'k> Player<'k> {
             }
             let now = Instant::now();
             if now >= until {
-                let words = self.client.last_words();
+                let words = self.client.last_lines();
                 return Err(Fault::NeverAsked(self.kit.patience, words).into());
             }
             self.link.pause(|| std::iter::once(&self.peer), until - now);
@@ -161,7 +161,7 @@ impl<'k> Player<'k> {
         Ok(())
     }
 
-    /// Gives the client its seat.
+    /// Gives the client its slot.
     pub(super) fn admit(&mut self, call: JoinCall, request: JoinRequest) -> Result<(), Halt> {
         self.request = Some(request);
         let start = self.identity.start(&self.header, CLIENT_SEAT);
@@ -174,7 +174,7 @@ impl<'k> Player<'k> {
     pub(super) fn until_ready(&mut self) -> Result<(), Halt> {
         let until = Instant::now() + self.kit.patience;
         while !self.ready {
-            match self.hear(until, "before it said Ready")? {
+            match self.receive(until, "before it said Ready")? {
                 None => return Err(Fault::NeverReady(self.kit.patience).into()),
                 Some(_) if self.ready => {}
                 Some(early) => self.said.strays.push(early),
@@ -190,9 +190,9 @@ impl<'k> Player<'k> {
         self.until_ready()
     }
 
-    /// The next thing the client says until `until`. Ready, goodbye and failure
+    /// The next thing the client says until `until`. Ready, leave message and failure
     /// are noted. `when` says where in the run this is.
-    fn hear(&mut self, until: Instant, when: &str) -> Result<Option<Heard>, Halt> {
+    fn receive(&mut self, until: Instant, when: &str) -> Result<Option<Response>, Halt> {
         loop {
             if let Some(answer) = self.next_answer()? {
                 return Ok(Some(self.note(answer)));
@@ -225,16 +225,16 @@ impl<'k> Player<'k> {
         Ok(Some(received.answer))
     }
 
-    fn note(&mut self, answer: Answer) -> Heard {
+    fn note(&mut self, answer: Answer) -> Response {
         let message = answer.message();
         self.waiting_since_ns = answer.sent_ns;
         match message {
             Ok(Message::Ready) => self.ready = true,
-            Ok(Message::Goodbye) => self.left = true,
+            Ok(Message::Leave) => self.left = true,
             Ok(Message::Failed) => self.gave_up = true,
             Ok(Message::Reply(_)) | Err(_) => {}
         }
-        Heard { answer, message, asked: (self.frame.tick(), self.frame.digest()) }
+        Response { answer, message, asked: (self.frame.tick(), self.frame.digest()) }
     }
 
     /// Lets the world move on by a tick, into `frame`.
@@ -282,7 +282,7 @@ impl<'k> Player<'k> {
         let until = Instant::now() + patience;
         let (tick, strays) = (self.frame.tick(), self.said.strays.len());
         loop {
-            let Some(heard) = self.hear(until, &format!("at tick {tick}"))? else {
+            let Some(received) = self.receive(until, &format!("at tick {tick}"))? else {
                 if !self.is_awaited() {
                     return Ok(());
                 }
@@ -292,9 +292,9 @@ impl<'k> Player<'k> {
                 });
                 return Err(Fault::NoAnswer { tick, patience, beside }.into());
             };
-            match heard.message {
+            match received.message {
                 Ok(Message::Ready) => {}
-                Ok(Message::Goodbye) => return Err(Fault::Left(tick).into()),
+                Ok(Message::Leave) => return Err(Fault::Left(tick).into()),
                 Ok(Message::Failed) => {
                     let how = match self.until_ended() {
                         Ok(()) => self.client.end(),
@@ -304,12 +304,13 @@ impl<'k> Player<'k> {
                     return Err(Fault::GaveUp { tick, how: format!("; {how}") }.into());
                 }
                 Ok(Message::Reply(_)) | Err(_) => {
-                    if heard.answer.tick < tick || heard.answer.run_id != self.identity.run_id {
-                        self.said.strays.push(heard);
+                    if received.answer.tick < tick || received.answer.run_id != self.identity.run_id
+                    {
+                        self.said.strays.push(received);
                         continue;
                     }
-                    self.driver = heard.reply().and_then(|r| r.command());
-                    self.said.answers.push(heard);
+                    self.driver = received.reply().and_then(|r| r.command());
+                    self.said.answers.push(received);
                     return Ok(());
                 }
             }
@@ -334,39 +335,39 @@ impl<'k> Player<'k> {
         (0..count).try_for_each(|_| self.tick())
     }
 
-    /// The last word; waits for the goodbye and the end of the process.
+    /// The end of run; waits for the leave message and the end of the process.
     pub(super) fn end(&mut self, phase: Phase) -> Result<(), Halt> {
         let mut last = Frame::boxed();
         last.end(phase, self.closed);
         last.run_id = self.identity.run_id;
-        self.last_word = Some(last.digest());
+        self.end_of_run = Some(last.digest());
         self.show_other(&last)?;
         self.link.wake_all();
-        self.until_goodbye()?;
+        self.until_leave()?;
         self.until_ended()
     }
 
-    /// Whether the client answered the last word, or ticks that there never were.
+    /// Whether the client answered the end of run, or ticks that there never were.
     /// Answers to earlier frames may be on their way when it is said.
-    pub(super) fn answered_last_word(&self) -> bool {
+    pub(super) fn answered_end_of_run(&self) -> bool {
         let newest = self.frame.tick();
-        self.said.strays.iter().any(|heard| {
-            Some(heard.answer.digest_seen) == self.last_word || heard.answer.tick > newest
+        self.said.strays.iter().any(|received| {
+            Some(received.answer.digest_seen) == self.end_of_run || received.answer.tick > newest
         })
     }
 
-    /// Waits for the goodbye.
-    pub(super) fn until_goodbye(&mut self) -> Result<(), Halt> {
+    /// Waits for the leave message.
+    pub(super) fn until_leave(&mut self) -> Result<(), Halt> {
         let until = Instant::now() + self.kit.patience;
         while !self.left {
-            match self.hear(until, "without a goodbye")? {
-                None => return Err(Fault::NoGoodbye(self.kit.patience).into()),
-                Some(heard) if matches!(heard.message, Ok(Message::Reply(_)) | Err(_)) => {
-                    self.said.strays.push(heard);
+            match self.receive(until, "without a leave message")? {
+                None => return Err(Fault::NoLeave(self.kit.patience).into()),
+                Some(received) if matches!(received.message, Ok(Message::Reply(_)) | Err(_)) => {
+                    self.said.strays.push(received);
                 }
                 Some(_) if self.gave_up => {
                     let tick = self.frame.tick();
-                    let how = "; asked was a goodbye".to_owned();
+                    let how = "; asked was a leave message".to_owned();
                     return Err(Fault::GaveUp { tick, how }.into());
                 }
                 Some(_) => {}
@@ -379,9 +380,11 @@ impl<'k> Player<'k> {
     pub(super) fn until_ended(&mut self) -> Result<(), Halt> {
         let until = Instant::now() + self.kit.patience;
         loop {
-            match self.hear(until, "") {
-                Ok(Some(heard)) if matches!(heard.message, Ok(Message::Reply(_)) | Err(_)) => {
-                    self.said.strays.push(heard);
+            match self.receive(until, "") {
+                Ok(Some(received))
+                    if matches!(received.message, Ok(Message::Reply(_)) | Err(_)) =>
+                {
+                    self.said.strays.push(received);
                 }
                 Ok(Some(_)) => {}
                 Ok(None) => return Err(Fault::NeverEnded(self.kit.patience).into()),

@@ -1,14 +1,14 @@
 //! Frames that are not what they should be.
 
 use rusty_contract::{Frame, TruthKey};
-use rusty_geometry::{EncoderTicks, SE2};
+use rusty_geometry::{EncoderCounts, SE2};
 
 /// A frame of the same tick of another run, in which the wheels have turned
 /// much further.
 pub(super) fn foreign(frame: &Frame, key: &TruthKey) -> Box<Frame> {
     let mut other = Box::new(*frame);
-    let EncoderTicks { left, right } = frame.ticks();
-    let ticks = EncoderTicks { left: left + 5000, right: right + 3000 };
+    let EncoderCounts { left, right } = frame.encoders();
+    let ticks = EncoderCounts { left: left + 5000, right: right + 3000 };
     other.begin(frame.tick(), frame.time_s(), ticks, frame.command());
     other.run_id ^= 1;
     other.seal(key, Some(SE2::identity()));
@@ -35,7 +35,7 @@ mod tests {
     fn a_foreign_frame_is_sound_and_a_damaged_one_is_not() {
         let key = TruthKey::from_bytes([5; 32]);
         let mut frame = Frame::boxed();
-        frame.begin(3, 0.08, EncoderTicks { left: 1, right: 2 }, Twist::default());
+        frame.begin(3, 0.08, EncoderCounts { left: 1, right: 2 }, Twist::default());
         frame.seal(&key, Some(SE2::identity()));
         let other = foreign(&frame, &key);
         assert_eq!(other.observable_digest(), other.digest());

@@ -7,7 +7,7 @@ use super::fault::Fault;
 
 /// One thing the client said, and what was asked at that moment.
 #[derive(Clone, Debug)]
-pub(super) struct Heard {
+pub(super) struct Response {
     /// What travelled.
     pub(super) answer: Answer,
     /// What it means.
@@ -20,14 +20,14 @@ pub(super) struct Heard {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Transcript {
     /// The first answer to every tick, in order.
-    pub(super) answers: Vec<Heard>,
+    pub(super) answers: Vec<Response>,
     /// All other answers: second ones, to older ticks, of other runs.
-    pub(super) strays: Vec<Heard>,
+    pub(super) strays: Vec<Response>,
     /// Why the run did not come to its end.
     pub(super) fault: Option<Fault>,
 }
 
-impl Heard {
+impl Response {
     /// The reply, if it is one that can be used.
     pub(super) fn reply(&self) -> Option<Reply> {
         match self.message {

@@ -4,30 +4,30 @@
 //! time is an argument. So it can be driven by a seed, without a process.
 //!
 //! ```text
-//! gathering ── all awaited seats ready ──▶ publish t ──▶ awaiting t
-//!     │                                        ▲             │ all awaited seats answered, or lost
+//! gathering ── all awaited slots ready ──▶ publish t ──▶ awaiting t
+//!     │                                        ▲             │ all awaited slots answered, or lost
 //!     │ join timeout                           └── close t ◀─┘
 //!     ▼                                               │ last tick, interrupt, or a loss that aborts
-//!   ending ── all goodbyes, deaths, or timeout ──▶ finished
+//!   ending ── all leave messages, deaths, or timeout ──▶ finished
 //! ```
 //!
-//! A tick ends only when every awaited seat that is not lost has answered
+//! A tick ends only when every awaited slot that is not lost has answered
 //! *that* tick of *that* run with the digest of the frame it saw. Never
-//! attached, slow, stalled and dead are four different things: a seat that is
+//! attached, slow, stalled and dead are four different things: a slot that is
 //! merely slow gets a notice; the other three are losses, each with its name.
 //!
 //! Where losses are made good (`on_loss = "restart"`), time stands still while
-//! a seat is away: its program is started again, joins, is fed every tick from
-//! the first one on by a way of its own, and answers each (`lockstep/comeback.rs`).
+//! a slot is away: its program is started again, joins, is fed every tick from
+//! the first one on by a way of its own, and answers each (`lockstep/catch_up.rs`).
 
-mod comeback;
-mod hear;
+mod catch_up;
+mod receive;
 mod rules;
-mod seat;
+mod slot;
 
 pub use rules::{Rules, Step};
-pub(crate) use seat::CatchingUp;
-pub use seat::{Loss, LossKind, Seat, SeatState, SeatSummary};
+pub(crate) use slot::CatchingUp;
+pub use slot::{Loss, LossKind, ParticipantState, ParticipantSummary, Slot};
 
 use std::collections::VecDeque;
 
@@ -48,8 +48,8 @@ enum State {
 #[derive(Clone, Debug)]
 pub struct Lockstep {
     rules: Rules,
-    seats: Vec<Seat>,
-    /// Places of the answering seats, in roster order.
+    slots: Vec<Slot>,
+    /// Places of the answering slots, in roster order.
     answering: Vec<usize>,
     state: State,
     /// The tick being worked on.
@@ -58,7 +58,7 @@ pub struct Lockstep {
     digest: u64,
     phase: Phase,
     /// Whoever was there has been told how the run ends.
-    last_word_is_out: bool,
+    end_of_run_is_sent: bool,
     /// What happened and nobody was told yet.
     unsaid: VecDeque<Step>,
 }
@@ -70,38 +70,38 @@ impl Lockstep {
         let answering = |(i, p): (usize, &Participant)| p.answers().then_some(i);
         Self {
             rules,
-            seats: roster.iter().map(Seat::new).collect(),
+            slots: roster.iter().map(Slot::new).collect(),
             answering: roster.iter().enumerate().filter_map(answering).collect(),
             state: State::Gathering { since_ns: now_ns },
             tick: 0,
             digest: 0,
             phase: Phase::Done,
-            last_word_is_out: false,
+            end_of_run_is_sent: false,
             unsaid: VecDeque::new(),
         }
     }
 
-    /// The seats, in roster order.
+    /// The slots, in roster order.
     #[must_use]
-    pub fn seats(&self) -> &[Seat] {
-        &self.seats
+    pub fn slots(&self) -> &[Slot] {
+        &self.slots
     }
 
     /// Places of those who are lost: whoever is among them is told so by the
     /// next frame, should it still be there.
     pub(crate) fn lost(&self) -> impl Iterator<Item = usize> {
-        self.seats.iter().enumerate().filter(|(_, s)| s.loss().is_some()).map(|(i, _)| i)
+        self.slots.iter().enumerate().filter(|(_, s)| s.loss().is_some()).map(|(i, _)| i)
     }
 
     /// Slots of the participants that have joined, the lost included: each of
     /// them believes only a frame that is signed for it.
     pub(crate) fn joined(&self) -> impl Iterator<Item = usize> {
-        self.seats.iter().enumerate().filter(|(_, s)| s.pid != 0).map(|(slot, _)| slot)
+        self.slots.iter().enumerate().filter(|(_, s)| s.pid != 0).map(|(slot, _)| slot)
     }
 
     /// Whether the end of the run was published.
     pub(crate) fn has_ended(&self) -> bool {
-        self.last_word_is_out
+        self.end_of_run_is_sent
     }
 
     /// How the run ends or ended.
@@ -120,7 +120,7 @@ impl Lockstep {
         matches!(self.state, State::Gathering { .. })
     }
 
-    /// Somebody asks to join. Gives it its seat, and a ticket that its answers
+    /// Somebody asks to join. Gives it its slot, and a ticket that its answers
     /// must carry.
     ///
     /// # Errors
@@ -136,32 +136,32 @@ impl Lockstep {
             return Err(Refusal::Ended);
         }
         let name = request.name.clone();
-        let Some(seat) = self.seats.iter().position(|s| s.name == name) else {
-            let roster = self.seats.iter().map(|s| s.name.clone()).collect();
+        let Some(slot) = self.slots.iter().position(|s| s.name == name) else {
+            let roster = self.slots.iter().map(|s| s.name.clone()).collect();
             return Err(Refusal::Unknown { name, roster });
         };
         let published = self.published_ticks();
-        let place = &mut self.seats[seat];
+        let place = &mut self.slots[slot];
         match &place.state {
-            SeatState::Absent => {}
-            SeatState::Away { since_ns, called: true } => {
+            ParticipantState::Absent => {}
+            ParticipantState::Away { since_ns, called: true } => {
                 let since_ns = *since_ns;
                 place.catch_up =
                     Some(CatchingUp { ticks: published, next: 0, sent: None, since_ns });
                 place.restarts += 1;
             }
-            SeatState::Lost(loss) => {
+            ParticipantState::Lost(loss) => {
                 return Err(Refusal::Dropped { name, why: loss.kind.word().to_owned() });
             }
             // An observer may come, go and come again.
-            SeatState::Left if !place.awaited => {}
+            ParticipantState::Left if !place.awaited => {}
             _ => return Err(Refusal::Taken { name, pid: place.pid }),
         }
         place.ticket = ticket;
         place.pid = request.pid;
         place.awake_ns = request.awake_ns;
-        place.state = SeatState::Joined;
-        Ok(seat)
+        place.state = ParticipantState::Joined;
+        Ok(slot)
     }
 
     /// Somebody asks the run to stop.
@@ -184,13 +184,13 @@ impl Lockstep {
     /// The frame of the current tick is out, with this digest.
     pub fn published(&mut self, digest: u64, now_ns: u64) {
         self.digest = digest;
-        for seat in &mut self.seats {
-            seat.reply = None;
-            seat.slow_said = false;
+        for slot in &mut self.slots {
+            slot.reply = None;
+            slot.slow_said = false;
         }
         self.state = match self.state {
             State::Ending { .. } => {
-                self.last_word_is_out = true;
+                self.end_of_run_is_sent = true;
                 State::Ending { since_ns: Some(now_ns) }
             }
             _ => State::Awaiting { since_ns: now_ns },
@@ -198,12 +198,12 @@ impl Lockstep {
     }
 
     /// What to do next at `now_ns`. `describe` says what the kernel knows of a
-    /// seat's process ("it is stopped by a signal"), for messages.
+    /// slot's process ("it is stopped by a signal"), for messages.
     pub fn next(&mut self, now_ns: u64, describe: impl Fn(usize) -> String) -> Step {
         if let Some(step) = self.unsaid.pop_front() {
             return self.said(step, now_ns);
         }
-        if let Some(step) = self.next_comeback(now_ns, &describe) {
+        if let Some(step) = self.next_catch_up(now_ns, &describe) {
             return step;
         }
         match self.state {
@@ -228,36 +228,36 @@ impl Lockstep {
     }
 
     fn next_gathering(&mut self, since: u64, now: u64, describe: impl Fn(usize) -> String) -> Step {
-        let missing = |s: &Seat| {
+        let missing = |s: &Slot| {
             s.awaited
                 && s.catch_up.is_none()
-                && matches!(s.state, SeatState::Absent | SeatState::Joined)
+                && matches!(s.state, ParticipantState::Absent | ParticipantState::Joined)
         };
-        if !self.seats.iter().any(|s| missing(s) || s.is_coming_back()) {
+        if !self.slots.iter().any(|s| missing(s) || s.is_coming_back()) {
             self.state = State::Publishing;
             return Step::Publish(self.tick);
         }
         let until_ns = since.saturating_add(self.rules.join_timeout_ns);
-        if now < until_ns || !self.seats.iter().any(missing) {
+        if now < until_ns || !self.slots.iter().any(missing) {
             let until_ns = if now < until_ns { until_ns } else { u64::MAX };
             return Step::Wait { until_ns: until_ns.min(self.back_by_ns().unwrap_or(u64::MAX)) };
         }
-        for seat in 0..self.seats.len() {
-            if missing(&self.seats[seat]) {
-                let what = match self.seats[seat].state {
-                    SeatState::Absent => "it never asked to join",
+        for slot in 0..self.slots.len() {
+            if missing(&self.slots[slot]) {
+                let what = match self.slots[slot].state {
+                    ParticipantState::Absent => "it never asked to join",
                     _ => "it asked to join but never opened its ports",
                 };
-                self.lose(seat, LossKind::NeverAttached, format!("{what}{}", describe(seat)));
+                self.lose(slot, LossKind::NeverAttached, format!("{what}{}", describe(slot)));
             }
         }
         self.next(now, describe)
     }
 
     fn next_awaiting(&mut self, since: u64, now: u64, describe: impl Fn(usize) -> String) -> Step {
-        let open = |s: &Seat| s.awaited && s.is_up_to_date() && s.reply.is_none();
+        let open = |s: &Slot| s.awaited && s.is_up_to_date() && s.reply.is_none();
         let back_by_ns = self.back_by_ns();
-        if !self.seats.iter().any(open) {
+        if !self.slots.iter().any(open) {
             if let Some(until_ns) = back_by_ns {
                 return Step::Wait { until_ns };
             }
@@ -276,36 +276,36 @@ impl Lockstep {
             let wait = wait(self.rules.answer_timeout_ns);
             return self.slow(open, waited_ns).unwrap_or(wait);
         }
-        for seat in 0..self.seats.len() {
-            if open(&self.seats[seat]) {
+        for slot in 0..self.slots.len() {
+            if open(&self.slots[slot]) {
                 let seconds = self.rules.answer_timeout_ns as f64 * 1e-9;
                 let tick = self.tick;
                 let detail =
-                    format!("no answer to tick {tick} within {seconds} s{}", describe(seat));
-                self.lose(seat, LossKind::Stalled, detail);
+                    format!("no answer to tick {tick} within {seconds} s{}", describe(slot));
+                self.lose(slot, LossKind::Stalled, detail);
             }
         }
         self.next(now, describe)
     }
 
-    /// A notice about the first open seat that has had none in this wait.
-    fn slow(&mut self, open: impl Fn(&Seat) -> bool, waited_ns: u64) -> Option<Step> {
-        let slow = self.seats.iter_mut().enumerate().find(|(_, s)| open(s) && !s.slow_said);
-        let (seat, place) = slow?;
+    /// A notice about the first open slot that has had none in this wait.
+    fn slow(&mut self, open: impl Fn(&Slot) -> bool, waited_ns: u64) -> Option<Step> {
+        let slow = self.slots.iter_mut().enumerate().find(|(_, s)| open(s) && !s.slow_said);
+        let (slot, place) = slow?;
         place.slow_said = true;
         place.slow += 1;
-        Some(Step::Slow { seat, waited_ns })
+        Some(Step::Slow { slot, waited_ns })
     }
 
     fn next_ending(&mut self, since: u64, now: u64) -> Step {
-        let open = |s: &Seat| s.awaited && s.is_present();
-        if !self.seats.iter().any(open) {
+        let open = |s: &Slot| s.awaited && s.is_present();
+        if !self.slots.iter().any(open) {
             self.state = State::Finished;
             return Step::Finished;
         }
         let timeout_ns = match self.phase {
-            Phase::Done => self.rules.goodbye_timeout_ns,
-            _ => self.rules.goodbye_timeout_ns.min(self.rules.early_goodbye_timeout_ns),
+            Phase::Done => self.rules.leave_timeout_ns,
+            _ => self.rules.leave_timeout_ns.min(self.rules.early_leave_timeout_ns),
         };
         let until_ns = since.saturating_add(timeout_ns);
         let waited_ns = now.saturating_sub(since);
@@ -315,24 +315,24 @@ impl Lockstep {
             }
             return self.slow(open, waited_ns).unwrap_or(Step::Wait { until_ns });
         }
-        for seat in 0..self.seats.len() {
-            if open(&self.seats[seat]) {
+        for slot in 0..self.slots.len() {
+            if open(&self.slots[slot]) {
                 let seconds = timeout_ns as f64 * 1e-9;
-                let detail = format!("no goodbye within {seconds:.1} s after the last frame");
-                self.lose(seat, LossKind::Stalled, detail);
+                let detail = format!("no leave message within {seconds:.1} s after the last frame");
+                self.lose(slot, LossKind::Stalled, detail);
             }
         }
         self.next(now, |_| String::new())
     }
 
-    /// Places of the answering seats, in roster order.
+    /// Places of the answering slots, in roster order.
     pub(crate) fn answering(&self) -> &[usize] {
         &self.answering
     }
 
-    /// The replies to the current tick: answering seats only, roster order.
+    /// The replies to the current tick: answering slots only, roster order.
     pub fn replies(&self) -> impl ExactSizeIterator<Item = (usize, Reply)> + Clone {
-        self.answering.iter().map(|&i| (i, self.seats[i].reply.unwrap_or(Reply::Missing)))
+        self.answering.iter().map(|&i| (i, self.slots[i].reply.unwrap_or(Reply::Missing)))
     }
 }
 

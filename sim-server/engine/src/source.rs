@@ -16,7 +16,7 @@ pub trait FrameSource {
     fn header(&self) -> &LogHeader;
 
     /// The number of its ticks.
-    fn ticks(&self) -> u64 {
+    fn tick_count(&self) -> u64 {
         self.header().config.ticks
     }
 

@@ -43,7 +43,7 @@ pub fn record_of(frame: &Frame, truth: SE2) -> TickRecord {
     TickRecord {
         tick: frame.tick(),
         stamp_s: Some(frame.time_s()),
-        ticks: frame.ticks(),
+        ticks: frame.encoders(),
         command: frame.command(),
         truth: Some([truth.x(), truth.y(), truth.theta()]),
         ranges_m: frame.ranges_m().map(<[f64]>::to_vec),
@@ -210,13 +210,13 @@ pub fn reply_text(reply: &Reply) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rusty_geometry::{EncoderTicks, Twist};
+    use rusty_geometry::{EncoderCounts, Twist};
 
     fn record() -> TickRecord {
         TickRecord {
             tick: 3,
             stamp_s: None,
-            ticks: EncoderTicks { left: 5, right: -5 },
+            ticks: EncoderCounts { left: 5, right: -5 },
             command: Twist { v_m_s: 0.5, omega_rad_s: 0.0 },
             truth: Some([1.0, 2.0, 3.0]),
             ranges_m: Some(vec![1.0, 2.5]),

@@ -110,13 +110,13 @@ impl Comparison {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rusty_geometry::{EncoderTicks, SE2, Twist};
+    use rusty_geometry::{EncoderCounts, SE2, Twist};
 
     fn record(replies: Vec<Reply>) -> TickRecord {
         TickRecord {
             tick: 7,
             stamp_s: None,
-            ticks: EncoderTicks::default(),
+            ticks: EncoderCounts::default(),
             command: Twist::default(),
             truth: None,
             ranges_m: None,

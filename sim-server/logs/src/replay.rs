@@ -65,7 +65,7 @@ impl FrameSource for Recording {
         &self.header
     }
 
-    fn ticks(&self) -> u64 {
+    fn tick_count(&self) -> u64 {
         self.ticks
     }
 

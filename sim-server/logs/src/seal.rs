@@ -96,7 +96,7 @@ pub fn seal(log: &Path, blind: &Path, key_file: &Path, by: &str) -> Result<Seale
     let observable_digest = rusty_contract::digest::hex(&key.observable_digest);
     let ticks = key.ticks.len() as u64;
     let header = blind_header(&key.header, observable_digest.clone(), ticks, by);
-    let mut made = Made(Vec::new());
+    let mut made = WrittenFiles(Vec::new());
     let bytes = key.to_bytes()?;
     let mut file = made.create(key_file, 0o600)?;
     file.write_all(&bytes).and_then(|()| file.sync_all()).map_err(io_error(key_file))?;
@@ -123,9 +123,9 @@ pub fn seal(log: &Path, blind: &Path, key_file: &Path, by: &str) -> Result<Seale
 }
 
 /// Files that were made and are removed again unless all goes well.
-struct Made(Vec<PathBuf>);
+struct WrittenFiles(Vec<PathBuf>);
 
-impl Made {
+impl WrittenFiles {
     fn create(&mut self, path: &Path, mode: u32) -> Result<fs::File, SealError> {
         let file = OpenOptions::new().write(true).create_new(true).mode(mode).open(path);
         let file = file.map_err(io_error(path))?;
@@ -134,7 +134,7 @@ impl Made {
     }
 }
 
-impl Drop for Made {
+impl Drop for WrittenFiles {
     fn drop(&mut self) {
         for path in &self.0 {
             let _ = fs::remove_file(path);

@@ -18,7 +18,7 @@ use super::stop_flag;
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "The client is started as a launcher would start it: --run, --name, \
-    --wait and, for\nscorers and loggers, --key-stdin are appended to its arguments.\n\
+    --wait, --launcher\nand --key-stdin are appended to its arguments.\n\
     Exit codes: 0 every check passed, 1 one failed, 2 wrong usage, 3 stopped (Ctrl-C).")]
 pub struct ConformanceArgs {
     /// Role of the client [possible values: estimator, driver, scorer,

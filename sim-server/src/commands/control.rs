@@ -19,7 +19,7 @@ pub struct ControlArgs {
     pub run: RunName,
     /// Request to send
     #[command(subcommand)]
-    pub wish: ControlVerb,
+    pub request: ControlVerb,
     /// Time limit of the reply, s
     #[arg(long, default_value_t = 60.0, value_name = "SECONDS", global = true)]
     pub timeout: f64,
@@ -48,7 +48,7 @@ pub enum ControlVerb {
 
 pub fn run(args: &ControlArgs) -> Result<Exit> {
     check_seconds("--timeout", args.timeout)?;
-    let request = match args.wish {
+    let request = match args.request {
         ControlVerb::Status => ControlRequest::Status,
         ControlVerb::Pause => ControlRequest::Pause,
         ControlVerb::Step { ticks } => ControlRequest::Step(ticks),

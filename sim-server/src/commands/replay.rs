@@ -34,7 +34,7 @@ pub fn run(args: &ReplayArgs) -> Result<Exit> {
         let log = args.log.display();
         errln!("{log}: the checksums of {damaged} records fail; what they hold is suspect");
     }
-    if source.ticks() == 0 {
+    if source.tick_count() == 0 {
         let error = rusty_engine::source::SourceError::Cut {
             ticks: 0,
             at_byte: 0,

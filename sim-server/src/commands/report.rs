@@ -8,7 +8,7 @@ use rusty_contract::log::Finding;
 use rusty_contract::score::{Score, ScoreTable};
 use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, TextTable, Timing, input};
 use rusty_engine::confine::Gate;
-use rusty_engine::lockstep::{Loss, SeatSummary};
+use rusty_engine::lockstep::{Loss, ParticipantSummary};
 use rusty_engine::run::{Outcome, has_content};
 use rusty_logs::comparison::Comparison;
 use rusty_logs::fork::Fork;
@@ -47,7 +47,7 @@ pub struct RunReport {
     /// The report, a page of hypertext; null without a scorer.
     pub report: Option<String>,
     /// In roster order.
-    pub participants: Vec<SeatSummary>,
+    pub participants: Vec<ParticipantSummary>,
     /// How far the kernel confines each participant, by name.
     pub gates: BTreeMap<String, Gate>,
     pub losses: Vec<Loss>,
@@ -99,7 +99,7 @@ impl RunReport {
     ) -> Self {
         let mut remarks: Vec<String> = ended_badly
             .iter()
-            .map(|(seat, how)| format!("{}: {how}", header.roster[*seat].name))
+            .map(|(slot, how)| format!("{}: {how}", header.roster[*slot].name))
             .collect();
         remarks.extend(outcome.remarks.iter().cloned());
         remarks.extend(outcome.source_error.iter().map(ToString::to_string));
@@ -131,7 +131,7 @@ impl RunReport {
             run: name.to_string(),
             seed: header.seed(),
             ticks: outcome.ticks,
-            ticks_planned: source.ticks(),
+            ticks_planned: source.tick_count(),
             ended: how_ended(outcome.phase),
             digest,
             world_digest: outcome.digest.world_hex(),
@@ -144,7 +144,7 @@ impl RunReport {
             scores_file,
             pictures,
             report,
-            participants: outcome.seats.clone(),
+            participants: outcome.slots.clone(),
             gates: BTreeMap::new(),
             losses: outcome.losses.clone(),
             restarts: outcome.restarts.clone(),
@@ -169,11 +169,11 @@ impl RunReport {
         outputs: &[(usize, PathBuf)],
         ended_badly: &[(usize, String)],
     ) -> Self {
-        let lost = |seat: usize| self.losses.iter().chain(&self.restarts).any(|l| l.seat == seat);
-        let named = |seat: usize| lost(seat) || ended_badly.iter().any(|(bad, _)| *bad == seat);
-        let shown = outputs.iter().filter(|(seat, path)| named(*seat) && has_content(path));
-        let entry = |(seat, path): &(usize, PathBuf)| {
-            (header.roster[*seat].name.clone(), path.display().to_string())
+        let lost = |slot: usize| self.losses.iter().chain(&self.restarts).any(|l| l.slot == slot);
+        let named = |slot: usize| lost(slot) || ended_badly.iter().any(|(bad, _)| *bad == slot);
+        let shown = outputs.iter().filter(|(slot, path)| named(*slot) && has_content(path));
+        let entry = |(slot, path): &(usize, PathBuf)| {
+            (header.roster[*slot].name.clone(), path.display().to_string())
         };
         self.outputs = shown.map(entry).collect();
         self

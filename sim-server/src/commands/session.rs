@@ -53,7 +53,7 @@ pub(super) struct RunSession<'a> {
 }
 
 /// A run that was made, before anybody is told of it.
-pub(super) struct Made {
+pub(super) struct FinishedRun {
     pub header: LogHeader,
     pub name: RunName,
     pub out_dir: PathBuf,
@@ -65,7 +65,7 @@ pub(super) struct Made {
 impl RunSession<'_> {
     pub(super) fn run(self, place: RunPlace, source: &mut impl Compare) -> Result<Exit> {
         let made = self.make(place, source)?;
-        let Made { header, name, out_dir, outcome, gates } = &made;
+        let FinishedRun { header, name, out_dir, outcome, gates } = &made;
         let Outcome { ended_badly, outputs, .. } = outcome;
         let report = RunReport::new(header, name, out_dir, outcome, ended_badly, source)
             .with_outputs(header, outputs, ended_badly)
@@ -75,7 +75,7 @@ impl RunSession<'_> {
     }
 
     /// Makes the run, from the first join to the end of run of the last participant.
-    pub(super) fn make(&self, place: RunPlace, source: &mut impl Compare) -> Result<Made> {
+    pub(super) fn make(&self, place: RunPlace, source: &mut impl Compare) -> Result<FinishedRun> {
         let RunPlace { name, folder } = place;
         let args = self.args;
         let header = source.header().clone();
@@ -96,7 +96,7 @@ impl RunSession<'_> {
         let mut folder = folder.take(Marker::new(name.as_str(), &header))?;
         let out_dir = folder.path().to_owned();
         if self.announced {
-            self.first_line(&header, &name, source.ticks());
+            self.first_line(&header, &name, source.tick_count());
             if header.roster.iter().any(|p| !p.sandbox.is_none()) {
                 warn_of_guessable_seed(&header, "a confined participant");
             }
@@ -111,7 +111,7 @@ impl RunSession<'_> {
         };
         // The run is none the worse for it; `runs` then has it as cut short.
         folder.end(end).unwrap_or_else(|e| errln!("{e}"));
-        Ok(Made { header, name, out_dir, outcome, gates })
+        Ok(FinishedRun { header, name, out_dir, outcome, gates })
     }
 
     /// How long an answer, and joining, may take, s.

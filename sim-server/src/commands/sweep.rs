@@ -10,7 +10,7 @@ use rusty_bench::machine::cores;
 use rusty_contract::{Exit, FieldError, errln, outln};
 use rusty_engine::run::Progress;
 use rusty_study::sweep::report::{Report, draw};
-use rusty_study::sweep::{Axis, Came, Plan, Request, Seeds, Shard, Sweeping, Table};
+use rusty_study::sweep::{Axis, Plan, Request, Seeds, Shard, SweepJob, SweepOutcome, Table};
 use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
@@ -114,7 +114,7 @@ pub fn run(args: &SweepArgs) -> Result<Exit> {
     })?;
     let table = args.out.as_deref().map(Table::at).transpose()?;
     let ticks = plan.runs.clone().map(|run| plan.ticks(run)).sum();
-    let sweeping = Sweeping {
+    let sweeping = SweepJob {
         plan,
         writer: WRITER.to_owned(),
         jobs: args.jobs.map_or_else(cores, usize::from),
@@ -132,7 +132,7 @@ pub fn run(args: &SweepArgs) -> Result<Exit> {
             .context("signals")?;
     }
     let progress = Progress::new(ticks, args.quiet || args.output.json);
-    let came = sweeping.carry_out(&stop, progress)?;
+    let came = sweeping.run(&stop, progress)?;
     let complete = came.runs == came.planned && !came.was_complete;
     let report = complete.then(|| Report::of(&came.swept, args.ab.is_some()));
     let pictures = match &args.out {
@@ -187,7 +187,12 @@ struct Document<'a> {
     report: Option<Report>,
 }
 
-fn print(args: &SweepArgs, came: &Came, report: Option<Report>, pictures: &[PathBuf]) -> Exit {
+fn print(
+    args: &SweepArgs,
+    came: &SweepOutcome,
+    report: Option<Report>,
+    pictures: &[PathBuf],
+) -> Exit {
     let interrupted = came.runs < came.planned;
     let shown = |path: &Path| path.display().to_string();
     let per_s = if came.elapsed_s > 0.0 { came.ticks as f64 / came.elapsed_s } else { 0.0 };

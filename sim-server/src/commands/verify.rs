@@ -20,7 +20,7 @@ use rusty_logs::replay::Recording;
 use serde::Serialize;
 
 use super::arguments::{Output, RunArgs};
-use super::session::{Made, RunPlace, RunSession, Starting};
+use super::session::{FinishedRun, RunPlace, RunSession, Starting};
 
 #[derive(Args, Clone, Debug)]
 pub struct VerifyArgs {
@@ -259,7 +259,7 @@ fn run_clients(log: &Path) -> Result<Clients> {
         let field = format!("participant {:?}, command", by_hand.name);
         return Err(FieldError::new(field, "[]", problem, remedy).into());
     }
-    if header.roster.is_empty() || source.ticks() == 0 {
+    if header.roster.is_empty() || source.tick_count() == 0 {
         let remarks = vec!["the log has no answers to compare".to_owned()];
         return Ok(Clients { remarks, ..Clients::default() });
     }
@@ -268,7 +268,7 @@ fn run_clients(log: &Path) -> Result<Clients> {
     gather(&source, &made)
 }
 
-fn play(source: &mut Recording, folder: &Path) -> Result<Made> {
+fn play(source: &mut Recording, folder: &Path) -> Result<FinishedRun> {
     let args = RunArgs {
         run: Some(fresh_name("verify")?),
         out: Some(folder.to_owned()),
@@ -296,7 +296,7 @@ fn play(source: &mut Recording, folder: &Path) -> Result<Made> {
     .make(place, source)
 }
 
-fn gather(source: &Recording, made: &Made) -> Result<Clients> {
+fn gather(source: &Recording, made: &FinishedRun) -> Result<Clients> {
     let outcome = &made.outcome;
     if let Some(loss) = outcome.losses.iter().find(|l| l.tick.is_none()) {
         bail!(
@@ -313,8 +313,8 @@ fn gather(source: &Recording, made: &Made) -> Result<Clients> {
     };
     let remarks = &mut clients.remarks;
     remarks.extend(outcome.source_error.iter().map(ToString::to_string));
-    for (seat, how) in &outcome.ended_badly {
-        remarks.push(format!("{}: {how}", made.header.roster[*seat].name));
+    for (slot, how) in &outcome.ended_badly {
+        remarks.push(format!("{}: {how}", made.header.roster[*slot].name));
     }
     if clients.interrupted {
         remarks.push(format!("the answers were compared up to tick {}", outcome.ticks));

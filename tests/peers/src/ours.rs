@@ -52,7 +52,7 @@ pub fn measure(plan: &ServerPlan) -> Result<Measured, BenchError> {
         }
         (Phase::Interrupted, _) => Err(BenchError::Stopped),
         (_, bad) => {
-            let bad = bad.iter().map(|(seat, how)| format!("client {seat}: {how}"));
+            let bad = bad.iter().map(|(slot, how)| format!("client {slot}: {how}"));
             let lost = outcome.losses.iter().map(ToString::to_string);
             Err(ours(lost.chain(bad).collect::<Vec<_>>().join("; ")))
         }
@@ -80,7 +80,7 @@ pub fn dead_reckoning(args: &ClientArgs) -> Result<(), BenchError> {
     let start = session.start();
     let mut reckoning = DeadReckoning::of_start(start);
     while let Some(tick) = session.next()? {
-        let pose_in_world = reckoning.advance(tick.ticks());
+        let pose_in_world = reckoning.advance(tick.encoders());
         tick.answer(pose_in_world)?;
     }
     Ok(())

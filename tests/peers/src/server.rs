@@ -55,7 +55,7 @@ fn tick(end: &mut dyn ServerEnd, world: &mut World) -> Result<(), BenchError> {
     Ok(())
 }
 
-/// A watchdog that hears of signals to this process.
+/// A watchdog that learns of signals to this process.
 pub fn watch() -> Result<Watched, BenchError> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {

@@ -20,11 +20,11 @@ impl Stop {
     pub fn listen() -> std::io::Result<Self> {
         let stop = Self::default();
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
-        let heard = stop.clone();
+        let received = stop.clone();
         std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
             for _ in signals.forever() {
-                let again = heard.flag.swap(true, Ordering::SeqCst);
-                heard.tell(again);
+                let again = received.flag.swap(true, Ordering::SeqCst);
+                received.tell(again);
             }
         })?;
         Ok(stop)

@@ -52,10 +52,10 @@ impl Watched {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// The last word is out: waits for the clients, and says how those ended
+    /// The end of run is out: waits for the clients, and says how those ended
     /// that did not end well.
     pub fn finish(&self) -> Vec<String> {
-        // The watchdog still ends those who do not hear the last word.
+        // The watchdog still ends those who do not receive the end of run.
         let clients = std::mem::take(&mut *self.lock());
         let mut bad = Vec::new();
         for (place, mut client) in clients.into_iter().enumerate() {
@@ -85,7 +85,7 @@ impl Watched {
             seen = ticks;
             let patience = if self.is_stopped() { SHORT_PATIENCE } else { PATIENCE };
             let problem = match self.ended() {
-                // They end by themselves after the last word, soon.
+                // They end by themselves after the end of run, soon.
                 Some(how) if without >= SHORT_PATIENCE => how,
                 None if without >= patience => "nobody answers".to_owned(),
                 _ => continue,

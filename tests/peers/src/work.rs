@@ -85,7 +85,7 @@ impl World {
         let message = answer.message().map_err(|error| BenchError::Number { tick, error })?;
         let Message::Reply(reply) = message else { return wrong("is no reply") };
         match self.replies.get_mut(place as usize) {
-            Some(seat @ None) => *seat = Some(reply),
+            Some(slot @ None) => *slot = Some(reply),
             Some(Some(_)) => return wrong("came twice"),
             None => return wrong("has no place here"),
         }
@@ -127,7 +127,7 @@ impl Mind {
         answer
     }
 
-    /// What it says to a frame; nothing to the last word.
+    /// What it says to a frame; nothing to the end of run.
     pub fn answer(&mut self, frame: &Frame) -> Result<Option<Answer>, BenchError> {
         let taken_ns = monotonic_ns();
         if frame.phase() != Phase::Tick {
@@ -138,7 +138,7 @@ impl Mind {
             return Err(BenchError::Frame { place, tick, expected });
         }
         self.expected += 1;
-        let reply = Reply::from(self.reckoning.advance(frame.ticks()));
+        let reply = Reply::from(self.reckoning.advance(frame.encoders()));
         reply.check().map_err(|error| BenchError::Number { tick, error })?;
         let mut answer = Answer::carrying(&Message::Reply(reply));
         answer.run_id = frame.run_id;
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_notices_a_frame_out_of_turn_and_the_last_word() {
+    fn a_client_notices_a_frame_out_of_turn_and_the_end_of_run() {
         let config = config(10, false).unwrap();
         let mut world = World::new(config.clone(), 1).unwrap();
         let mut mind = Mind::new(&config, 0);

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::{arg, repository};
 
 /// Entries of a scorer and a logger.
-pub const WITNESSES: &str = "[[participant]]\nname = \"score\"\nrole = \"scorer\"\n\
+pub const RECORDERS: &str = "[[participant]]\nname = \"score\"\nrole = \"scorer\"\n\
     command = [\"score\"]\n[[participant]]\nname = \"logger\"\nrole = \"logger\"\n\
     command = [\"logger\"]\n";
 

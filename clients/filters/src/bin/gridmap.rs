@@ -1,6 +1,6 @@
 //! `gridmap`: builds an occupancy grid from scans and poses.
 
-use rusty_clients::{ClientArgs, run_from, run_witness};
+use rusty_clients::{ClientArgs, run_from, run_recorder};
 use rusty_contract::Exit;
 use rusty_filters::gridmap::{GridMap, GridMapOf, Options, Poses, check_free};
 
@@ -11,7 +11,7 @@ fn main() -> Exit {
             check_free(&args, &options.save)?;
             Ok(GridMap::new(start, &options))
         }),
-        Poses::Truth | Poses::Of(_) => run_witness(&args, |start, brief| {
+        Poses::Truth | Poses::Of(_) => run_recorder(&args, |start, brief| {
             check_free(&args, &options.save)?;
             GridMapOf::new(start, brief, &options)
         }),

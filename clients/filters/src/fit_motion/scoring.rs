@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Matrix4, Vector4};
 use rusty_geometry::trig;
 
-use super::{Alpha, MotionFit, Systematic, Told, Window, Windows};
+use super::{Alpha, Identifiability, MotionFit, Systematic, Window, Windows};
 
 /// It stops once no α moves by more than this of its standard error.
 const SETTLED: f64 = 1e-6;
@@ -142,9 +142,9 @@ fn errors(alphas: &Vector4<f64>, at: &Look, informs: [bool; 4]) -> [Alpha; 4] {
         let std_error = covariance.filter(|_| informs[k]).map(|c| c[(k, k)].sqrt());
         let entangled = |e: &f64| e * information[(k, k)].sqrt() > ENTANGLED;
         match std_error.filter(|e| !entangled(e)) {
-            None => Alpha { value, std_error: None, told: Told::Not },
-            Some(e) if value > 2.0 * e => Alpha { value, std_error, told: Told::Well },
-            Some(_) => Alpha { value, std_error, told: Told::Hardly },
+            None => Alpha { value, std_error: None, told: Identifiability::Not },
+            Some(e) if value > 2.0 * e => Alpha { value, std_error, told: Identifiability::Well },
+            Some(_) => Alpha { value, std_error, told: Identifiability::Hardly },
         }
     })
 }

@@ -3,12 +3,12 @@
 
 use super::*;
 use crate::{OdometryNoise, Random};
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, tick_length, trig};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, tick_length, trig};
 
 /// A robot that drives: what its encoders count, and where it comes.
 struct Drive {
     drive: DiffDrive,
-    counts: EncoderTicks,
+    counts: EncoderCounts,
     pose: SE2,
     windows: Windows,
 }
@@ -17,9 +17,9 @@ impl Drive {
     fn new() -> Self {
         let drive = DiffDrive::rusty();
         let mut windows = Windows::new(drive);
-        windows.tick(EncoderTicks::default(), Some(SE2::identity()));
+        windows.tick(EncoderCounts::default(), Some(SE2::identity()));
         windows.left = Left::default();
-        Self { drive, counts: EncoderTicks::default(), pose: SE2::identity(), windows }
+        Self { drive, counts: EncoderCounts::default(), pose: SE2::identity(), windows }
     }
 
     /// The wheels turn by so many counts; `slips` says where that leads.
@@ -93,7 +93,7 @@ fn samples_of_the_book_s_table_give_their_alphas_again() {
         assert_eq!((fit.windows, fit.left), (4000, Left::default()));
         let off = check(&fit, truth, &format!("seed {seed}"));
         squares.iter_mut().zip(off).for_each(|(sum, off)| *sum += off / 10.0);
-        assert!(fit.alphas.iter().all(|a| a.told == Told::Well), "{fit:?}");
+        assert!(fit.alphas.iter().all(|a| a.told == Identifiability::Well), "{fit:?}");
         assert!(fit.flags().starts_with("--alpha1 ") && fit.flags().contains("--alpha4 "));
     }
     // Errors are as large as they are said to be: χ² with 10 degrees over 10.
@@ -158,17 +158,31 @@ fn what_a_drive_does_not_tell_is_not_made_up() {
     };
     // Straight on: nothing of turns.
     let (told, flags) = drive(|_| (200, 200));
-    assert_eq!(told, [Told::Not, Told::Well, Told::Well, Told::Not]);
+    assert_eq!(
+        told,
+        [Identifiability::Not, Identifiability::Well, Identifiability::Well, Identifiability::Not]
+    );
     assert!(flags.starts_with("--alpha2") && !flags.contains("alpha4"), "{flags}");
     // On the spot: nothing of ways.
     let (told, _) = drive(|_| (-200, 200));
-    assert_eq!(told, [Told::Well, Told::Not, Told::Not, Told::Well]);
+    assert_eq!(
+        told,
+        [Identifiability::Well, Identifiability::Not, Identifiability::Not, Identifiability::Well]
+    );
     // Always the same curve: only sums.
     let (told, flags) = drive(|_| (150, 230));
-    assert_eq!((told, flags.as_str()), ([Told::Not; 4], ""));
+    assert_eq!((told, flags.as_str()), ([Identifiability::Not; 4], ""));
     // Wide curves: hardly anything of turns.
     let (told, _) = drive(|k| if k % 100 < 50 { (190, 210) } else { (200, 200) });
-    assert_eq!(told, [Told::Hardly, Told::Well, Told::Well, Told::Hardly]);
+    assert_eq!(
+        told,
+        [
+            Identifiability::Hardly,
+            Identifiability::Well,
+            Identifiability::Well,
+            Identifiability::Hardly
+        ]
+    );
 }
 
 #[test]

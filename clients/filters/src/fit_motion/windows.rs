@@ -1,7 +1,7 @@
 //! From counts and true poses to errors and what they may come from.
 
 use nalgebra::{Matrix2, Matrix3, Vector2};
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta, tick_length};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, odometry_delta, tick_length};
 use serde::Serialize;
 
 use crate::{Motion, OdometryNoise};
@@ -37,7 +37,7 @@ pub struct Left {
 #[derive(Clone, Debug)]
 pub struct Windows {
     drive: DiffDrive,
-    last: EncoderTicks,
+    last: EncoderCounts,
     /// True pose at the start of the window.
     from: Option<SE2>,
     motions: [Motion; 4],
@@ -66,7 +66,7 @@ impl Windows {
     pub fn new(drive: DiffDrive) -> Self {
         Self {
             drive,
-            last: EncoderTicks::default(),
+            last: EncoderCounts::default(),
             from: None,
             motions: [Motion::default(); 4],
             way_m: 0.0,
@@ -83,7 +83,7 @@ impl Windows {
     }
 
     /// Takes a tick: counts at its end, and the true pose where it is known.
-    pub fn tick(&mut self, counts: EncoderTicks, truth: Option<SE2>) {
+    pub fn tick(&mut self, counts: EncoderCounts, truth: Option<SE2>) {
         let step = odometry_delta(self.last, counts, &self.drive);
         self.last = counts;
         for (k, motion) in self.motions.iter_mut().enumerate() {

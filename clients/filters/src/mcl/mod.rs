@@ -38,7 +38,7 @@ use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::config::LidarConfig;
 use rusty_contract::{BeliefKind, Estimate, Reply, Start, WeightedPose};
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Scan, World};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Scan, World};
 
 pub use free_space::FreeSpace;
 pub use mode::Mode;
@@ -204,7 +204,7 @@ impl Mcl {
     }
 
     /// Takes the encoder counts at the end of a tick.
-    pub fn advance(&mut self, time_s: f64, ticks: EncoderTicks) {
+    pub fn advance(&mut self, time_s: f64, ticks: EncoderCounts) {
         let motion = *self.odometry.advance(ticks);
         let began_s = *self.began_s.get_or_insert(time_s);
         if self.asleep && time_s - began_s >= self.options.from {
@@ -290,7 +290,7 @@ impl Filter for Mcl {
     const SHOWS_BELIEF: bool = true;
 
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
-        self.advance(tick.time_s(), tick.ticks());
+        self.advance(tick.time_s(), tick.encoders());
         if let Some(ranges_m) = tick.ranges_m() {
             self.scan(ranges_m);
         }

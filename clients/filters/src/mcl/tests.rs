@@ -10,7 +10,7 @@ struct Drive {
     robot: Robot,
     scan: Scan,
     truth: SE2,
-    ticks: EncoderTicks,
+    ticks: EncoderCounts,
     random: Random,
     tick: u64,
     ranges_m: Vec<f64>,
@@ -25,7 +25,7 @@ impl Drive {
             robot,
             scan: Scan::new(lidar.fan()),
             truth,
-            ticks: EncoderTicks::default(),
+            ticks: EncoderCounts::default(),
             random: Random::new(99, 99),
             tick: 0,
             ranges_m: vec![0.0; 180],
@@ -117,7 +117,7 @@ fn between_scans_the_wheels_carry_the_answer_on() {
     (0..3).for_each(|_| drive.step(&mut mcl));
     let before = mcl.answer().unwrap();
     let was = drive.ticks;
-    let ticks = EncoderTicks { left: was.left + 4000, right: was.right + 4200 };
+    let ticks = EncoderCounts { left: was.left + 4000, right: was.right + 4200 };
     mcl.advance(1.0, ticks);
     let after = mcl.answer().unwrap();
     let step = odometry_delta(was, ticks, &drive.robot.drive);
@@ -155,7 +155,7 @@ fn scans_of_nothing_and_of_nonsense_are_borne() {
         let bad =
             [vec![], vec![8.0; 180], vec![f64::NAN; 180], vec![1e300; 180], vec![1e-300; 500]];
         for (k, ranges_m) in bad.iter().enumerate() {
-            mcl.advance(k as f64, EncoderTicks { left: 1 << 50, right: -(1 << 50) });
+            mcl.advance(k as f64, EncoderCounts { left: 1 << 50, right: -(1 << 50) });
             mcl.scan(ranges_m);
             if let Some(answer) = mcl.answer() {
                 assert!(Reply::Estimate(answer).check().is_ok(), "{k}: {answer:?}");

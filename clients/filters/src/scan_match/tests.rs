@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 use rusty_contract::Start;
 use rusty_contract::config::LidarConfig;
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Scan, Twist, World, WorldSpec, apartment};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Scan, Twist, World, WorldSpec, apartment};
 
 use super::*;
 use crate::Random;
@@ -32,7 +32,7 @@ impl Robot {
     }
 
     /// Drives for a tick of 0.02 s; the counts at its end.
-    pub(crate) fn drive(&mut self, twist: Twist) -> EncoderTicks {
+    pub(crate) fn drive(&mut self, twist: Twist) -> EncoderCounts {
         let drive = DiffDrive::rusty();
         let rates = drive.wheel_rates(twist);
         let ways = [rates.left_rad_s, rates.right_rad_s].map(|r| 0.02 * r * drive.wheel_radius_m);
@@ -44,7 +44,7 @@ impl Robot {
         self.pose = self.pose.boxplus(&drive.tangent(floor[0], floor[1]));
         let around_m = std::f64::consts::TAU * drive.wheel_radius_m;
         let counts = self.way_m.map(|m| (m / around_m * drive.ticks_per_rev as f64).floor() as i64);
-        EncoderTicks { left: counts[0], right: counts[1] }
+        EncoderCounts { left: counts[0], right: counts[1] }
     }
 
     /// What the laser says.
@@ -176,7 +176,7 @@ fn a_robot_that_stands_stays() {
         ScanMatch::new(&start(&robot.lidar, Some(robot.pose)), &ScanMatchOptions::default());
     let mut keys = 0;
     for _ in 0..50 {
-        filter.advance(EncoderTicks::default());
+        filter.advance(EncoderCounts::default());
         keys += u32::from(filter.scan(&robot.look()).key.is_some());
         assert_eq!(filter.pose(), (SE2::new(8.0, 2.0, 1.0), Matrix3::zeros()));
     }

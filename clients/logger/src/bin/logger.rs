@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use rusty_clients::{ClientArgs, run_witness};
+use rusty_clients::{ClientArgs, run_recorder};
 use rusty_contract::{Exit, errln, outln, output};
 use rusty_logger::{Logger, measure::Measure};
 
@@ -60,7 +60,7 @@ struct MeasureArgs {
 fn main() -> Exit {
     let cli = Cli::parse();
     match cli.verb {
-        None => run_witness(&cli.args, |start, brief| Logger::new(start, brief, &cli.args)),
+        None => run_recorder(&cli.args, |start, brief| Logger::new(start, brief, &cli.args)),
         Some(Verb::Measure(args)) => measure(args),
     }
 }

@@ -13,8 +13,8 @@ answered this one. A tick left without an answer abstains when the loop goes on.
 map and initial pose where they are given.
 
 What leaves the loop before the run is over (``break``, ``sys.exit``, an
-exception) is this client's own failure to the run, and the server hears of it
-at once. Ctrl-C says goodbye instead. A process that its server launched leaves
+exception) is this client's own failure to the run, and the server learns of it
+at once. Ctrl-C leaves instead. A process that its server launched leaves
 its traceback in the run's folder, in ``<name>.txt``. In a notebook a traceback
 keeps the loop's session, so that the run waits for it until its time is over;
 there write ``with rusty.join(run="lab") as session: ...``, which leaves at once.
@@ -90,7 +90,7 @@ _atexit.register(_leave_all)
 _os.register_at_fork(before=_before_fork)
 
 
-class _NobodyJoined(RuntimeError, AttributeError):
+class _NotJoined(RuntimeError, AttributeError):
     """There is no ``rusty.start`` yet; so ``hasattr`` says that, too."""
 
 
@@ -100,5 +100,5 @@ def __getattr__(name: str) -> object:
         try:
             return _last_start()
         except RuntimeError as error:
-            raise _NobodyJoined(str(error)) from None
+            raise _NotJoined(str(error)) from None
     raise AttributeError(f"module 'rusty' has no attribute {name!r}")

@@ -36,7 +36,7 @@ class RunLog:
     ``roster``, ``source``, ``writer``, as in the log's own JSON."""
     time_s: NDArray[np.float64] = field(repr=False)
     """(T,) time at the end of each tick, s."""
-    counts: NDArray[np.int64] = field(repr=False)
+    encoders: NDArray[np.int64] = field(repr=False)
     """(T, 2) cumulative encoder counts, left and right."""
     commands: NDArray[np.float64] = field(repr=False)
     """(T, 2) command applied in each tick, body frame: m/s, rad/s."""

@@ -1,5 +1,5 @@
 """What makes a script a participant like any other program: asked to stop, it
-says goodbye, and what ends it from outside is a line and not a traceback."""
+leaves, and what ends it from outside is a line and not a traceback."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def take_part() -> None:
     if sys.excepthook is not _show:
         _shown = sys.excepthook
         sys.excepthook = _show
-    goodbye_on_interrupt()
+    leave_on_interrupt()
     if threading.current_thread() is threading.main_thread():
         if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             signal.signal(signal.SIGTERM, _terminate)
 
 
-def goodbye_on_interrupt() -> None:
-    """Ctrl-C says goodbye wherever it comes, in the loop's body as well. Only
+def leave_on_interrupt() -> None:
+    """Ctrl-C leaves wherever it comes, in the loop's body as well. Only
     where Python's own handler is in place."""
     if threading.current_thread() is not threading.main_thread():
         return

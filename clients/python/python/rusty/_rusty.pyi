@@ -20,7 +20,7 @@ class Refused(RustyError):
     """The server said no, in its own words."""
 
 class ServerGone(RustyError):
-    """The server ended without a last word."""
+    """The server ended without a end of run."""
 
 class Dropped(RustyError):
     """The run goes on without this participant, which was too slow or answered
@@ -127,13 +127,13 @@ class Tick:
     answer it abstains when the loop goes on."""
 
     @property
-    def number(self) -> int:
+    def index(self) -> int:
         """Number of the tick, from 0."""
     @property
     def time_s(self) -> float:
         """Time at the end of the tick, s."""
     @property
-    def counts(self) -> tuple[int, int]:
+    def encoders(self) -> tuple[int, int]:
         """Encoder counts since the start, (left, right), at the end of the tick."""
     @property
     def command(self) -> tuple[float, float]:
@@ -216,7 +216,7 @@ class Session:
         The interpreter is not held while waiting, and Ctrl-C ends the wait.
 
         Raises:
-            ServerGone: the server ended without a last word.
+            ServerGone: the server ended without a end of run.
             Dropped: the run goes on without this participant.
             RuntimeError: another thread waits, or this process is a fork of the
                 one that joined.
@@ -246,9 +246,9 @@ def join(
     ``--run NAME`` or ``--log PATH``; ``--help`` lists all. ``out``, ``wait`` and
     ``join_timeout`` are then the command line's, too: given here they count for
     nothing. The script is then a program that takes part: asked to stop (SIGTERM,
-    Ctrl-C) it says goodbye, and it prints one line, not a traceback, if it could
+    Ctrl-C) it leaves, and it prints one line, not a traceback, if it could
     not join, was dropped, or the server is gone. With ``run``, Ctrl-C in the main
-    thread says goodbye as well. Signal handlers and an excepthook of its own stay
+    thread leaves as well. Signal handlers and an excepthook of its own stay
     as they are.
 
     Args:
@@ -339,7 +339,7 @@ def odometry_delta(
     encoders, for ``pose.boxplus(...)``.
 
     Args:
-        last_counts: (left, right), as `Tick.counts` has them.
+        last_counts: (left, right), as `Tick.encoders` has them.
         counts: the same, later.
         drive: `Start.robot`, or anything with its `wheel_radius_m`, `track_m` and
             `ticks_per_rev`.

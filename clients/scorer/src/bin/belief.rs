@@ -7,7 +7,7 @@ use std::time::Duration;
 use clap::Parser;
 use rusty_contract::belief::{Summary, tidy};
 use rusty_contract::{BeliefHeader, BeliefKind, Exit, RunName, errln, outln, output};
-use rusty_link::Onlooker;
+use rusty_link::BeliefViewer;
 use serde::Serialize;
 
 /// Show the beliefs of the filters of a run
@@ -72,7 +72,7 @@ fn observe(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
-    let onlooker = Onlooker::open(&cli.run)?;
+    let viewer = BeliefViewer::open(&cli.run)?;
     if !cli.json {
         let columns = "    tick    time s  name                      kind         poses  effective  \
                        mean x m  mean y m   mean °  spread m";
@@ -82,8 +82,8 @@ fn observe(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
     let is_wanted = |lines| output::is_open() && cli.lines.is_none_or(|most| lines < most);
     while !stop.load(Ordering::Relaxed) && is_wanted(lines) {
         // Before the wait, so that the last belief of a run is seen.
-        let over = onlooker.is_over();
-        let Some(header) = onlooker.wait(Duration::from_millis(50), &mut poses) else {
+        let over = viewer.is_over();
+        let Some(header) = viewer.wait(Duration::from_millis(50), &mut poses) else {
             if over {
                 break;
             }

@@ -1,7 +1,7 @@
 //! `score`: compares estimates with the truth and writes the report.
 
 use clap::{Args, Parser};
-use rusty_clients::{ClientArgs, run_witness};
+use rusty_clients::{ClientArgs, run_recorder};
 use rusty_contract::Exit;
 use rusty_contract::score::Within;
 use rusty_metrics::Yardstick;
@@ -83,5 +83,5 @@ fn duration(text: &str) -> Result<f64, String> {
 fn main() -> Exit {
     let Cli { args, judged } = Cli::parse();
     let yardstick = Yardstick::from(judged);
-    run_witness(&args, |_, brief| Scorer::with(yardstick, brief, &args))
+    run_recorder(&args, |_, brief| Scorer::with(yardstick, brief, &args))
 }

@@ -128,7 +128,7 @@ fn draw_map(
         });
     }
     drawing.layer(&Layer::of("start").within(frame), |canvas| {
-        if let Some(pose) = (0..trace.ticks()).find_map(|tick| trace.true_pose(tick)) {
+        if let Some(pose) = (0..trace.tick_count()).find_map(|tick| trace.true_pose(tick)) {
             draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), true);
         }
     });

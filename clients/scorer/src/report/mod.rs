@@ -157,7 +157,7 @@ fn facts(header: &LogHeader, trace: &RunTrace) -> Vec<String> {
     let lidar = &trace.lidar;
     facts.push(format!("{} beams, {} m", lidar.beams, lidar.range_max_m));
     if trace.thinned_from.is_some() {
-        facts.push(format!("paths drawn from {} ticks", trace.ticks()));
+        facts.push(format!("paths drawn from {} ticks", trace.tick_count()));
     }
     if (trace.stops.len() as u64) < ticks {
         facts.push(format!("{} ticks to look at", trace.stops.len()));

@@ -259,7 +259,7 @@ mod tests {
             for list in [trace.truth.len(), trace.estimates[0].len()] {
                 assert_eq!(list, trace.time_s.len());
             }
-            assert!(trace.time_s.is_sorted() && trace.ticks() <= 66);
+            assert!(trace.time_s.is_sorted() && trace.tick_count() <= 66);
         }
     }
 

@@ -37,10 +37,11 @@ impl View {
             core.include(wall.a);
             core.include(wall.b);
         }
-        let truths = (0..trace.ticks()).filter_map(|tick| trace.true_pose(tick));
+        let truths = (0..trace.tick_count()).filter_map(|tick| trace.true_pose(tick));
         truths.for_each(|pose| core.include(place_m(&pose)));
         let believed = || {
-            let all = (0..trace.names.len()).flat_map(|i| (0..trace.ticks()).map(move |k| (i, k)));
+            let all =
+                (0..trace.names.len()).flat_map(|i| (0..trace.tick_count()).map(move |k| (i, k)));
             all.filter_map(|(i, k)| trace.estimate(i, k)).map(|pose| place_m(&pose))
         };
         if core.is_empty() {
@@ -111,7 +112,7 @@ pub(crate) fn draw_marks(
 ) {
     let look = Look::of(estimator, trace.names.len());
     let given = |&tick: &usize| trace.estimate(estimator, tick).is_some();
-    let last = (0..trace.ticks()).rev().find(given);
+    let last = (0..trace.tick_count()).rev().find(given);
     let marks: Vec<(usize, f64)> =
         time.marks(trace, estimator).into_iter().map(|tick| (tick, 4.2)).collect();
     let marks = || marks.iter().copied().chain(last.map(|tick| (tick, 5.4)));
@@ -138,9 +139,9 @@ fn stop_at(trace: &RunTrace, time_s: f64) -> Option<&Stop> {
 
 /// Draws where the robot truly started and stopped.
 pub(crate) fn draw_ends(canvas: &mut Canvas, axes: &Axes, trace: &RunTrace) {
-    let mut ticks = 0..trace.ticks();
+    let mut ticks = 0..trace.tick_count();
     let first = ticks.find_map(|tick| trace.true_pose(tick));
-    let last = (0..trace.ticks()).rev().find_map(|tick| trace.true_pose(tick));
+    let last = (0..trace.tick_count()).rev().find_map(|tick| trace.true_pose(tick));
     for (pose, started) in [(first, true), (last, false)] {
         if let Some(pose) = pose {
             draw_robot(canvas, axes.px(place_m(&pose)), pose.theta(), started);
@@ -230,7 +231,7 @@ fn scan_points_m(trace: &RunTrace) -> Vec<[f64; 2]> {
 
 fn places_m(trace: &RunTrace, pose_at: impl Fn(usize) -> Option<SE2>) -> Vec<(usize, [f64; 2])> {
     let known = |tick| pose_at(tick).map(|pose| (tick, place_m(&pose)));
-    (0..trace.ticks()).filter_map(known).collect()
+    (0..trace.tick_count()).filter_map(known).collect()
 }
 
 /// Where a pose is drawn, m.

@@ -175,12 +175,12 @@ fn of_the_whole_run(trace: &RunTrace, estimator: usize) -> Score {
     let rank = 0.95 * (sorted.len() - 1) as f64;
     let (low, high) = (sorted[rank.floor() as usize], sorted[rank.ceil() as usize]);
     let driven_m = distance_driven_m(trace);
-    let given = (0..trace.ticks()).filter(|&k| trace.estimate(estimator, k).is_some()).count();
+    let given = (0..trace.tick_count()).filter(|&k| trace.estimate(estimator, k).is_some()).count();
     let final_m = ticks.last().map(Scored::position_error_m);
     Score {
         name: trace.names[estimator].clone(),
         scored_ticks: ticks.len() as u64,
-        unscored_ticks: (trace.ticks() - given) as u64,
+        unscored_ticks: (trace.tick_count() - given) as u64,
         final_position_error_m: final_m,
         final_heading_error_deg: ticks.last().map(|s| s.heading_error_rad().abs().to_degrees()),
         final_heading_error_rad: ticks.last().map(|s| s.heading_error_rad().abs()),

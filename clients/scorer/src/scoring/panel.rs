@@ -109,7 +109,7 @@ impl<'a> Panel<'a> {
         if !self.trace.names.is_empty() {
             notes.push("ATE: rmse of the position error. Alignment: none.".to_owned());
         }
-        if !self.trace.names.is_empty() && self.trace.ticks() > 1 {
+        if !self.trace.names.is_empty() && self.trace.tick_count() > 1 {
             let every = time.mark_every_s;
             notes.push(format!("A mark every {} s, the same on map and errors;", seconds(every)));
             notes.push("the large one is the last estimate.".to_owned());

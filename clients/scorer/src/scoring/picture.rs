@@ -162,7 +162,7 @@ fn details(trace: &RunTrace, time: &Timeline) -> String {
         parts.push(format!("{ticks_with_truth} with a known truth"));
     }
     if trace.thinned_from.is_some() {
-        parts.push(format!("{} drawn", trace.ticks()));
+        parts.push(format!("{} drawn", trace.tick_count()));
     }
     if ticks > 1 {
         parts.push(format!("{:.1} s", time.span_s()));

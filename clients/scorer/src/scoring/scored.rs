@@ -8,7 +8,7 @@ use super::trace::RunTrace;
 
 /// The scored ticks of an estimator (index of its name), in order.
 pub(super) fn scored(trace: &RunTrace, estimator: usize) -> impl Iterator<Item = Scored> {
-    (0..trace.ticks()).filter_map(move |tick| {
+    (0..trace.tick_count()).filter_map(move |tick| {
         let truth = trace.true_pose(tick)?;
         let estimate = trace.estimate(estimator, tick)?;
         Some(Scored { tick, truth, estimate })
@@ -20,14 +20,14 @@ pub(super) fn scored(trace: &RunTrace, estimator: usize) -> impl Iterator<Item =
 #[must_use]
 pub fn score(trace: &RunTrace) -> Vec<Score> {
     let planned = Planned {
-        ticks: trace.ticks() as u64,
+        ticks: trace.tick_count() as u64,
         start: trace.start,
         kidnapped_at: trace.kidnapped_at.clone(),
         // What has no seed has stamps of its own.
         began_s: trace.seed.map(|_| 0.0),
     };
     let mut meter = Meter::new(&trace.names, &planned, Yardstick::default());
-    for tick in 0..trace.ticks() {
+    for tick in 0..trace.tick_count() {
         let given =
             |i| Given { estimate: trace.estimate(i, tick).map(Into::into), ..Given::default() };
         let moment =

@@ -59,7 +59,7 @@ impl Timeline {
         let mut ticks: Vec<usize> = scored(trace, estimator).map(|s| s.tick).collect();
         if ticks.is_empty() {
             let given = |&tick: &usize| trace.estimate(estimator, tick).is_some();
-            ticks = (0..trace.ticks()).filter(given).collect();
+            ticks = (0..trace.tick_count()).filter(given).collect();
         }
         let turn = (estimator as f64 + 0.5) / trace.names.len().max(1) as f64;
         let mut due_s = self.range_s[0] + turn * self.mark_every_s;

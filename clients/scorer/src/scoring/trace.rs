@@ -2,7 +2,7 @@
 
 use rusty_contract::config::LidarConfig;
 use rusty_contract::log::LogHeader;
-use rusty_contract::score::Told;
+use rusty_contract::score::PriorKnowledge;
 use rusty_geometry::{SE2, WorldSpec};
 use rusty_metrics::PathLength;
 
@@ -34,7 +34,7 @@ pub struct RunTrace {
     /// Believed pose of the body: outer index as `names`, inner index the tick.
     pub estimates: Vec<Vec<Option<SE2>>>,
     /// What each of them was told.
-    pub told: Vec<Told>,
+    pub told: Vec<PriorKnowledge>,
     /// The true pose before the first tick, where known.
     pub start: Option<SE2>,
     /// The ticks at whose start the robot was put elsewhere.
@@ -79,7 +79,7 @@ impl RunTrace {
             time_s: Vec::new(),
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
-            told: header.answering().map(Told::from).collect(),
+            told: header.answering().map(PriorKnowledge::from).collect(),
             start: header.true_start(),
             kidnapped_at: header.kidnappings().map(|k| k.tick).collect(),
             last_scan: None,
@@ -115,7 +115,7 @@ impl RunTrace {
         estimates: impl Iterator<Item = Option<SE2>>,
     ) {
         if let Some(ranges_m) = scan {
-            let tick = self.ticks();
+            let tick = self.tick_count();
             // One buffer for the whole run: only the last scan is ever drawn.
             let (at, kept) = self.last_scan.get_or_insert_with(Default::default);
             *at = tick;
@@ -134,7 +134,7 @@ impl RunTrace {
     #[must_use]
     pub fn whole(&self) -> Whole {
         self.thinned_from.unwrap_or_else(|| Whole {
-            ticks: self.ticks() as u64,
+            ticks: self.tick_count() as u64,
             ticks_with_truth: self.ticks_with_truth() as u64,
             driven_m: distance_driven_m(self),
         })
@@ -142,14 +142,14 @@ impl RunTrace {
 
     /// How many ticks there are.
     #[must_use]
-    pub fn ticks(&self) -> usize {
+    pub fn tick_count(&self) -> usize {
         self.time_s.len()
     }
 
     /// How many of them have a true pose that can be compared with.
     #[must_use]
     pub fn ticks_with_truth(&self) -> usize {
-        (0..self.ticks()).filter(|&tick| self.true_pose(tick).is_some()).count()
+        (0..self.tick_count()).filter(|&tick| self.true_pose(tick).is_some()).count()
     }
 
     /// The true pose at a tick, if it is known and made of numbers.
@@ -172,7 +172,7 @@ impl RunTrace {
 #[must_use]
 pub fn distance_driven_m(trace: &RunTrace) -> f64 {
     let mut path = PathLength::new(trace.start, trace.kidnapped_at.clone());
-    for tick in 0..trace.ticks() {
+    for tick in 0..trace.tick_count() {
         trace.true_pose(tick).iter().for_each(|pose| path.push(tick as u64, pose));
     }
     path.metres()
@@ -198,7 +198,7 @@ pub(crate) mod tests {
             time_s: Vec::new(),
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
-            told: vec![Told::default(); names.len()],
+            told: vec![PriorKnowledge::default(); names.len()],
             start: None,
             kidnapped_at: Vec::new(),
             last_scan: None,
@@ -241,7 +241,7 @@ pub(crate) mod tests {
         trace.push(0.1, here, Some(&[1.0, 2.0]), [here, None].into_iter());
         trace.push(0.2, None, None, [here].into_iter());
         trace.push(0.3, here, Some(&[3.0]), [None, here, here].into_iter());
-        assert_eq!(trace.ticks(), 3);
+        assert_eq!(trace.tick_count(), 3);
         assert_eq!(trace.ticks_with_truth(), 2);
         assert_eq!(trace.estimates, [[here, here, None], [None, None, here]]);
         assert_eq!(trace.last_scan, Some((2, vec![3.0])));

@@ -196,11 +196,11 @@ mod tests {
     use super::*;
     use crate::log::Source;
     use crate::{RunConfig, Scenario, TruthKey};
-    use rusty_geometry::{EncoderTicks, Twist};
+    use rusty_geometry::{EncoderCounts, Twist};
 
     fn frame(tick: u64) -> Box<Frame> {
         let mut frame = Frame::boxed();
-        frame.begin(tick, 0.1, EncoderTicks::default(), Twist::default());
+        frame.begin(tick, 0.1, EncoderCounts::default(), Twist::default());
         frame.seal(&TruthKey::from_bytes([0; 32]), None);
         frame
     }

@@ -17,7 +17,6 @@ pub enum ScriptConfig {
     /// The same, steered by the server on the true pose, so that the robot
     /// stays in the corridor. The commands go into frame and log, so everyone
     /// who sees them can compute the true pose.
-    #[serde(alias = "steered-patrol")]
     TruthSteeredPatrol(PatrolConfig),
     /// Left circle, right circle, and again.
     FigureEight {

@@ -58,11 +58,11 @@ pub fn observable_of(frame: &Frame) -> u64 {
 mod tests {
     use super::*;
     use crate::truth::TruthKey;
-    use rusty_geometry::{EncoderTicks, SE2, Twist};
+    use rusty_geometry::{EncoderCounts, SE2, Twist};
 
     fn frame(tick: u64, range_m: f64, truth: Option<SE2>) -> Box<Frame> {
         let mut frame = Frame::boxed();
-        frame.begin(tick, 0.02, EncoderTicks { left: 1, right: 2 }, Twist::default());
+        frame.begin(tick, 0.02, EncoderCounts { left: 1, right: 2 }, Twist::default());
         frame.write_scan(2).copy_from_slice(&[1.0, range_m]);
         frame.seal(&TruthKey::from_bytes([7; 32]), truth);
         frame
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn it_hears_frames_and_their_order_but_no_truth() {
+    fn it_receives_frames_and_their_order_but_no_truth() {
         let truth = Some(SE2::new(1.0, 2.0, 3.0));
         let base = digest(&[frame(0, 2.0, truth), frame(1, 3.0, truth)]);
         assert_eq!(base, digest(&[frame(0, 2.0, None), frame(1, 3.0, None)]));

@@ -1,6 +1,6 @@
 //! One tick in a log, and the last line.
 
-use rusty_geometry::{EncoderTicks, SE2, Twist};
+use rusty_geometry::{EncoderCounts, SE2, Twist};
 use serde::{Deserialize, Serialize};
 
 use crate::digest::RunDigest;
@@ -34,7 +34,7 @@ pub struct TickRecord {
     /// Time of the frame where it is not (tick + 1)·dt, s.
     pub stamp_s: Option<f64>,
     /// Cumulative encoder counts.
-    pub ticks: EncoderTicks,
+    pub ticks: EncoderCounts,
     /// Command applied in this tick.
     pub command: Twist,
     /// True pose in the world frame, where known: x m, y m, θ rad.
@@ -53,7 +53,7 @@ pub struct TickRef<'a> {
     /// See [`TickRecord::stamp_s`].
     pub stamp_s: Option<f64>,
     /// See [`TickRecord::ticks`].
-    pub ticks: EncoderTicks,
+    pub ticks: EncoderCounts,
     /// See [`TickRecord::command`].
     pub command: Twist,
     /// See [`TickRecord::truth`].
@@ -85,7 +85,7 @@ impl<'a> TickRef<'a> {
         Self {
             tick: frame.tick(),
             stamp_s: stamped.then(|| frame.time_s()),
-            ticks: frame.ticks(),
+            ticks: frame.encoders(),
             command: frame.command(),
             truth: truth.map(|p| [p.x(), p.y(), p.theta()]),
             ranges_m: frame.ranges_m(),

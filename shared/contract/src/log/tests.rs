@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use rusty_geometry::{EncoderTicks, SE2, Twist};
+use rusty_geometry::{EncoderCounts, SE2, Twist};
 
 use super::*;
 use crate::{Estimate, Frame, Reply, RunConfig, RunDigest, Scenario, TruthKey};
@@ -48,7 +48,7 @@ fn record(tick: u64) -> TickRecord {
     TickRecord {
         tick,
         stamp_s: (tick == 5).then_some(123.456),
-        ticks: EncoderTicks { left: i64::MIN + tick as i64, right: i64::MAX },
+        ticks: EncoderCounts { left: i64::MIN + tick as i64, right: i64::MAX },
         command,
         truth: (tick != 3).then_some([pose.x(), pose.y(), pose.theta()]),
         ranges_m: tick.is_multiple_of(2).then(|| vec![1.0, 8.0, 5e-324]),

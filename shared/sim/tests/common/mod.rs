@@ -3,7 +3,7 @@
 
 use rusty_contract::config::PatrolConfig;
 use rusty_contract::{Frame, LidarConfig, RobotConfig, RunConfig, ScriptConfig};
-use rusty_geometry::{EncoderTicks, SE2, World, odometry_delta, trig};
+use rusty_geometry::{EncoderCounts, SE2, World, odometry_delta, trig};
 use rusty_sim::{Sim, StepOutcome};
 
 /// Rusty without slip, dt = 0.1 s, no scans; for tests to change.
@@ -43,7 +43,7 @@ pub struct Run {
     pub truth: SE2,
     /// The pose that encoders alone give, from the true start.
     pub reckoned: SE2,
-    pub ticks: EncoderTicks,
+    pub ticks: EncoderCounts,
     /// Sum of |v|·dt over the commands as applied, m.
     pub driven_m: f64,
     pub blocked: usize,
@@ -75,7 +75,7 @@ pub fn run(config: RunConfig) -> Run {
     let mut run = Run {
         truth: start,
         reckoned: start,
-        ticks: EncoderTicks::default(),
+        ticks: EncoderCounts::default(),
         driven_m: 0.0,
         blocked: 0,
     };
@@ -84,9 +84,9 @@ pub fn run(config: RunConfig) -> Run {
             run.blocked += 1;
         }
         run.driven_m += frame.command().v_m_s.abs() * dt_s;
-        let delta = odometry_delta(run.ticks, frame.ticks(), &drive);
+        let delta = odometry_delta(run.ticks, frame.encoders(), &drive);
         run.reckoned = run.reckoned.boxplus(&delta);
-        run.ticks = frame.ticks();
+        run.ticks = frame.encoders();
     }
     run.truth = sim.truth();
     run

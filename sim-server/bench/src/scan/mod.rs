@@ -91,7 +91,7 @@ fn label(world: &str, beams: u32) -> String {
     format!("{world}, {beams}")
 }
 
-/// Measures; `on_case` hears the name of each world and the number of beams
+/// Measures; `on_case` receives the name of each world and the number of beams
 /// before their turn, and may look at the machine.
 ///
 /// # Errors
@@ -248,9 +248,10 @@ mod tests {
 
     #[test]
     fn all_ways_see_the_same_and_a_repetition_has_the_same_hashes() {
-        let mut heard = Vec::new();
-        let results = run(&small(), |world, beams| heard.push(format!("{world} {beams}"))).unwrap();
-        assert_eq!(heard.len(), 9);
+        let mut received = Vec::new();
+        let results =
+            run(&small(), |world, beams| received.push(format!("{world} {beams}"))).unwrap();
+        assert_eq!(received.len(), 9);
         let cases: Vec<&str> = results.rows_of(&results.tables[0]).map(|row| &*row.name).collect();
         let expected = small().worlds().into_iter().map(|world| label(&world, 180));
         assert_eq!(cases, expected.collect::<Vec<_>>());

@@ -2,16 +2,16 @@
 
 use rusty_contract::{AnswerError, LidarConfig, Reply, Role, Scenario};
 
-use super::{Made, play};
+use super::{CheckResult, play};
 use crate::Bench;
 use crate::setting::{CLIENT_SEAT, Setting, TICKS};
-use crate::transcript::Heard;
+use crate::transcript::Response;
 use crate::verdict::Verdict;
 
 /// How far two halves of a covariance may differ, as a part of the larger.
 const ASYMMETRY: f64 = 1e-9;
 
-pub(crate) fn every_tick(bench: &Bench<'_>) -> Made {
+pub(crate) fn every_tick(bench: &Bench<'_>) -> CheckResult {
     let said = &bench.undisturbed[0];
     if let Some(fault) = &said.fault {
         return Ok(Verdict::Fail(fault.to_string()));
@@ -24,7 +24,7 @@ pub(crate) fn every_tick(bench: &Bench<'_>) -> Made {
         let tick = first.answer.tick;
         return Ok(Verdict::Fail(format!("{count} more than one per tick, first to tick {tick}")));
     }
-    let replies = || said.answers.iter().filter_map(Heard::reply);
+    let replies = || said.answers.iter().filter_map(Response::reply);
     if bench.kit.role == Role::Driver && replies().all(|r| r.command().is_none()) {
         return Ok(Verdict::Fail("it never gave a command, so the robot never moves".to_owned()));
     }
@@ -35,14 +35,14 @@ pub(crate) fn every_tick(bench: &Bench<'_>) -> Made {
 }
 
 /// What is wrong with the label or the kind of an answer.
-fn label(heard: &Heard, role: Role) -> Option<String> {
-    let Heard { answer, message, asked: (tick, digest) } = heard;
+fn label(received: &Response, role: Role) -> Option<String> {
+    let Response { answer, message, asked: (tick, digest) } = received;
     if answer.tick != *tick {
         return Some(format!("an answer to tick {} where tick {tick} was asked", answer.tick));
     }
     if answer.participant as usize != CLIENT_SEAT {
-        let seat = answer.participant;
-        return Some(format!("tick {tick}: from seat {seat}; Start gave it seat {CLIENT_SEAT}"));
+        let slot = answer.participant;
+        return Some(format!("tick {tick}: from slot {slot}; Start gave it slot {CLIENT_SEAT}"));
     }
     if answer.digest_seen != *digest {
         let seen = answer.digest_seen;
@@ -52,7 +52,7 @@ fn label(heard: &Heard, role: Role) -> Option<String> {
         return Some(format!("tick {tick}: {e}"));
     }
     // Numbers that are none are another check's.
-    let reply = heard.reply()?;
+    let reply = received.reply()?;
     let fits = match role {
         Role::Estimator => matches!(reply, Reply::Estimate(_) | Reply::Abstain),
         Role::Driver => reply != Reply::Taken,
@@ -62,15 +62,15 @@ fn label(heard: &Heard, role: Role) -> Option<String> {
     (!fits).then(|| format!("tick {tick}: {} answered {reply:?}", role.word()))
 }
 
-pub(crate) fn finite(bench: &Bench<'_>) -> Made {
+pub(crate) fn finite(bench: &Bench<'_>) -> CheckResult {
     let said = &bench.undisturbed[0];
     let mut with_covariance = 0;
-    for heard in &said.answers {
-        let tick = heard.asked.0;
-        if let Err(e) = &heard.message {
+    for received in &said.answers {
+        let tick = received.asked.0;
+        if let Err(e) = &received.message {
             return Ok(Verdict::Fail(format!("tick {tick}: {e}")));
         }
-        let covariance = heard.reply().and_then(|r| r.estimate().and_then(|e| e.covariance));
+        let covariance = received.reply().and_then(|r| r.estimate().and_then(|e| e.covariance));
         with_covariance += usize::from(covariance.is_some());
         if let Some((i, j, a, b)) = covariance.and_then(asymmetry) {
             return Ok(Verdict::Fail(format!(
@@ -93,7 +93,7 @@ fn asymmetry(c: [f64; 9]) -> Option<(usize, usize, f64, f64)> {
     })
 }
 
-pub(crate) fn deterministic(bench: &Bench<'_>) -> Made {
+pub(crate) fn deterministic(bench: &Bench<'_>) -> CheckResult {
     let [first, second] = &bench.undisturbed;
     Ok(if let Some(difference) = second.difference(first) {
         Verdict::Fail(difference)
@@ -108,7 +108,7 @@ pub(crate) fn deterministic(bench: &Bench<'_>) -> Made {
 /// Ticks of a run with scans of a strange shape.
 const FEW: u64 = 8;
 
-pub(crate) fn scan_shapes(bench: &Bench<'_>) -> Made {
+pub(crate) fn scan_shapes(bench: &Bench<'_>) -> CheckResult {
     let usual = || Setting::usual(bench.kit.role);
     let shaped = |lidar: LidarConfig, scan_every: u64| Setting {
         scenario: Scenario { lidar, scan_every, ..usual().scenario },

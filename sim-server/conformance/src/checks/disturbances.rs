@@ -6,7 +6,7 @@ use rustix::process::Signal;
 use rusty_contract::Phase;
 use rusty_link::{Peer, PeerState};
 
-use super::{Made, disturbed};
+use super::{CheckResult, disturbed};
 use crate::Bench;
 use crate::fault::{Fault, Halt};
 use crate::player::Player;
@@ -19,7 +19,7 @@ const LATE: [Duration; 2] = [Duration::from_millis(30), Duration::from_millis(20
 /// How long a stopped client is left alone with a frame.
 const STOPPED: Duration = Duration::from_millis(50);
 
-pub(crate) fn late(bench: &Bench<'_>) -> Made {
+pub(crate) fn late(bench: &Bench<'_>) -> CheckResult {
     let (_, verdict) = disturbed(bench, |player, tick| {
         if tick % 6 != 3 {
             return player.tick();
@@ -38,7 +38,7 @@ pub(crate) fn late(bench: &Bench<'_>) -> Made {
     Ok(verdict)
 }
 
-pub(crate) fn doubled(bench: &Bench<'_>) -> Made {
+pub(crate) fn doubled(bench: &Bench<'_>) -> CheckResult {
     let (said, verdict) = disturbed(bench, |player, tick| {
         player.make();
         player.show()?;
@@ -68,7 +68,7 @@ pub(crate) fn doubled(bench: &Bench<'_>) -> Made {
     })
 }
 
-pub(crate) fn foreign(bench: &Bench<'_>) -> Made {
+pub(crate) fn foreign(bench: &Bench<'_>) -> CheckResult {
     let mut foreign_digests = Vec::new();
     let (said, verdict) = disturbed(bench, |player, tick| {
         if tick != 4 && tick != 10 {
@@ -85,15 +85,15 @@ pub(crate) fn foreign(bench: &Bench<'_>) -> Made {
     })?;
     let mut all = said.answers.iter().chain(&said.strays);
     Ok(match all.find(|h| foreign_digests.contains(&h.answer.digest_seen)) {
-        Some(heard) => {
-            let tick = heard.asked.0;
+        Some(received) => {
+            let tick = received.asked.0;
             Verdict::Fail(format!("at tick {tick} it answered the frame of another run"))
         }
         None => verdict,
     })
 }
 
-pub(crate) fn stopped(bench: &Bench<'_>) -> Made {
+pub(crate) fn stopped(bench: &Bench<'_>) -> CheckResult {
     let (_, verdict) = disturbed(bench, |player, tick| {
         if tick != 6 {
             return player.tick();
@@ -122,7 +122,7 @@ fn until_stopped(player: &Player<'_>, patience: Duration) -> Result<(), Halt> {
     Ok(())
 }
 
-pub(crate) fn damaged(bench: &Bench<'_>) -> Made {
+pub(crate) fn damaged(bench: &Bench<'_>) -> CheckResult {
     let kit = bench.kit;
     let folder = kit.folder()?;
     let mut player = Player::open(kit, &Setting::usual(kit.role), folder.path())?;

@@ -3,7 +3,7 @@
 use rustix::process::Signal;
 use rusty_contract::Phase;
 
-use super::Made;
+use super::CheckResult;
 use crate::Bench;
 use crate::dying::DyingServer;
 use crate::fault::Halt;
@@ -11,7 +11,7 @@ use crate::player::Player;
 use crate::setting::{Setting, TICKS};
 use crate::verdict::Verdict;
 
-pub(crate) fn done(bench: &Bench<'_>) -> Made {
+pub(crate) fn done(bench: &Bench<'_>) -> CheckResult {
     let kit = bench.kit;
     let folder = kit.folder()?;
     let mut player = Player::open(kit, &Setting::usual(kit.role), folder.path())?;
@@ -20,12 +20,12 @@ pub(crate) fn done(bench: &Bench<'_>) -> Made {
     player.end(Phase::Done)?;
     let client = &player.client;
     Ok(match client.code() {
-        Some(0) => Verdict::Pass("goodbye, exit code 0".to_owned()),
-        _ => Verdict::Fail(format!("goodbye, then {}", client.end())),
+        Some(0) => Verdict::Pass("leave message, exit code 0".to_owned()),
+        _ => Verdict::Fail(format!("leave message, then {}", client.end())),
     })
 }
 
-pub(crate) fn early(bench: &Bench<'_>) -> Made {
+pub(crate) fn early(bench: &Bench<'_>) -> CheckResult {
     let kit = bench.kit;
     let mut seen = Vec::new();
     let endings = [
@@ -46,8 +46,8 @@ pub(crate) fn early(bench: &Bench<'_>) -> Made {
             Err(Halt::Client(fault)) => return Ok(Verdict::Fail(format!("{how}: {fault}"))),
             ended => ended?,
         }
-        if player.answered_last_word() {
-            return Ok(Verdict::Fail(format!("{how}: it answered the last word")));
+        if player.answered_end_of_run() {
+            return Ok(Verdict::Fail(format!("{how}: it answered the end of run")));
         }
         let client = &player.client;
         match client.code() {
@@ -58,23 +58,25 @@ pub(crate) fn early(bench: &Bench<'_>) -> Made {
     Ok(Verdict::Pass(seen.join(", ")))
 }
 
-pub(crate) fn sigterm(bench: &Bench<'_>) -> Made {
+pub(crate) fn sigterm(bench: &Bench<'_>) -> CheckResult {
     let kit = bench.kit;
     let folder = kit.folder()?;
     let mut player = Player::open(kit, &Setting::usual(kit.role), folder.path())?;
     player.gather()?;
     player.ticks(5)?;
     player.signal(Signal::TERM);
-    player.until_goodbye()?;
+    player.until_leave()?;
     player.until_ended()?;
     let client = &player.client;
     Ok(match client.code() {
-        Some(_) if !client.crashed() => Verdict::Pass(format!("goodbye, then {}", client.end())),
-        _ => Verdict::Fail(format!("goodbye, then {}", client.end())),
+        Some(_) if !client.crashed() => {
+            Verdict::Pass(format!("leave message, then {}", client.end()))
+        }
+        _ => Verdict::Fail(format!("leave message, then {}", client.end())),
     })
 }
 
-pub(crate) fn dying_server(bench: &Bench<'_>) -> Made {
+pub(crate) fn dying_server(bench: &Bench<'_>) -> CheckResult {
     let folder = bench.kit.folder()?;
     let mut server = DyingServer::start(bench.kit, folder.path())?;
     server.until_played()?;

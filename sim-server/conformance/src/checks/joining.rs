@@ -4,7 +4,7 @@ use rusty_contract::layout::layout_hash;
 use rusty_contract::scenario::Access;
 use rusty_contract::{PROTOCOL_VERSION, Phase, Refusal};
 
-use super::Made;
+use super::CheckResult;
 use crate::fault::{Fault, Halt};
 use crate::player::Player;
 use crate::setting::Setting;
@@ -14,7 +14,7 @@ use crate::{Bench, Kit};
 /// What a refused client should repeat.
 const REASON: &str = "the conformance kit refuses everybody once";
 
-pub(crate) fn joins(bench: &Bench<'_>) -> Made {
+pub(crate) fn joins(bench: &Bench<'_>) -> CheckResult {
     let kit = bench.kit;
     let folder = kit.folder()?;
     let mut player = Player::open(kit, &Setting::usual(kit.role), folder.path())?;
@@ -47,7 +47,7 @@ pub(crate) fn joins(bench: &Bench<'_>) -> Made {
     Ok(Verdict::Pass(seen))
 }
 
-pub(crate) fn ready_first(bench: &Bench<'_>) -> Made {
+pub(crate) fn ready_first(bench: &Bench<'_>) -> CheckResult {
     let kit = bench.kit;
     let folder = kit.folder()?;
     let mut player = Player::open(kit, &Setting::usual(kit.role), folder.path())?;
@@ -59,7 +59,7 @@ pub(crate) fn ready_first(bench: &Bench<'_>) -> Made {
     Ok(Verdict::Pass("Ready, first".to_owned()))
 }
 
-pub(crate) fn refused(bench: &Bench<'_>) -> Made {
+pub(crate) fn refused(bench: &Bench<'_>) -> CheckResult {
     let kit = bench.kit;
     let folder = kit.folder()?;
     let mut player = Player::open(kit, &Setting::usual(kit.role), folder.path())?;
@@ -79,17 +79,17 @@ pub(crate) fn refused(bench: &Bench<'_>) -> Made {
     })
 }
 
-pub(crate) fn hidden_map(bench: &Bench<'_>) -> Made {
+pub(crate) fn hidden_map(bench: &Bench<'_>) -> CheckResult {
     let setting = Setting { map: Access::Hidden, ..Setting::usual(bench.kit.role) };
     hidden(bench.kit, &setting)
 }
 
-pub(crate) fn hidden_pose(bench: &Bench<'_>) -> Made {
+pub(crate) fn hidden_pose(bench: &Bench<'_>) -> CheckResult {
     let setting = Setting { initial_pose: Access::Hidden, ..Setting::usual(bench.kit.role) };
     hidden(bench.kit, &setting)
 }
 
-fn hidden(kit: &Kit, setting: &Setting) -> Made {
+fn hidden(kit: &Kit, setting: &Setting) -> CheckResult {
     let folder = kit.folder()?;
     let mut player = Player::open(kit, setting, folder.path())?;
     let played = player.gather().and_then(|()| player.ticks(12));

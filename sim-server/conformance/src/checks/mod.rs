@@ -15,7 +15,7 @@ use super::verdict::Verdict;
 use super::{Bench, Kit};
 
 /// What a check comes to.
-type Made = Result<Verdict, Halt>;
+type CheckResult = Result<Verdict, Halt>;
 
 /// A whole run, `ticks` long; `tick` plays each of them.
 fn play(

@@ -7,23 +7,23 @@ use rusty_geometry::odometry_delta;
 
 use super::Player;
 use crate::fault::Halt;
-use crate::transcript::Heard;
+use crate::transcript::Response;
 
 impl Player<'_> {
     /// Closes the tick: scorers and loggers get its answers.
     pub(crate) fn close(&mut self) -> Result<(), Halt> {
         let delta = odometry_delta(
             self.companion.1,
-            self.frame.ticks(),
+            self.frame.encoders(),
             &self.header.config.robot.nominal().drive,
         );
-        self.companion = (self.companion.0.boxplus(&delta), self.frame.ticks());
+        self.companion = (self.companion.0.boxplus(&delta), self.frame.encoders());
         let reply = Reply::from(self.companion.0);
         let client = self
             .kit
             .role
             .answers()
-            .then(|| self.said.answers.last().and_then(Heard::reply).unwrap_or_default());
+            .then(|| self.said.answers.last().and_then(Response::reply).unwrap_or_default());
         let replies: Vec<Reply> = std::iter::once(reply).chain(client).collect();
         self.digest.absorb_replies(replies.into_iter());
         if self.kit.role.holds_key() {

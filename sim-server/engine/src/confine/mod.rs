@@ -92,7 +92,7 @@
 //!   a scorer, a logger, the next start or `clean`.
 //! * If the server is killed by SIGKILL, it kills nobody: a hostile participant
 //!   can then go on, within its rules.
-//! * It can ask for the seat of another participant of its run. For the seats
+//! * It can ask for the slot of another participant of its run. For the slots
 //!   of scorers and loggers it lacks the key; a map that another estimator is
 //!   given it could read.
 //! * It can learn whether a process exists, and when it ends (`pidfd_open`): so

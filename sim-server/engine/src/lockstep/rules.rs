@@ -17,10 +17,10 @@ pub struct Rules {
     pub join_timeout_ns: u64,
     /// How long an answer may take, ns.
     pub answer_timeout_ns: u64,
-    /// How long a participant may take to say goodbye, ns: a scorer draws.
-    pub goodbye_timeout_ns: u64,
+    /// How long a participant may take to leave, ns: a scorer draws.
+    pub leave_timeout_ns: u64,
     /// The same where the run ends before its last tick, ns.
-    pub early_goodbye_timeout_ns: u64,
+    pub early_leave_timeout_ns: u64,
     /// From when on a missing answer is worth a notice, ns.
     pub slow_after_ns: u64,
 }
@@ -40,8 +40,8 @@ pub enum Step {
     Close(u64),
     /// Somebody is slow. Say so, and go on waiting.
     Slow {
-        /// The seat.
-        seat: usize,
+        /// The slot.
+        slot: usize,
         /// How long it has taken so far, ns.
         waited_ns: u64,
     },
@@ -52,22 +52,22 @@ pub enum Step {
     /// Send this tick again, to one who came back and to nobody else; then
     /// call [`Lockstep::fed`](super::Lockstep::fed).
     Feed {
-        /// The seat.
-        seat: usize,
+        /// The slot.
+        slot: usize,
         /// The tick.
         tick: u64,
     },
     /// One who came back has answered a tick that had its answer already. If
     /// it is another one, say so.
     Echo {
-        /// The seat.
-        seat: usize,
+        /// The slot.
+        slot: usize,
         /// The tick.
         tick: u64,
         /// What it says now.
         reply: Reply,
     },
-    /// Publish the last word.
+    /// Publish the end of run.
     End(Phase),
     /// The run is over.
     Finished,

@@ -14,8 +14,8 @@ fn rules(ticks: u64, on_loss: OnLoss) -> Rules {
         on_loss,
         join_timeout_ns: 1_000,
         answer_timeout_ns: 1_000,
-        goodbye_timeout_ns: 5_000,
-        early_goodbye_timeout_ns: 2_000,
+        leave_timeout_ns: 5_000,
+        early_leave_timeout_ns: 2_000,
         slow_after_ns: 100,
     }
 }
@@ -28,10 +28,10 @@ fn roster() -> Vec<Participant> {
     ]
 }
 
-fn say(seat: u32, tick: u64, digest: u64, message: Message) -> Answer {
+fn say(slot: u32, tick: u64, digest: u64, message: Message) -> Answer {
     let mut answer = Answer::carrying(&message);
     answer.run_id = RUN;
-    answer.participant = seat;
+    answer.participant = slot;
     answer.tick = tick;
     answer.digest_seen = digest;
     answer
@@ -59,17 +59,17 @@ fn a_run_goes_tick_by_tick_to_its_end() {
     for tick in 0..2 {
         assert_eq!(m.next(10, quiet), Step::Publish(tick));
         m.published(5, 10);
-        for seat in 0..3 {
+        for slot in 0..3 {
             assert!(matches!(m.next(11, quiet), Step::Wait { .. }));
-            m.answer(&say(seat, tick, 5, ABSTAIN), 11);
+            m.answer(&say(slot, tick, 5, ABSTAIN), 11);
         }
         assert_eq!(m.next(12, quiet), Step::Close(tick));
     }
     assert_eq!(m.next(13, quiet), Step::End(Phase::Done));
     m.published(0, 13);
     assert!(matches!(m.next(13, quiet), Step::Wait { .. }));
-    for seat in 0..3 {
-        m.answer(&say(seat, 2, 0, Message::Goodbye), 14);
+    for slot in 0..3 {
+        m.answer(&say(slot, 2, 0, Message::Leave), 14);
     }
     assert_eq!(m.next(15, quiet), Step::Finished);
     assert_eq!(m.ticks_done(), 2);
@@ -107,7 +107,7 @@ fn slow_is_a_notice_and_stalled_is_a_loss() {
     m.answer(&say(0, 0, 5, ABSTAIN), 1);
     m.answer(&say(2, 0, 5, ABSTAIN), 1);
     assert_eq!(m.next(50, quiet), Step::Wait { until_ns: 100 });
-    assert_eq!(m.next(150, quiet), Step::Slow { seat: 1, waited_ns: 150 });
+    assert_eq!(m.next(150, quiet), Step::Slow { slot: 1, waited_ns: 150 });
     assert_eq!(m.next(160, quiet), Step::Wait { until_ns: 1_000 });
     let Step::Lost(loss) = m.next(1_000, quiet) else { panic!("no loss") };
     assert_eq!((loss.name.as_str(), loss.kind, loss.tick), ("b", LossKind::Stalled, Some(0)));
@@ -140,8 +140,8 @@ fn what_is_no_answer_is_refused_and_what_is_a_second_one_is_ignored() {
     m.published(5, 0);
     m.answer(&say(0, 0, 5, ABSTAIN), 1);
     m.answer(&say(0, 0, 5, Message::Reply(Reply::Taken)), 1);
-    assert_eq!(m.seats()[0].strays, 1);
-    assert_eq!(m.seats()[0].reply, Some(Reply::Abstain));
+    assert_eq!(m.slots()[0].strays, 1);
+    assert_eq!(m.slots()[0].reply, Some(Reply::Abstain));
     let mut stranger = say(0, 0, 5, ABSTAIN);
     stranger.run_id = 1;
     m.answer(&stranger, 1);
@@ -167,7 +167,7 @@ fn a_nan_is_named() {
 }
 
 #[test]
-fn who_opens_its_ports_after_the_last_word_hears_it_again() {
+fn a_participant_that_opens_its_ports_after_the_end_of_run_receives_it_again() {
     let mut m = Lockstep::new(rules(1, OnLoss::Abort), &roster(), 0);
     for name in ["a", "log"] {
         m.join(&JoinRequest::new(name, 1, 0, "test"), 0).unwrap();
@@ -178,13 +178,13 @@ fn who_opens_its_ports_after_the_last_word_hears_it_again() {
     assert_eq!(loss.name, "b");
     assert_eq!(m.next(2, quiet), Step::End(Phase::Aborted));
     m.published(0, 2);
-    m.answer(&say(0, 0, 0, Message::Goodbye), 3);
+    m.answer(&say(0, 0, 0, Message::Leave), 3);
     // The logger has joined but is not there yet: it is waited for, and told.
     assert!(matches!(m.next(3, quiet), Step::Wait { .. }));
     m.answer(&say(2, 0, 0, Message::Ready), 4);
     assert_eq!(m.next(4, quiet), Step::End(Phase::Aborted));
     m.published(0, 4);
-    m.answer(&say(2, 0, 0, Message::Goodbye), 5);
+    m.answer(&say(2, 0, 0, Message::Leave), 5);
     assert_eq!(m.next(5, quiet), Step::Finished);
 }
 
@@ -203,7 +203,7 @@ fn who_says_ready_again_and_again_does_not_keep_the_run_from_ending() {
 }
 
 #[test]
-fn who_hears_the_last_word_before_it_was_heard_may_say_goodbye() {
+fn a_participant_that_reads_the_end_of_run_before_its_summary_may_leave() {
     let mut m = Lockstep::new(rules(9, OnLoss::Abort), &roster(), 0);
     for (i, name) in ["a", "b"].iter().enumerate() {
         assert_eq!(m.join(&JoinRequest::new(name, 100 + i as u32, 0, "test"), 0), Ok(i));
@@ -212,14 +212,14 @@ fn who_hears_the_last_word_before_it_was_heard_may_say_goodbye() {
     assert!(matches!(m.next(1, quiet), Step::Lost(_)));
     assert_eq!(m.next(1, quiet), Step::End(Phase::Aborted));
     m.published(0, 1);
-    // Its ports were open in time for the last word; both answers come at once.
+    // Its ports were open in time for the end of run; both answers come at once.
     m.answer(&say(1, 0, 0, Message::Ready), 2);
-    m.answer(&say(1, 0, 0, Message::Goodbye), 2);
+    m.answer(&say(1, 0, 0, Message::Leave), 2);
     assert_eq!(m.next(2, quiet), Step::End(Phase::Aborted));
     m.published(0, 2);
     m.died(2, "ended");
     assert_eq!(m.next(3, quiet), Step::Finished);
-    assert_eq!(m.seats()[1].loss(), None);
+    assert_eq!(m.slots()[1].loss(), None);
 }
 
 #[test]
@@ -228,8 +228,8 @@ fn who_is_lost_comes_back_and_is_given_everything_again() {
     for tick in 0..2 {
         assert_eq!(m.next(10, quiet), Step::Publish(tick));
         m.published(40 + tick, 10);
-        for seat in 0..3 {
-            m.answer(&say(seat, tick, 40 + tick, ABSTAIN), 11);
+        for slot in 0..3 {
+            m.answer(&say(slot, tick, 40 + tick, ABSTAIN), 11);
         }
         assert_eq!(m.next(12, quiet), Step::Close(tick));
     }
@@ -244,7 +244,7 @@ fn who_is_lost_comes_back_and_is_given_everything_again() {
     assert_eq!(m.join(&JoinRequest::new("b", 200, 0, "test"), 7), Ok(1));
     // What the dead one had sent before is nobody's answer now.
     m.answer(&say(1, 2, 42, ABSTAIN), 17);
-    assert_eq!(m.seats()[1].strays, 1);
+    assert_eq!(m.slots()[1].strays, 1);
     let again = |tick: u64, message| {
         let mut answer = say(1, tick, 40 + tick, message);
         answer.ticket = 7;
@@ -252,18 +252,18 @@ fn who_is_lost_comes_back_and_is_given_everything_again() {
     };
     m.answer(&again(0, Message::Ready), 17);
     for tick in 0..3 {
-        assert_eq!(m.next(18, quiet), Step::Feed { seat: 1, tick });
+        assert_eq!(m.next(18, quiet), Step::Feed { slot: 1, tick });
         m.fed(1, 40 + tick, 18);
         assert_eq!(m.next(18, quiet), Step::Wait { until_ns: 1_018 });
         m.answer(&again(tick, ABSTAIN), 19);
         if tick < 2 {
-            let echo = Step::Echo { seat: 1, tick, reply: Reply::Abstain };
+            let echo = Step::Echo { slot: 1, tick, reply: Reply::Abstain };
             assert_eq!(m.next(19, quiet), echo);
         }
     }
     assert_eq!(m.next(20, quiet), Step::Close(2));
     assert_eq!(m.next(20, quiet), Step::Publish(3));
-    assert_eq!(m.seats()[1].restarts, 1);
+    assert_eq!(m.slots()[1].restarts, 1);
 }
 
 #[test]

@@ -12,12 +12,12 @@ use super::group::adopt_orphans;
 use super::printed;
 use crate::confine::Gate;
 
-/// How long participants may take to end after their goodbye.
+/// How long participants may take to end after their leave message.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The same for those that nobody misses.
 const SHORT_PATIENCE: Duration = Duration::from_millis(300);
 /// The same for those that reported a failure: an interpreter writes down what
-/// happened and takes itself apart before it ends, and its last words are wanted.
+/// happened and takes itself apart before it ends, and its last lines are wanted.
 const FAILED_PATIENCE: Duration = Duration::from_secs(3);
 
 /// How a participant left the run, for how long its process is waited for.

@@ -72,14 +72,14 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Whether this process has a seat, or belongs to one that was started here.
+    /// Whether this process has a slot, or belongs to one that was started here.
     fn is_of_a_participant(&self, pid: u32) -> bool {
         let group = i32::try_from(pid).ok().and_then(Pid::from_raw).and_then(|pid| {
             let group = getpgid(Some(pid)).ok()?;
             u32::try_from(group.as_raw_pid()).ok()
         });
         pid == 0
-            || self.lockstep.seats().iter().any(|s| s.pid == pid)
+            || self.lockstep.slots().iter().any(|s| s.pid == pid)
             || self.participants.children.processes().any(|leader| Some(leader) == group)
     }
 
@@ -88,7 +88,7 @@ impl Run<'_> {
             run: self.domain.run().to_string(),
             paused: self.pacer.is_paused() && !self.lockstep.has_ended(),
             ticks_done,
-            ticks: self.source.ticks(),
+            ticks: self.source.tick_count(),
         })
     }
 
@@ -97,7 +97,7 @@ impl Run<'_> {
         if self.control.steps.is_empty() {
             return;
         }
-        let ended = self.lockstep.has_ended() || ticks_done == self.source.ticks();
+        let ended = self.lockstep.has_ended() || ticks_done == self.source.tick_count();
         for step in std::mem::take(&mut self.control.steps) {
             if ended || step.when <= ticks_done {
                 let status = self.status(ticks_done);

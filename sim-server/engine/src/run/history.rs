@@ -3,7 +3,7 @@
 
 use rusty_contract::Reply;
 
-/// Replies of the answering seats, tick by tick. They are kept in memory for as
+/// Replies of the answering slots, tick by tick. They are kept in memory for as
 /// long as the run lasts, in the log's encoding: a tick takes 8 bytes and an
 /// estimate in it 26, 72 more with its covariance, 9 or more with its innovation.
 /// It is the one thing of a run that grows with its ticks: with one estimator, 34

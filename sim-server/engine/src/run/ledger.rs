@@ -98,9 +98,9 @@ impl Ledger {
         self.has_key_holders.then_some(move |tally: &mut Tally| {
             self.chain.begin_tally(tally, tick);
             for (slot, _) in lockstep.replies() {
-                let seat = &lockstep.seats()[slot];
-                tally.push(match seat.reply {
-                    Some(_) => TallyEntry::answered(seat.last, seat.latency_ns),
+                let state = &lockstep.slots()[slot];
+                tally.push(match state.reply {
+                    Some(_) => TallyEntry::answered(state.last, state.latency_ns),
                     None => TallyEntry::missing(slot as u32),
                 });
             }

@@ -5,7 +5,7 @@ use rusty_contract::{JoinReply, JoinRequest, MAX_PARTICIPANTS, PROTOCOL_VERSION,
 use rusty_link::{Domain, JoinCall, LinkError, Peer, ReceivedAnswer, monotonic_ns};
 
 use super::Run;
-use crate::lockstep::SeatState;
+use crate::lockstep::ParticipantState;
 
 /// Refusals that are reported: a client that asks without end fills no disk.
 const REFUSALS_REPORTED: u32 = 50;
@@ -14,9 +14,9 @@ impl Run<'_> {
     pub(super) fn listen(&mut self, at_most_ns: u64) -> Result<(), LinkError> {
         // Answers without end keep no check from being made.
         let is_idle = self.take_answers()? == 0;
-        let (peers, seats) = (&self.participants.peers, self.lockstep.seats());
+        let (peers, slots) = (&self.participants.peers, self.lockstep.slots());
         // One whose end is known would end every wait at once.
-        let present = || peers.iter().zip(seats).filter(|(_, s)| s.is_present());
+        let present = || peers.iter().zip(slots).filter(|(_, s)| s.is_present());
         let peers = || present().filter_map(|(p, _)| p.as_ref());
         if self.wire.pause(is_idle, peers, at_most_ns) || self.lockstep.is_gathering() {
             // First what came while this process did not run: who answered in
@@ -53,7 +53,7 @@ impl Run<'_> {
     }
 
     pub(super) fn take_joins(&mut self) -> Result<(), LinkError> {
-        // As many as can be seated; who asks without end is heard in turns.
+        // As many as can be seated; who asks without end is received in turns.
         for _ in 0..MAX_PARTICIPANTS {
             let Some(call) = self.wire.link.next_join()? else { break };
             self.admit(call)?;
@@ -67,14 +67,14 @@ impl Run<'_> {
         let ticket = getrandom::u32().unwrap_or(self.wire.looks);
         let seated =
             call.request().and_then(|r| self.check_signature(&r).map(|()| r)).and_then(|r| {
-                let seat = self.lockstep.join(&r, ticket)?;
-                Ok((seat, r))
+                let slot = self.lockstep.join(&r, ticket)?;
+                Ok((slot, r))
             });
         let reply = match seated {
-            Ok((seat, request)) => {
-                self.participants.peers[seat] = Some(Peer::new(request.pid));
-                let catch_up = self.catch_up(seat)?;
-                let start = self.identity.start(self.source.header(), seat);
+            Ok((slot, request)) => {
+                self.participants.peers[slot] = Some(Peer::new(request.pid));
+                let catch_up = self.catch_up(slot)?;
+                let start = self.identity.start(self.source.header(), slot);
                 JoinReply::Start(Box::new(Start { ticket, catch_up, ..start }))
             }
             Err(refusal) => {
@@ -86,7 +86,7 @@ impl Run<'_> {
             }
         };
         if let Err(e) = call.reply(&reply) {
-            // The caller is gone; if it had a seat, its death shows next.
+            // The caller is gone; if it had a slot, its death shows next.
             self.progress.say(&format!("a client left while it was being answered ({e})"));
         }
         Ok(())
@@ -98,7 +98,7 @@ impl Run<'_> {
     fn check_signature(&self, request: &JoinRequest) -> Result<(), Refusal> {
         let speaks_the_same =
             request.protocol == PROTOCOL_VERSION && request.layout == layout_hash();
-        let slot = self.lockstep.seats().iter().position(|s| s.name == request.name);
+        let slot = self.lockstep.slots().iter().position(|s| s.name == request.name);
         let (true, Some(slot)) = (speaks_the_same, slot) else { return Ok(()) };
         let (name, pid) = (request.name.clone(), request.pid);
         if !self.wire.link.keys().has_signed_request(request, slot) {
@@ -112,24 +112,27 @@ impl Run<'_> {
     }
 
     fn look_for_deaths(&mut self) -> Result<(), LinkError> {
-        for seat in 0..self.participants.peers.len() {
-            if matches!(self.lockstep.seats()[seat].state, SeatState::Left | SeatState::Lost(_)) {
+        for slot in 0..self.participants.peers.len() {
+            if matches!(
+                self.lockstep.slots()[slot].state,
+                ParticipantState::Left | ParticipantState::Lost(_)
+            ) {
                 continue;
             }
-            // A seat that was taken again by hand is no longer the child's.
-            let pid = self.lockstep.seats()[seat].pid;
-            let child = self.participants.children.ended(seat, pid);
-            let joined_dead = self.participants.peers[seat].as_ref().is_some_and(Peer::is_dead);
+            // A slot that was taken again by hand is no longer the child's.
+            let pid = self.lockstep.slots()[slot].pid;
+            let child = self.participants.children.ended(slot, pid);
+            let joined_dead = self.participants.peers[slot].as_ref().is_some_and(Peer::is_dead);
             if child.is_none() && !joined_dead {
                 continue;
             }
             // What it said before it ended still counts.
             self.take_answers()?;
-            if pid == 0 && self.participants.children.is_misused(seat) {
-                self.lockstep.give_up(seat);
+            if pid == 0 && self.participants.children.is_misused(slot) {
+                self.lockstep.give_up(slot);
             }
             let how = child.unwrap_or_else(|| "its process has ended".to_owned());
-            self.lockstep.died(seat, &how);
+            self.lockstep.died(slot, &how);
         }
         Ok(())
     }

@@ -10,9 +10,9 @@
 //! * `participants`: their processes.
 
 mod arguments;
+mod catch_up;
 mod child;
 mod children;
-mod comeback;
 mod control;
 mod error;
 mod group;
@@ -53,15 +53,15 @@ use self::ledger::Ledger;
 use self::pacer::{May, Pacer};
 use self::participants::Participants;
 use self::wire::Wire;
-use crate::lockstep::{Lockstep, Loss, Rules, SeatSummary, Step};
+use crate::lockstep::{Lockstep, Loss, ParticipantSummary, Rules, Step};
 use crate::source::{FrameSource, SourceError};
 
 /// Ticks between two looks at requests, for a server at full speed.
 const TICKS_PER_CONTROL: u64 = 64;
 /// How long a participant may take after the last frame: a scorer draws.
-const GOODBYE_TIMEOUT_S: f64 = 60.0;
+const LEAVE_TIMEOUT_S: f64 = 60.0;
 /// The same where the run ends early.
-const EARLY_GOODBYE_TIMEOUT_S: f64 = 15.0;
+const EARLY_LEAVE_TIMEOUT_S: f64 = 15.0;
 /// From when on a missing answer is reported.
 const SLOW_AFTER_S: f64 = 1.0;
 
@@ -75,7 +75,7 @@ pub struct Outcome {
     /// Its digests.
     pub digest: RunDigest,
     /// What everyone did, in roster order.
-    pub seats: Vec<SeatSummary>,
+    pub slots: Vec<ParticipantSummary>,
     /// Participants that were lost.
     pub losses: Vec<Loss>,
     /// Participants that were lost and came back.
@@ -123,7 +123,7 @@ impl<'a> Run<'a> {
         stop: Stop,
         domain: Domain,
     ) -> Self {
-        let (header, ticks) = (source.header(), source.ticks());
+        let (header, ticks) = (source.header(), source.tick_count());
         let rules = rules(options, identity.run_id, ticks, header.on_loss);
         Self {
             lockstep: Lockstep::new(rules, &header.roster, monotonic_ns()),
@@ -158,15 +158,15 @@ impl<'a> Run<'a> {
                 Step::Wait { until_ns } => self.listen(until_ns.saturating_sub(now))?,
                 Step::Publish(tick) => self.publish(tick)?,
                 Step::Close(tick) => self.close(tick)?,
-                Step::Slow { seat, waited_ns } => self.report_slow(seat, waited_ns),
+                Step::Slow { slot, waited_ns } => self.report_slow(slot, waited_ns),
                 Step::Lost(loss) => {
-                    let output = self.participants.output(loss.seat);
+                    let output = self.participants.output(loss.slot);
                     self.progress.say(&format!("lost: {loss}{output}"));
                     self.ledger.losses.push(loss);
                 }
                 Step::Restart(loss) => self.bring_back(loss),
-                Step::Feed { seat, tick } => self.feed(seat, tick)?,
-                Step::Echo { seat, tick, reply } => self.echo(seat, tick, reply),
+                Step::Feed { slot, tick } => self.feed(slot, tick)?,
+                Step::Echo { slot, tick, reply } => self.echo(slot, tick, reply),
                 Step::End(phase) => self.end(phase)?,
                 Step::Finished => break,
             }
@@ -175,9 +175,9 @@ impl<'a> Run<'a> {
     }
 
     fn report_slow(&self, slot: usize, waited_ns: u64) {
-        let name = &self.lockstep.seats()[slot].name;
+        let name = &self.lockstep.slots()[slot].name;
         let missing = if self.lockstep.has_ended() {
-            "goodbye".to_owned()
+            "leave message".to_owned()
         } else {
             format!("answer to tick {}", self.lockstep.ticks_done())
         };
@@ -229,7 +229,7 @@ impl<'a> Run<'a> {
         let now = self.wire.publish(frame, self.lockstep.joined())?;
         self.lockstep.published(digest, now);
         self.pacer.published(tick, now);
-        let waiting = self.lockstep.seats().iter().filter(|s| s.is_present());
+        let waiting = self.lockstep.slots().iter().filter(|s| s.is_present());
         self.wire.link.wake_sleepers(waiting.map(|s| (s.waiting_since_ns, s.awake_ns)));
         Ok(())
     }
@@ -244,8 +244,8 @@ impl<'a> Run<'a> {
     fn close(&mut self, tick: u64) -> Result<(), LinkError> {
         let lockstep = &self.lockstep;
         self.ledger.close(tick, lockstep);
-        let seats = lockstep.seats();
-        self.source.closed(&mut lockstep.replies().map(|(i, r)| (seats[i].name.as_str(), r)));
+        let slots = lockstep.slots();
+        self.source.closed(&mut lockstep.replies().map(|(i, r)| (slots[i].name.as_str(), r)));
         if let Some(write) = self.ledger.tally(tick, lockstep) {
             self.wire.link.publish_tally(write)?;
         }
@@ -271,14 +271,14 @@ impl<'a> Run<'a> {
     fn outcome(self) -> Outcome {
         let Self { lockstep, wire, pacer, ledger, participants, progress, .. } = self;
         drop(wire);
-        let seats: Vec<SeatSummary> = lockstep.seats().iter().map(|s| s.summary()).collect();
+        let slots: Vec<ParticipantSummary> = lockstep.slots().iter().map(|s| s.summary()).collect();
         let outputs = participants.outputs();
-        let ended_badly = participants.finish(lockstep.phase(), &seats);
+        let ended_badly = participants.finish(lockstep.phase(), &slots);
         Outcome {
             phase: lockstep.phase(),
             ticks: lockstep.ticks_done(),
             digest: ledger.closed,
-            seats,
+            slots,
             losses: ledger.losses,
             restarts: ledger.restarts,
             timings: ledger.chain.effects.timings(),
@@ -301,8 +301,8 @@ fn rules(options: &RunBuilder, run_id: u64, ticks: u64, on_loss: OnLoss) -> Rule
         on_loss,
         join_timeout_ns: ns(options.join_timeout_s),
         answer_timeout_ns: ns(answer_s),
-        goodbye_timeout_ns: ns(answer_s.max(GOODBYE_TIMEOUT_S)),
-        early_goodbye_timeout_ns: ns(EARLY_GOODBYE_TIMEOUT_S),
+        leave_timeout_ns: ns(answer_s.max(LEAVE_TIMEOUT_S)),
+        early_leave_timeout_ns: ns(EARLY_LEAVE_TIMEOUT_S),
         slow_after_ns: ns(SLOW_AFTER_S.min(answer_s / 2.0)),
     }
 }

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use rusty_contract::Phase;
 use rusty_link::{Peer, PeerState};
 
+use super::catch_up::Feeding;
 use super::children::{Children, Leaving};
-use super::comeback::Feeding;
 use super::has_content;
-use crate::lockstep::{LossKind, SeatSummary};
+use crate::lockstep::{LossKind, ParticipantSummary};
 
 /// The processes of the participants, by slot.
 pub(super) struct Participants {
@@ -63,20 +63,20 @@ impl Participants {
     }
 
     /// Waits for the processes to end. Returns those that ended badly: slot and how.
-    pub(super) fn finish(self, phase: Phase, seats: &[SeatSummary]) -> Vec<(usize, String)> {
-        self.children.finish(|slot| how_left(phase, &seats[slot]))
+    pub(super) fn finish(self, phase: Phase, slots: &[ParticipantSummary]) -> Vec<(usize, String)> {
+        self.children.finish(|slot| how_left(phase, &slots[slot]))
     }
 }
 
-fn how_left(phase: Phase, seat: &SeatSummary) -> Leaving {
-    match &seat.lost {
+fn how_left(phase: Phase, slot: &ParticipantSummary) -> Leaving {
+    match &slot.lost {
         Some(loss) if loss.kind == LossKind::Failed => Leaving::Failed,
         Some(loss) if loss.kind == LossKind::Dead => Leaving::Dead,
-        None if phase == Phase::Aborted => match seat.pid {
+        None if phase == Phase::Aborted => match slot.pid {
             Some(_) => Leaving::Aborted,
             None => Leaving::TooLate,
         },
-        None if seat.pid.is_some() => Leaving::AtTheEnd,
+        None if slot.pid.is_some() => Leaving::AtTheEnd,
         _ => Leaving::Lost,
     }
 }

@@ -32,11 +32,11 @@ impl Stop {
     fn listen_for(run: &RunName) -> std::io::Result<Self> {
         let stop = Self { flag: Arc::default(), groups: Groups::default() };
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
-        let (heard, run) = (stop.clone(), run.clone());
+        let (received, run) = (stop.clone(), run.clone());
         std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
             for _ in signals.forever() {
-                if heard.flag.swap(true, Ordering::Relaxed) {
-                    heard.groups.end_with_all(|| {
+                if received.flag.swap(true, Ordering::Relaxed) {
+                    received.groups.end_with_all(|| {
                         Domain::remove_traces(&run);
                         std::process::exit(i32::from(Exit::Lost as u8));
                     });

@@ -37,7 +37,7 @@ pub struct ImportOptions<'a> {
 /// remarks all that the conversion assumed or left out, and in its findings the
 /// defects of the recording.
 ///
-/// `input` is read four times; `progress` hears how many of its lines are done,
+/// `input` is read four times; `progress` receives how many of its lines are done,
 /// in thousands, ending with all of them. The log is written beside `output` under another
 /// name and renamed when it is complete, so that an existing file is replaced
 /// by a whole log or not at all.

@@ -43,7 +43,7 @@ pub(super) fn plan(
     let config = RunConfig {
         scenario: stem.clone(),
         seed: 0,
-        ticks: survey.ticks(),
+        ticks: survey.tick_count(),
         dt_s: dt_s(survey),
         scan_every: 0,
         start: drive.start,
@@ -87,7 +87,7 @@ fn stem(input: &Path) -> String {
 /// informative where every tick carries its own stamp; where stamps stand still,
 /// it is the time between ticks.
 fn dt_s(survey: &Survey) -> f64 {
-    let intervals = survey.ticks().saturating_sub(1);
+    let intervals = survey.tick_count().saturating_sub(1);
     let mean_s = (survey.last_stamp_s - survey.first_stamp_s) / intervals as f64;
     if mean_s.is_finite() && mean_s > 0.0 {
         mean_s.clamp(1e-6, 10.0)
@@ -145,7 +145,7 @@ fn report(
     let wheels = &drive.wheels;
     let (first_stamp_s, last_stamp_s) = match survey.flat {
         None => (survey.first_stamp_s, survey.last_stamp_s),
-        Some(_) => (config.dt_s, survey.ticks() as f64 * config.dt_s),
+        Some(_) => (config.dt_s, survey.tick_count() as f64 * config.dt_s),
     };
     ImportReport {
         lines: survey.lines,
@@ -153,7 +153,7 @@ fn report(
         scans: survey.scans,
         scans_with_odometry: survey.scans_with_odometry,
         anchors: survey.anchors,
-        ticks: survey.ticks(),
+        ticks: survey.tick_count(),
         beams: survey.beams as u32,
         dt_s: config.dt_s,
         first_stamp_s,

@@ -122,7 +122,7 @@ impl Survey {
     }
 
     /// How many ticks the run gets: one per reading and one per scan.
-    pub(super) fn ticks(&self) -> u64 {
+    pub(super) fn tick_count(&self) -> u64 {
         self.readings + self.scans
     }
 

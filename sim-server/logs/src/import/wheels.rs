@@ -11,7 +11,7 @@
 //! how the robot itself integrated its wheels, and from the six digits of the
 //! file. It is dropped and measured.
 
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta, trig};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, odometry_delta, trig};
 
 use super::recording::Event;
 
@@ -24,7 +24,7 @@ pub(super) const WHEELS: DiffDrive =
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tick {
     pub(super) stamp_s: f64,
-    pub(super) counts: EncoderTicks,
+    pub(super) counts: EncoderCounts,
     /// Corrected pose of the body, at scans.
     pub(super) truth: Option<SE2>,
 }
@@ -72,7 +72,7 @@ pub(super) struct Wheels {
     /// Body pose of the last reading or anchor.
     last: Option<SE2>,
     travel_m: [f64; 2],
-    counts: EncoderTicks,
+    counts: EncoderCounts,
     /// Dead reckoning on the counts, from the identity.
     driven: SE2,
     /// Σ|Δs|, m.
@@ -91,7 +91,7 @@ impl Wheels {
             mount,
             last: None,
             travel_m: [0.0; 2],
-            counts: EncoderTicks::default(),
+            counts: EncoderCounts::default(),
             driven: SE2::identity(),
             distance_m: 0.0,
             lateral_total_m: 0.0,
@@ -142,7 +142,7 @@ impl Wheels {
         self.travel_m[0] += tau.x - half_m;
         self.travel_m[1] += tau.x + half_m;
         let angles_rad = self.travel_m.map(|m| m / WHEELS.wheel_radius_m);
-        let counts = EncoderTicks::from_wheel_angles(angles_rad, WHEELS.ticks_per_rev);
+        let counts = EncoderCounts::from_wheel_angles(angles_rad, WHEELS.ticks_per_rev);
         let delta = odometry_delta(self.counts, counts, &WHEELS);
         self.driven = self.driven.boxplus(&delta);
         self.counts = counts;

@@ -1,7 +1,7 @@
 //! A row of the budget: runs with the same sources, over all seeds.
 
 use rusty_contract::{Frame, RunConfig};
-use rusty_geometry::{EncoderTicks, odometry_delta};
+use rusty_geometry::{EncoderCounts, odometry_delta};
 use rusty_sim::{Sim, SimError};
 use serde::Serialize;
 
@@ -80,13 +80,13 @@ pub(super) fn of(
 /// Dead reckoning through a run, from the true start.
 fn reckoned(sim: &mut Sim, frame: &mut Frame) -> Ended {
     let (drive, dt_s) = (sim.config().robot.nominal().drive, sim.config().dt_s);
-    let (mut believed, mut last) = (sim.config().start, EncoderTicks::default());
+    let (mut believed, mut last) = (sim.config().start, EncoderCounts::default());
     let mut driven_m = 0.0;
     for _ in 0..sim.config().ticks {
         let _ = sim.step(None, frame);
         driven_m += frame.command().v_m_s.abs() * dt_s;
-        believed = believed.boxplus(&odometry_delta(last, frame.ticks(), &drive));
-        last = frame.ticks();
+        believed = believed.boxplus(&odometry_delta(last, frame.encoders(), &drive));
+        last = frame.encoders();
     }
     let truth = sim.truth();
     let heading_deg = heading_error_rad(&believed, &truth).abs().to_degrees();

@@ -45,9 +45,7 @@ pub struct ClientFigures {
     pub compute_observed_p50_s: f64,
     /// The same, 99th percentile, s.
     pub compute_observed_p99_s: f64,
-    /// How it did once it had found the robot. A journal has these behind the
-    /// record, which is older.
-    #[serde(skip)]
+    /// Figures after it had found the robot.
     pub found: Found,
 }
 

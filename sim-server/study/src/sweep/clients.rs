@@ -184,7 +184,7 @@ impl Maker for Clients<'_> {
                 Some(record)
             }
             _ if stopped => None,
-            _ => return Err(self.failed(run, last_words(&said, status))),
+            _ => return Err(self.failed(run, last_lines(&said, status))),
         };
         if !self.keep {
             // What cannot be removed goes with the folder around it.
@@ -200,7 +200,7 @@ fn printed(out: &Path) -> [PathBuf; 2] {
     ["json", "txt"].map(|ending| out.with_extension(ending))
 }
 
-fn last_words(said: &Path, status: ExitStatus) -> String {
+fn last_lines(said: &Path, status: ExitStatus) -> String {
     let said = fs::read(said).unwrap_or_default();
     let said = String::from_utf8_lossy(&said);
     let line = said.lines().rev().find(|line| !line.trim().is_empty());

@@ -65,7 +65,7 @@ pub enum SweepError {
         seed: u64,
         /// The swept fields, in words.
         cell: String,
-        /// Its last words.
+        /// Its last lines.
         why: String,
     },
 }

@@ -1,7 +1,7 @@
 //! Rows and tracks for tests.
 
 use rusty_contract::{Frame, RunConfig, ScriptConfig};
-use rusty_geometry::{EncoderTicks, SE2, odometry_delta, open, trig};
+use rusty_geometry::{EncoderCounts, SE2, odometry_delta, open, trig};
 use rusty_sim::Sim;
 
 use super::{Row, Sample, Track};
@@ -52,15 +52,15 @@ pub(super) fn reckoned(config: &RunConfig, cell: usize, seed: u64, every: u64) -
     let drive = config.robot.nominal().drive;
     let mut sim = Sim::new(RunConfig { seed, ..config.clone() }).unwrap();
     let mut frame = Frame::boxed();
-    let (mut estimate, mut last) = (config.start, EncoderTicks::default());
+    let (mut estimate, mut last) = (config.start, EncoderCounts::default());
     let (mut distance_m, mut samples) = (0.0, Vec::new());
     for tick in 0..config.ticks {
         let before = sim.truth();
         let _ = sim.step(None, &mut frame);
         let truth: SE2 = sim.truth();
         distance_m += trig::hypot(truth.x() - before.x(), truth.y() - before.y());
-        estimate = estimate.boxplus(&odometry_delta(last, frame.ticks(), &drive));
-        last = frame.ticks();
+        estimate = estimate.boxplus(&odometry_delta(last, frame.encoders(), &drive));
+        last = frame.encoders();
         if (tick + 1).is_multiple_of(every) {
             let time_s = frame.time_s();
             samples.push(Sample { time_s, distance_m, truth, estimate, nees: None });

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rusty_contract::score::Figures;
 use rusty_contract::{Frame, Reply, RunDigest};
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, odometry_delta};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, odometry_delta};
 use rusty_metrics::{Errors, PathLength};
 use rusty_sim::{Sim, StepOutcome};
 
@@ -128,7 +128,7 @@ impl Place {
 struct Reckoned {
     drive: DiffDrive,
     pose_in_world: SE2,
-    last: EncoderTicks,
+    last: EncoderCounts,
     digest: RunDigest,
     path: PathLength,
     blocked: u64,
@@ -143,7 +143,7 @@ impl Reckoned {
         Self {
             drive: sim.config().robot.nominal().drive,
             pose_in_world: sim.config().start,
-            last: EncoderTicks::default(),
+            last: EncoderCounts::default(),
             digest: RunDigest::default(),
             path: PathLength::new(Some(sim.config().start), carried_at),
             blocked: 0,
@@ -161,9 +161,9 @@ impl Reckoned {
         let truth = sim.truth();
         frame.write_digest(true);
         self.digest.absorb_frame(frame, Some(truth));
-        let delta = odometry_delta(self.last, frame.ticks(), &self.drive);
+        let delta = odometry_delta(self.last, frame.encoders(), &self.drive);
         self.pose_in_world = self.pose_in_world.boxplus(&delta);
-        self.last = frame.ticks();
+        self.last = frame.encoders();
         self.digest.absorb_replies(std::iter::once(Reply::from(self.pose_in_world)));
         // As the scorer has it: poses made of numbers count.
         if truth.is_finite() {

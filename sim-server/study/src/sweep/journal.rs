@@ -2,27 +2,20 @@
 //!
 //! A file beside the table, `FILE.part`: the settings as one line of JSON, then
 //! a record per run in the order in which they ended: length and CRC-32 (4
-//! bytes each, little-endian), then a [`Record`] as postcard and behind it what
-//! its rows did not have when that form was made ([`Found`]). The uppermost bit
-//! of a length says which form of it: without, it is one of
-//! [before](super::record_before). Wherever it is cut, it is good up to the last
-//! complete record. The kernel's lock on it says that somebody is at work.
+//! bytes each, little-endian), then a [`Record`] as postcard. Wherever it is cut, it
+//! is good up to the last complete record. The kernel's lock on it says that somebody is at work.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead as _, BufReader, BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::client_figures::Found;
 use super::error::SweepError;
 use super::record::Record;
-use super::record_before::RecordBefore;
 use super::settings::Settings;
 
 /// Longest record that is believed, bytes: sixteen estimators need 70 kB.
 const MOST_BYTES: u32 = 1 << 20;
-/// The bit of a length that says that the record has its present form.
-const PRESENT: u32 = 1 << 31;
 
 /// An open journal.
 pub struct Journal {
@@ -105,11 +98,9 @@ impl Journal {
 /// record lacks.
 #[must_use]
 pub fn encoded(record: &Record) -> Vec<u8> {
-    let mut body = postcard::to_allocvec(record).unwrap_or_default();
-    let found: Vec<Option<Found>> = record.rows.iter().map(|r| Some(r.clients?.found)).collect();
-    body.extend(postcard::to_allocvec(&found).unwrap_or_default());
+    let body = postcard::to_allocvec(record).unwrap_or_default();
     let mut bytes = Vec::with_capacity(8 + body.len());
-    bytes.extend((body.len() as u32 | PRESENT).to_le_bytes());
+    bytes.extend((body.len() as u32).to_le_bytes());
     bytes.extend(crc32fast::hash(&body).to_le_bytes());
     bytes.extend(body);
     bytes
@@ -153,9 +144,8 @@ fn next(reader: &mut BufReader<File>) -> std::io::Result<Option<(Record, u64)>> 
     let mut body = Vec::new();
     let mut part = |reader: &mut BufReader<File>| -> std::io::Result<Option<Record>> {
         reader.read_exact(&mut head)?;
-        let [word, crc] = [0, 4]
+        let [length, crc] = [0, 4]
             .map(|at| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]));
-        let length = word & !PRESENT;
         if length > MOST_BYTES {
             return Ok(None);
         }
@@ -164,11 +154,7 @@ fn next(reader: &mut BufReader<File>) -> std::io::Result<Option<(Record, u64)>> 
         if crc32fast::hash(&body) != crc {
             return Ok(None);
         }
-        Ok(if word & PRESENT == 0 {
-            postcard::from_bytes::<RecordBefore>(&body).ok().map(Record::from)
-        } else {
-            decoded(&body)
-        })
+        Ok(postcard::from_bytes(&body).ok())
     };
     match part(reader) {
         Ok(record) => Ok(record.map(|record| (record, 8 + body.len() as u64))),
@@ -177,27 +163,11 @@ fn next(reader: &mut BufReader<File>) -> std::io::Result<Option<(Record, u64)>> 
     }
 }
 
-/// A record, and behind it what its rows were not made for; records of before
-/// end without.
-fn decoded(body: &[u8]) -> Option<Record> {
-    let (mut record, behind): (Record, _) = postcard::take_from_bytes(body).ok()?;
-    if !behind.is_empty() {
-        let found: Vec<Option<Found>> = postcard::from_bytes(behind).ok()?;
-        let clients = record.rows.iter_mut().map(|r| r.clients.as_mut());
-        for (figures, found) in clients.zip(found) {
-            if let (Some(figures), Some(found)) = (figures, found) {
-                figures.found = found;
-            }
-        }
-    }
-    Some(record)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::client_figures::ClientFigures;
+    use super::super::client_figures::{ClientFigures, Found};
     use super::*;
-    use crate::sweep::{Row, fixtures, record_before};
+    use crate::sweep::{Row, fixtures};
 
     fn record(run: u64) -> Record {
         Record { run, rows: Vec::new(), tracks: Vec::new(), lost: Some("x".repeat(run as usize)) }
@@ -252,44 +222,17 @@ mod tests {
     }
 
     #[test]
-    fn what_came_later_stands_behind_the_record() {
+    fn all_figures_of_a_client_are_kept() {
         let found =
             Found { position_rmse_m: 0.02, heading_rmse_rad: 0.01, kidnapped: 2, recovered: 1 };
         // No NaN, which equals nothing.
-        let text = serde_json::to_value(ClientFigures::of(None)).unwrap();
-        let numbers = text.as_object().unwrap().keys().map(|k| (k.clone(), 1.into()));
-        let clients: ClientFigures =
-            serde_json::from_value(serde_json::Value::Object(numbers.collect())).unwrap();
+        let value = serde_json::to_value(ClientFigures::of(None)).unwrap();
+        let mut figures: serde_json::Map<_, _> =
+            value.as_object().unwrap().keys().map(|k| (k.clone(), 1.into())).collect();
+        figures.insert("found".to_owned(), serde_json::to_value(found).unwrap());
+        let clients = serde_json::from_value(serde_json::Value::Object(figures)).unwrap();
         let row = |clients| Row { parameters: [].into(), clients, ..fixtures::row(0, 3, "ekf") };
-        let rows = vec![row(None), row(Some(ClientFigures { found, ..clients }))];
-        let whole = Record { rows, ..record(3) };
-        assert_eq!(decoded(&encoded(&whole)[8..]), Some(whole.clone()));
-        let before = decoded(&postcard::to_allocvec(&whole).unwrap()).unwrap();
-        assert!(before.rows[1].clients.unwrap().found.position_rmse_m.is_nan());
-        assert_eq!(before.rows[1].clients.unwrap().nees_mean, 1.0);
-    }
-
-    #[test]
-    fn records_of_before_are_read_too() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.part");
-        let settings = Settings::read(br#"{"seeds":"0..9"}"#).unwrap();
-        let track = fixtures::reckoned(&fixtures::straight_leg(), 0, 3, 10);
-        let rows = vec![fixtures::row(0, 3, "dead-reckoning")];
-        let rows = rows.into_iter().map(|r| Row { parameters: [].into(), ..r }).collect();
-        let before = Record { run: 3, rows, tracks: vec![track], lost: Some("x".to_owned()) };
-        let body = record_before::bytes(&before);
-        let mut file = settings.text().into_bytes();
-        file.push(b'\n');
-        file.extend((body.len() as u32).to_le_bytes());
-        file.extend(crc32fast::hash(&body).to_le_bytes());
-        file.extend(body);
-        file.extend(encoded(&record(5)));
-        std::fs::write(&path, &file).unwrap();
-        let (journal, found) = Journal::open(&path, &settings, &(0..9)).unwrap();
-        assert_eq!(found, [before, record(5)]);
-        // What is there stays as it is.
-        drop(journal);
-        assert_eq!(std::fs::read(&path).unwrap(), file);
+        let whole = Record { rows: vec![row(None), row(Some(clients))], ..record(3) };
+        assert_eq!(postcard::from_bytes::<Record>(&encoded(&whole)[8..]).unwrap(), whole);
     }
 }

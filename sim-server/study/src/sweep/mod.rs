@@ -6,10 +6,9 @@
 //! * [`cell`], [`row`] with its [`client_figures`], [`track`], [`record`]: what
 //!   comes of it;
 //! * [`workers`]: runs side by side, made [`inside`] or with [`clients`];
-//! * [`journal`]: what is done, while the rest is not; [`record_before`]: as it once
-//!   was written;
+//! * [`journal`]: what is done, while the rest is not;
 //! * [`table`], [`settings`]: what is written in the end;
-//! * [`sweeping`]: all of it together;
+//! * [`job`]: all of it together;
 //! * [`mod@summary`] with its [`band`]s, [`mod@growth`], [`mod@anees`], [`paired`]: what
 //!   the rows and tracks say: means, spreads over distance ([`growth_text`] for
 //!   people), whether covariances are right, [`mod@overview`] of estimators, differences
@@ -32,20 +31,19 @@ pub mod grid;
 pub mod growth;
 pub mod growth_text;
 pub mod inside;
+pub mod job;
 pub mod journal;
 mod lines;
 pub mod overview;
 pub mod paired;
 pub mod plan;
 pub mod record;
-pub mod record_before;
 pub mod report;
 pub mod row;
 pub mod seeds;
 pub mod settings;
 pub mod shard;
 pub mod summary;
-pub mod sweeping;
 pub mod table;
 pub mod track;
 pub mod workers;
@@ -57,6 +55,7 @@ pub use error::SweepError;
 pub use grid::Axis;
 pub use growth::growth;
 pub use growth_text::GrowthText;
+pub use job::{SweepJob, SweepOutcome};
 pub use overview::{OverviewText, overview};
 pub use paired::ab;
 pub use plan::{Plan, Request};
@@ -65,6 +64,5 @@ pub use row::Row;
 pub use seeds::Seeds;
 pub use shard::Shard;
 pub use summary::{Summary, summary};
-pub use sweeping::{Came, Sweeping};
 pub use table::Table;
 pub use track::{Sample, Track};

@@ -42,7 +42,7 @@ pub trait Listener {
 type Batch = Vec<(Record, Vec<u8>)>;
 
 /// Makes the runs `todo`, `jobs` at a time, each by a worker of its own, until
-/// all are done or `stop` is raised. The listener hears of each in the order in
+/// all are done or `stop` is raised. The listener learns of each in the order in
 /// which they end.
 ///
 /// # Errors
@@ -75,12 +75,12 @@ pub fn work<M: Maker>(
         }
         drop(sender);
         loop {
-            let heard = match receiver.recv_timeout(BETWEEN_LOOKS) {
+            let received = match receiver.recv_timeout(BETWEEN_LOOKS) {
                 Ok(batch) => batch.into_iter().try_for_each(|(r, bytes)| listener.done(r, &bytes)),
                 Err(RecvTimeoutError::Timeout) => Ok(()),
                 Err(RecvTimeoutError::Disconnected) => break,
             };
-            heard.and_then(|()| listener.pause()).unwrap_or_else(&fail);
+            received.and_then(|()| listener.pause()).unwrap_or_else(&fail);
         }
     });
     let failure = failure.into_inner().unwrap_or_default();

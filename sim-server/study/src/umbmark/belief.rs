@@ -1,6 +1,6 @@
 //! What a robot believes of its wheels, and what it does with it.
 
-use rusty_geometry::{DiffDrive, EncoderTicks, SE2, Twist, WheelRates};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Twist, WheelRates};
 use serde::Serialize;
 
 use super::factors::Factors;
@@ -47,7 +47,7 @@ impl Belief {
 
     /// Where one believes to be after two readings of the encoders.
     #[must_use]
-    pub fn advance(&self, pose: &SE2, before: EncoderTicks, now: EncoderTicks) -> SE2 {
+    pub fn advance(&self, pose: &SE2, before: EncoderCounts, now: EncoderCounts) -> SE2 {
         let rad_per_count = core::f64::consts::TAU / self.nominal.ticks_per_rev as f64;
         let turned = |from: i64, to: i64| rad_per_count * to.wrapping_sub(from) as f64;
         let drive = DiffDrive { track_m: self.track_m, ..self.nominal };
@@ -87,10 +87,10 @@ mod tests {
         let twist = Twist { v_m_s: 0.4, omega_rad_s: -0.7 };
         let command = belief.command(twist);
         assert!((command.v_m_s - 0.4).abs() < 1e-15 && (command.omega_rad_s + 0.7).abs() < 1e-14);
-        let now = EncoderTicks { left: 14_223, right: 17_384 };
-        let found = belief.advance(&SE2::identity(), EncoderTicks::default(), now);
+        let now = EncoderCounts { left: 14_223, right: 17_384 };
+        let found = belief.advance(&SE2::identity(), EncoderCounts::default(), now);
         let expected = SE2::identity().boxplus(&rusty_geometry::odometry_delta(
-            EncoderTicks::default(),
+            EncoderCounts::default(),
             now,
             &drive,
         ));

@@ -1,7 +1,7 @@
 //! One lap: a square driven by odometry, and where it really ended.
 
 use rusty_contract::{Frame, RunConfig, ScriptConfig};
-use rusty_geometry::{EncoderTicks, SE2, Twist, trig, wrap_angle};
+use rusty_geometry::{EncoderCounts, SE2, Twist, trig, wrap_angle};
 use rusty_sim::{Sim, SimError};
 use serde::Serialize;
 use thiserror::Error;
@@ -113,7 +113,7 @@ pub fn lap(
     })?;
     let mut frame = Frame::boxed();
     let mut driver = Driver { belief, square, way, dt_s: config.dt_s, done: 0 };
-    let (mut believed, mut last) = (SE2::identity(), EncoderTicks::default());
+    let (mut believed, mut last) = (SE2::identity(), EncoderCounts::default());
     let mut path_m = vec![[0.0, 0.0]];
     let most = driver.patience();
     while let Some(wanted) = driver.wanted(&believed) {
@@ -121,8 +121,8 @@ pub fn lap(
             return Err(LapError::Lost { ticks: most });
         }
         let _ = sim.step(Some(belief.command(wanted)), &mut frame);
-        believed = belief.advance(&believed, last, frame.ticks());
-        last = frame.ticks();
+        believed = belief.advance(&believed, last, frame.encoders());
+        last = frame.encoders();
         path_m.push([sim.truth().x(), sim.truth().y()]);
     }
     let truth = sim.truth();

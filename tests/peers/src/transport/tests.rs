@@ -69,14 +69,14 @@ fn carry(contender: Contender, wait: Wait) {
     end.gather(CLIENTS).unwrap();
     for tick in 0..TICKS {
         end.publish(&mut |frame| write_frame(frame, tick)).unwrap();
-        let mut heard = BTreeSet::new();
+        let mut received = BTreeSet::new();
         for _ in 0..CLIENTS {
             let answer = end.next_answer().unwrap();
             let expected = answer_of(answer.participant, tick);
             assert_eq!(bytemuck::bytes_of(&answer), bytemuck::bytes_of(&expected), "tick {tick}");
-            heard.insert(answer.participant);
+            received.insert(answer.participant);
         }
-        assert_eq!(heard, (0..CLIENTS as u32).collect(), "tick {tick}");
+        assert_eq!(received, (0..CLIENTS as u32).collect(), "tick {tick}");
     }
     end.publish(&mut |frame| write_frame(frame, TICKS)).unwrap();
     for client in clients {

@@ -204,7 +204,7 @@ impl Answering {
     }
 }
 
-/// Says it until the first frame has come: the server may hear it late.
+/// Says it until the first frame has come: the server may receive it late.
 fn say_ready(session: &Session, ready: &Answer, begun: &AtomicBool) -> Result<(), BenchError> {
     let answers = publisher(session, ANSWERS)?;
     while !begun.load(Ordering::Relaxed) {
@@ -242,7 +242,7 @@ impl ClientEnd for Client {
             .wait()
             .map_err(BenchError::of(LIBRARY, "declare a subscriber"))?;
         say_ready(&self.session, &ready, &begun)?;
-        end.recv().map_err(BenchError::of(LIBRARY, "hear of the end"))?
+        end.recv().map_err(BenchError::of(LIBRARY, "learn of the end"))?
     }
 }
 

@@ -3,7 +3,7 @@
 //! One call sends a frame to every client, and the answers of all come into one
 //! queue: what the library's guide uses where one speaks to many and collects.
 //! ROUTER and DEALER would make the server send a frame once per client. The
-//! publisher is an XPUB, which is a PUB that hears of subscriptions: so the
+//! publisher is an XPUB, which is a PUB that learns of subscriptions: so the
 //! first frame waits for everyone instead of for a guess of seconds.
 //!
 //! Messages are handed over at once: ZeroMQ has no timer that would hold them
@@ -74,7 +74,7 @@ impl Server {
     pub fn open(wait: Wait, folder: &Path) -> Result<Self, BenchError> {
         let context = Context::new();
         let frames = socket(&context, SocketType::XPUB)?;
-        // Every subscription is heard of, not only the first to a topic.
+        // Every subscription is told of, not only the first to a topic.
         frames.set_xpub_verbose(true).map_err(BenchError::of(LIBRARY, "set XPUB_VERBOSE"))?;
         frames.bind(&endpoint(folder, "frames")).map_err(BenchError::of(LIBRARY, "bind"))?;
         let answers = socket(&context, SocketType::PULL)?;

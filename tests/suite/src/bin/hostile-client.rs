@@ -113,7 +113,7 @@ fn take_part(
             continue;
         };
         if frame.phase() != Phase::Tick {
-            return link.send_raw(Answer::carrying(&Message::Goodbye));
+            return link.send_raw(Answer::carrying(&Message::Leave));
         }
         // Everybody is there, and has a few ticks behind it.
         if frame.tick() == 20 {
@@ -125,7 +125,7 @@ fn take_part(
             try_calls(start.server_pid);
             try_to_stay(cli);
         }
-        let reply = Reply::from(odometry.advance(frame.ticks()));
+        let reply = Reply::from(odometry.advance(frame.encoders()));
         link.answer(&frame, &Message::Reply(reply))?;
     }
 }

@@ -13,15 +13,15 @@ struct Odd {
     odd: String,
     drive: DiffDrive,
     pose_in_world: SE2,
-    last: EncoderTicks,
+    last: EncoderCounts,
 }
 
 impl Filter for Odd {
     const SHOWS_BELIEF: bool = true;
 
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
-        let moved = odometry_delta(self.last, tick.ticks(), &self.drive);
-        self.last = tick.ticks();
+        let moved = odometry_delta(self.last, tick.encoders(), &self.drive);
+        self.last = tick.encoders();
         self.pose_in_world = self.pose_in_world.boxplus(&moved);
         self.pose_in_world.into()
     }
@@ -44,7 +44,7 @@ impl Filter for Odd {
 
 fn main() -> Exit {
     rusty_clients::run(|start, Options { odd }| {
-        let (drive, last) = (start.robot.drive, EncoderTicks::default());
+        let (drive, last) = (start.robot.drive, EncoderCounts::default());
         Ok(Odd { odd, drive, pose_in_world: start.initial_pose.unwrap_or_default(), last })
     })
 }

@@ -24,7 +24,7 @@ struct Cli {
     wait: WaitPolicy,
     /// What to do instead of dead reckoning: slow, abstain, nan-estimate,
     /// nan-command, future-tick, old-tick, double, wrong-digest,
-    /// pause (sleeps once, for sleep-us), exit, abort, panic, hang, goodbye, wrong-layout,
+    /// pause (sleeps once, for sleep-us), exit, abort, panic, hang, leave, wrong-layout,
     /// wrong-protocol, wrong-pid, covariance, linger, flood (with answers that
     /// nobody asked for), forge (answers for all others), fickle-and-mortal
     /// (says something else in every life, and exits in its first); mayfly
@@ -34,8 +34,8 @@ struct Cli {
     /// covariance), bad-code (ends with 5), last-word (answers it),
     /// orphan (goes on without a server), needs-map (panics without);
     /// kill-holding, kill-answered, kill-released,
-    /// kill-last, kill-goodbye (SIGKILL: before the answer, after it, with the frame given
-    /// back, before and after the goodbye), kill-joining (SIGKILL sleep-us after it began to
+    /// kill-last, kill-leave (SIGKILL: before the answer, after it, with the frame given
+    /// back, before and after the leave message), kill-joining (SIGKILL sleep-us after it began to
     /// join), stop-holding, stop-answered (SIGSTOP once)
     #[arg(long, default_value = "")]
     mode: String,
@@ -112,7 +112,7 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
                 continue;
             }
             Err(LinkError::Stopped) => {
-                link.send_raw(Answer::carrying(&Message::Goodbye))?;
+                link.send_raw(Answer::carrying(&Message::Leave))?;
                 return Err(LinkError::Stopped);
             }
             Err(e) => return Err(e),
@@ -121,9 +121,9 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
             continue;
         }
         if frame.phase() != Phase::Tick {
-            return say_goodbye(cli, link, &frame);
+            return leave(cli, link, &frame);
         }
-        let pose = odometry.advance(frame.ticks());
+        let pose = odometry.advance(frame.encoders());
         let step_m = frame.command().v_m_s * start.dt_s;
         integral = SE2::new(integral.x() + step_m, integral.y(), integral.theta());
         let mut reply = Reply::from(pose);
@@ -146,8 +146,8 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
         }
         if frame.tick() < cli.at {
             link.answer(&frame, &Message::Reply(reply))?;
-        } else if cli.mode == "goodbye" {
-            return link.send_raw(Answer::carrying(&Message::Goodbye));
+        } else if cli.mode == "leave" {
+            return link.send_raw(Answer::carrying(&Message::Leave));
         } else {
             misbehave(cli, link, &frame, reply)?;
             drop(frame);
@@ -158,15 +158,15 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
     }
 }
 
-fn say_goodbye(cli: &Cli, link: &mut ClientLink, frame: &BorrowedFrame) -> Result<(), LinkError> {
+fn leave(cli: &Cli, link: &mut ClientLink, frame: &BorrowedFrame) -> Result<(), LinkError> {
     match cli.mode.as_str() {
         "last-word" => link.answer(frame, &Message::Reply(Reply::Abstain))?,
         "linger" => std::thread::sleep(Duration::from_secs(600)),
         "kill-last" => signal_self(Signal::KILL),
         _ => {}
     }
-    link.send_raw(Answer::carrying(&Message::Goodbye))?;
-    if cli.mode == "kill-goodbye" {
+    link.send_raw(Answer::carrying(&Message::Leave))?;
+    if cli.mode == "kill-leave" {
         signal_self(Signal::KILL);
     }
     Ok(())
@@ -231,8 +231,8 @@ fn misbehave(
 /// Says for everyone but itself all that could end their part.
 fn forge(link: &mut ClientLink, frame: &BorrowedFrame) -> Result<(), LinkError> {
     let (own, run_id) = (link.start().participant, link.start().run_id);
-    for message in [Message::Failed, Message::Goodbye, Message::Reply(Reply::Abstain)] {
-        for participant in (0..8).filter(|seat| *seat != own) {
+    for message in [Message::Failed, Message::Leave, Message::Reply(Reply::Abstain)] {
+        for participant in (0..8).filter(|slot| *slot != own) {
             let mut answer = Answer::carrying(&message);
             answer.run_id = run_id;
             answer.participant = participant;

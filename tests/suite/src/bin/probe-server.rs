@@ -24,7 +24,7 @@ struct Cli {
     /// asked (a request is taken and not answered), ready (before the first
     /// frame), loan (a frame is loaned and half written), sent (it is out),
     /// answer (the first of the answers is taken), answers (all are), last
-    /// (the last word is out)
+    /// (the end of run is out)
     #[arg(long)]
     mode: String,
     /// At which tick
@@ -37,7 +37,7 @@ struct Play {
     cli: Cli,
     link: ServerLink,
     inbox: VecDeque<Answer>,
-    seats: usize,
+    slots: usize,
 }
 
 fn main() {
@@ -54,11 +54,11 @@ fn main() {
     }
     let link = ServerLink::create(&domain, WaitPolicy::Balanced, &key).unwrap();
     die_if(&cli, "services");
-    let mut play = Play { cli, link, inbox: VecDeque::new(), seats: header.roster.len() };
+    let mut play = Play { cli, link, inbox: VecDeque::new(), slots: header.roster.len() };
     let run_id = 7;
     play.gather(|name| {
-        let seat = header.roster.iter().position(|p| p.name == name).unwrap();
-        let start = Start::new(&header, seat, &header.roster[seat]);
+        let slot = header.roster.iter().position(|p| p.name == name).unwrap();
+        let start = Start::new(&header, slot, &header.roster[slot]);
         let (server_pid, server_awake_ns) = (std::process::id(), WaitPolicy::Balanced.awake_ns());
         Start { run_id, server_pid, server_awake_ns, ..start }
     });
@@ -70,10 +70,10 @@ fn main() {
         play.die_at(now, "loan");
         frame.seal(&key, entry.record.pose_in_world());
         frame.run_id = run_id;
-        play.link.publish(frame, 0..play.seats).unwrap();
+        play.link.publish(frame, 0..play.slots).unwrap();
         play.link.wake_all();
         play.die_at(now, "sent");
-        for answered in 0..play.seats {
+        for answered in 0..play.slots {
             play.answer();
             play.die_at(now && answered == 0, "answer");
         }
@@ -82,7 +82,7 @@ fn main() {
     let mut frame = play.link.loan().unwrap();
     frame.end(Phase::Done, header.config.ticks);
     frame.run_id = run_id;
-    play.link.publish(frame, 0..play.seats).unwrap();
+    play.link.publish(frame, 0..play.slots).unwrap();
     die_if(&play.cli, "last");
     panic!("mode {:?} never came about", play.cli.mode);
 }
@@ -91,7 +91,7 @@ impl Play {
     /// Lets everybody in and waits until all are ready.
     fn gather(&mut self, start: impl Fn(&str) -> Start) {
         let mut joined = 0;
-        while joined < self.seats {
+        while joined < self.slots {
             if let Some(call) = self.link.next_join().unwrap() {
                 die_if(&self.cli, "asked");
                 let name = call.request().unwrap().name;
@@ -101,7 +101,7 @@ impl Play {
             }
             std::thread::sleep(Duration::from_micros(100));
         }
-        for _ in 0..self.seats {
+        for _ in 0..self.slots {
             assert_eq!(self.answer(), Message::Ready);
         }
     }

@@ -11,8 +11,8 @@ struct Surprised(DeadReckoning);
 
 impl Filter for Surprised {
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
-        let pose = self.0.advance(tick.ticks());
-        let k = tick.tick();
+        let pose = self.0.advance(tick.encoders());
+        let k = tick.index();
         if k % 11 == 3 {
             return Reply::Abstain;
         }

@@ -2,7 +2,7 @@
 
 use rusty_contract::answer::Message;
 use rusty_contract::{Answer, JoinRequest, OnLoss, Participant, Phase, Reply, Role};
-use rusty_engine::lockstep::{Lockstep, Rules, SeatState, Step};
+use rusty_engine::lockstep::{Lockstep, ParticipantState, Rules, Step};
 
 const RUN: u64 = 77;
 const TICKS: u64 = 4;
@@ -22,8 +22,8 @@ pub fn rules(ticks: u64, on_loss: OnLoss) -> Rules {
         on_loss,
         join_timeout_ns: 1_000,
         answer_timeout_ns: 1_000,
-        goodbye_timeout_ns: 5_000,
-        early_goodbye_timeout_ns: 2_000,
+        leave_timeout_ns: 5_000,
+        early_leave_timeout_ns: 2_000,
         slow_after_ns: 100,
     }
 }
@@ -79,16 +79,16 @@ pub fn answers(bytes: &[u8]) -> bool {
     }
     assert_eq!(game.go_on(), Step::Finished, "a flood keeps the run from ending");
     assert_eq!((game.closed, game.machine.phase()), (TICKS, Phase::Done));
-    for seat in HONEST {
-        let seat = &game.machine.seats()[seat as usize];
-        assert_eq!(seat.state, SeatState::Left, "{} was no part of it", seat.name);
+    for slot in HONEST {
+        let slot = &game.machine.slots()[slot as usize];
+        assert_eq!(slot.state, ParticipantState::Left, "{} was no part of it", slot.name);
     }
-    for seat in game.machine.seats() {
-        let s = seat.summary();
+    for slot in game.machine.slots() {
+        let s = slot.summary();
         let figures = [s.compute_mean_us, s.latency_mean_us, s.latency_max_us];
         assert!(figures.iter().all(|x| x.is_finite()), "{figures:?}");
     }
-    game.machine.seats()[1].loss().is_none()
+    game.machine.slots()[1].loss().is_none()
 }
 
 impl Game {
@@ -103,18 +103,18 @@ impl Game {
         let mut game = Self { machine, now_ns: 1, closed: 0, digest: 0, ended: false };
         for name in ["a", "b", "log"] {
             let request = JoinRequest::new(name, 100, 0, "fuzz");
-            game.machine.join(&request, 0).expect("a seat");
+            game.machine.join(&request, 0).expect("a slot");
         }
-        for seat in HONEST {
-            game.say(seat, &Message::Ready);
+        for slot in HONEST {
+            game.say(slot, &Message::Ready);
         }
         game
     }
 
-    fn say(&mut self, seat: u32, message: &Message) {
+    fn say(&mut self, slot: u32, message: &Message) {
         let mut answer = Answer::carrying(message);
         answer.run_id = RUN;
-        answer.participant = seat;
+        answer.participant = slot;
         answer.tick = self.closed;
         answer.digest_seen = self.digest;
         self.machine.answer(&answer, self.now_ns);
@@ -125,8 +125,8 @@ impl Game {
     fn hostile(&mut self, op: &[u8]) {
         let Some((&how, payload)) = op.split_first() else { return };
         let mut answer = pod(payload);
-        let seat = HOSTILE[usize::from(how >> 4 & 1)];
-        answer.participant = seat;
+        let slot = HOSTILE[usize::from(how >> 4 & 1)];
+        answer.participant = slot;
         match how >> 5 {
             0..=3 => {
                 if how & 1 != 0 {
@@ -148,9 +148,9 @@ impl Game {
                 self.machine.answer(&answer, self.now_ns);
             }
             4 => self.now_ns = self.now_ns.saturating_add(answer.tick % 3_000),
-            5 => self.machine.died(seat as usize, "it ended"),
+            5 => self.machine.died(slot as usize, "it ended"),
             _ => {
-                let name = self.machine.seats()[seat as usize].name.clone();
+                let name = self.machine.slots()[slot as usize].name.clone();
                 let request =
                     JoinRequest::new(&name, answer.compute_ns as u32, answer.sent_ns, "fuzz");
                 let _ = self.machine.join(&request, 0);
@@ -166,8 +166,8 @@ impl Game {
                     assert_eq!(tick, self.closed, "ticks come in order");
                     self.digest = tick.wrapping_mul(31) + 5;
                     self.machine.published(self.digest, self.now_ns);
-                    for seat in HONEST {
-                        self.say(seat, &Message::Reply(Reply::Taken));
+                    for slot in HONEST {
+                        self.say(slot, &Message::Reply(Reply::Taken));
                     }
                 }
                 Step::Close(tick) => {
@@ -181,8 +181,8 @@ impl Game {
                     self.machine.published(0, self.now_ns);
                     assert_eq!(phase, Phase::Done);
                     if !std::mem::replace(&mut self.ended, true) {
-                        for seat in HONEST {
-                            self.say(seat, &Message::Goodbye);
+                        for slot in HONEST {
+                            self.say(slot, &Message::Leave);
                         }
                     }
                 }

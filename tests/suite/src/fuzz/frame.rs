@@ -54,10 +54,10 @@ fn logged(frame: &Frame, header: &LogHeader) {
     };
     assert_eq!(bits(frame), bits(&again));
     assert_eq!(frame.time_s().to_bits(), again.time_s().to_bits());
-    assert_eq!(frame.ticks(), again.ticks());
+    assert_eq!(frame.encoders(), again.encoders());
 }
 
-/// A tally as a witness borrows it.
+/// A tally as a recorder borrows it.
 pub fn tally(bytes: &[u8]) -> bool {
     let mut tally = Box::new(Tally::zeroed());
     fill(bytemuck::bytes_of_mut(&mut *tally), bytes);

@@ -26,7 +26,7 @@ pub const WORDS: [&str; 16] = [
     "{\"a\":{\"a\":{\"a\":",
 ];
 
-/// A request as the server reads it, and the seat it gets.
+/// A request as the server reads it, and the slot it gets.
 pub fn request(bytes: &[u8]) -> bool {
     let read = JoinRequest::from_bytes(bytes);
     let request = match &read {
@@ -41,9 +41,9 @@ pub fn request(bytes: &[u8]) -> bool {
     let roster = [Participant::new("a", Role::Estimator), Participant::new("log", Role::Logger)];
     let mut machine = Lockstep::new(rules(3, OnLoss::Continue), &roster, 0);
     match machine.join(request, 0) {
-        Ok(seat) => {
-            assert_eq!(machine.seats()[seat].name, request.name);
-            assert!(machine.join(request, 0).is_err(), "a seat is given once");
+        Ok(slot) => {
+            assert_eq!(machine.slots()[slot].name, request.name);
+            assert!(machine.join(request, 0).is_err(), "a slot is given once");
         }
         Err(refusal) => said_again(&JoinReply::Refused(refusal)),
     }

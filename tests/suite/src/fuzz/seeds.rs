@@ -157,7 +157,7 @@ pub fn made() -> Vec<(&'static str, String, Vec<u8>)> {
         add("answer", name, bytemuck::bytes_of(&answer).to_vec());
     }
     let fits = (7, Message::Reply(both));
-    let whole = [vec![(7, Message::Ready)], vec![fits; 4], vec![(7, Message::Goodbye)]].concat();
+    let whole = [vec![(7, Message::Ready)], vec![fits; 4], vec![(7, Message::Leave)]].concat();
     add("answers", "whole", game(&whole));
     let [scan, plain] = [&frames[0], &frames[1]].map(|f| bytemuck::bytes_of(&**f).to_vec());
     add("frame", "scan", scan[..OBSERVABLE_FROM + 96].to_vec());

@@ -16,7 +16,7 @@ use rusty_contract::tally::TallyEntry;
 use rusty_contract::{
     Answer, Credentials, JoinReply, JoinRequest, Participant, Phase, Role, Start, Tally, TruthKey,
 };
-use rusty_geometry::{EncoderTicks, Twist};
+use rusty_geometry::{EncoderCounts, Twist};
 use rusty_link::{ClientLink, LinkError, ServerLink, WaitPolicy};
 use rusty_tests::hand::{PATIENCE, join, next_frame as next};
 use rusty_tests::*;
@@ -33,7 +33,7 @@ fn an_answer_for_another_participant_is_dropped_and_reported() {
         let frame = next(&mut me).unwrap();
         assert_eq!((frame.phase(), frame.tick()), (Phase::Tick, tick));
         let lie = SE2::new(1e3, 1e3, 0.0);
-        for message in [Message::Failed, Message::Goodbye, Message::Reply(lie.into())] {
+        for message in [Message::Failed, Message::Leave, Message::Reply(lie.into())] {
             let mut answer = Answer::carrying(&message);
             answer.run_id = victim.start().run_id;
             answer.participant = victim.start().participant;
@@ -48,7 +48,7 @@ fn an_answer_for_another_participant_is_dropped_and_reported() {
     }
     for link in [&mut me, &mut victim] {
         assert_eq!(next(link).unwrap().phase(), Phase::Done);
-        link.send_raw(Answer::carrying(&Message::Goodbye)).unwrap();
+        link.send_raw(Answer::carrying(&Message::Leave)).unwrap();
     }
     drop((me, victim));
     let after = live.ends_with(0);
@@ -167,7 +167,7 @@ impl Stage {
     fn publish(&mut self, tick: u64) -> u64 {
         self.ask(move |link| {
             let mut frame = link.loan().unwrap();
-            let counts = EncoderTicks { left: 1234, right: 5678 };
+            let counts = EncoderCounts { left: 1234, right: 5678 };
             frame.begin(tick, 0.02, counts, Twist::default());
             frame.run_id = RUN_ID;
             frame.seal(&key(), Some(SE2::new(1.0, 2.0, 0.5)));

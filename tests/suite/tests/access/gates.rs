@@ -140,7 +140,7 @@ fn nothing_secret_lies_in_the_memory_of_a_run() {
     assert!(scans >= 100 * snapshots.len(), "{scans} ranges found");
 }
 
-/// Joins as the estimator, hears what it is told, looks at one frame, leaves.
+/// Joins as the estimator, receives what it is told, looks at one frame, leaves.
 fn told(tag: &str, more: &str) -> Start {
     let (live, _place) = serve(tag, more, &["--without", "score", "--without", "logger"]);
     let mut link = hand::join(&live.run, "dead-reckoning").unwrap();
@@ -152,7 +152,7 @@ fn told(tag: &str, more: &str) -> Start {
     }
     assert_eq!(link.next_tally().unwrap().map(|t| t.tick), None, "others' answers");
     drop(frame);
-    link.send_raw(Answer::carrying(&Message::Goodbye)).unwrap();
+    link.send_raw(Answer::carrying(&Message::Leave)).unwrap();
     let start = link.start().clone();
     drop(link);
     let run = live.run.clone();

@@ -42,7 +42,7 @@ const FOR_ROOT: [&str; 9] = [
 /// A scenario with this estimator, `words` being its program and arguments.
 fn scenario(place: &Path, sandbox: &str, words: &[&str]) -> String {
     let entry = estimator("estimator", words, &format!("sandbox = {sandbox}"));
-    write(place, "s.toml", format!("name = \"sandbox\"\nticks = 100\n{entry}{WITNESSES}"))
+    write(place, "s.toml", format!("name = \"sandbox\"\nticks = 100\n{entry}{RECORDERS}"))
 }
 
 /// Whether this kernel can confine in full; prints the reason if it cannot.

@@ -8,8 +8,8 @@ use rusty_tests::*;
 const RUN: [&str; 4] = ["--ticks", "300", "--seed", "5"];
 
 #[track_caller]
-fn control(live: &Live, wish: &[&str]) -> Value {
-    let args = [&["control", "--json", live.run.as_str()], wish].concat();
+fn control(live: &Live, request: &[&str]) -> Value {
+    let args = [&["control", "--json", live.run.as_str()], request].concat();
     sim_server(&args).expect(0).json()
 }
 
@@ -75,15 +75,15 @@ fn a_participant_has_no_say_in_the_time_of_its_run() {
     let live = Live::start("serve", "no-say", &[&roster]);
     let mut link = hand::join(&live.run, "me").unwrap();
     let frame = hand::next_frame(&mut link).unwrap();
-    for wish in [ControlRequest::Stop, ControlRequest::Pause, ControlRequest::Status] {
-        let reply = rusty_link::control(&live.run, wish, hand::PATIENCE).unwrap();
+    for request in [ControlRequest::Stop, ControlRequest::Pause, ControlRequest::Status] {
+        let reply = rusty_link::control(&live.run, request, hand::PATIENCE).unwrap();
         assert!(matches!(reply, ControlReply::Refused(_)), "{reply:?}");
     }
     link.answer(&frame, &Message::Reply(Reply::Abstain)).unwrap();
     assert_eq!(control(&live, &["stop"])["paused"], false);
     let last = hand::next_frame(&mut link).unwrap();
     assert_eq!(last.phase(), Phase::Interrupted);
-    link.send_raw(Answer::carrying(&Message::Goodbye)).unwrap();
+    link.send_raw(Answer::carrying(&Message::Leave)).unwrap();
     drop((frame, last, link));
     live.ends_with(3);
 }

@@ -54,8 +54,8 @@ impl Run {
 
     /// The poses that an estimator answered, as bits.
     fn answers(&self, name: &str) -> Vec<[u64; 3]> {
-        let seats = list(&self.report, "participants");
-        let place = seats.iter().position(|p| text(p, "name") == name).unwrap();
+        let slots = list(&self.report, "participants");
+        let place = slots.iter().position(|p| text(p, "name") == name).unwrap();
         let pose = |r: &TickRecord| {
             let p = r.replies[place].estimate().unwrap().pose_in_world;
             [p.x(), p.y(), p.theta()].map(f64::to_bits)
@@ -169,9 +169,9 @@ fn a_client_that_is_stopped_and_continued_changes_no_bit() {
     send_signal(pid, Signal::CONT);
     let run = live.end();
     assert_eq!(run.digest(), usual().digest());
-    let seat = &run.report["participants"][0];
-    assert!(seat["slow"].as_u64() > Some(0), "{seat}");
-    assert_eq!(seat["answers"], 300);
+    let slot = &run.report["participants"][0];
+    assert!(slot["slow"].as_u64() > Some(0), "{slot}");
+    assert_eq!(slot["answers"], 300);
 }
 
 #[test]

@@ -7,7 +7,7 @@ const TICKS: &str = "ticks = 300\nseed = 9\n";
 /// A run of a scenario with these lines; its report, and the folder.
 fn run(tag: &str, scenario: &str) -> (Value, Folder) {
     let out = folder();
-    let file = out.write("scenario.toml", format!("{TICKS}{scenario}{WITNESSES}"));
+    let file = out.write("scenario.toml", format!("{TICKS}{scenario}{RECORDERS}"));
     (launch(tag, &out.at("run"), &[&file]), out)
 }
 

@@ -61,10 +61,10 @@ fn answers_that_come_again_are_counted_and_nothing_is_written() {
 fn one_bit_of_an_answer_is_named_and_the_earlier_difference_comes_first() {
     let (place, log) = probed();
     let (header, records) = load(&log);
-    let seat = header.answering().position(|p| p.name == "probe").unwrap();
+    let slot = header.answering().position(|p| p.name == "probe").unwrap();
     let copy = place.at("flipped.log");
     let mut flipped = records.clone();
-    let Reply::Estimate(estimate) = &mut flipped[31].replies[seat] else { panic!() };
+    let Reply::Estimate(estimate) = &mut flipped[31].replies[slot] else { panic!() };
     let variance = &mut estimate.covariance.as_mut().unwrap()[4];
     let before = *variance;
     *variance = f64::from_bits(before.to_bits() ^ 1);

@@ -164,13 +164,13 @@ fn odd_beliefs_are_cut_or_left_out_and_the_run_is_well() {
     assert_eq!(said.matches("it is not asked again").count(), 1, "{said}");
 }
 
-/// An onlooker that was stopped or killed, and one that looks to the end.
+/// An viewer that was stopped or killed, and one that looks to the end.
 #[test]
 fn whoever_looks_on_changes_nothing_and_leaves_nothing() {
     let calm = folder();
     let ticks = ["--ticks", "400", "--without", "score"];
     let report = launch("calm", calm.path(), &[&CLOUD[..], &ticks].concat());
-    let live = Live::under_way("onlookers", &[&CLOUD, &ticks, &["--pace", "1"]]);
+    let live = Live::under_way("viewers", &[&CLOUD, &ticks, &["--pace", "1"]]);
     let look = |more: &[&str]| live.join("belief", more);
     let (still, killed) = (look(&["--json"]), look(&["--json"]));
     let awake = look(&["--json", "--name", "cloud"]);
@@ -180,7 +180,7 @@ fn whoever_looks_on_changes_nothing_and_leaves_nothing() {
     still.signal(Signal::STOP);
     killed.signal(Signal::KILL);
     let run = live.run.clone();
-    // Onlookers are no participants: the run's end does not wait for them.
+    // Viewers are no participants: the run's end does not wait for them.
     let Live { server, out: _out, .. } = live;
     assert_eq!(server.wait().expect(0).json()["digest"], report["digest"]);
     let lines = awake.wait().expect(0).stdout;
@@ -200,7 +200,7 @@ fn whoever_looks_on_changes_nothing_and_leaves_nothing() {
 
 /// There is room for six who look on at a time, the scorer among them.
 #[test]
-fn onlookers_that_were_killed_leave_their_places_to_others() {
+fn viewers_that_were_killed_leave_their_places_to_others() {
     let live = Live::under_way("places", &[&CLOUD, &LONG]);
     for signal in [Signal::KILL, Signal::HUP, Signal::KILL, Signal::HUP, Signal::KILL] {
         let mut look = Command::new(binary("belief"));
@@ -241,7 +241,7 @@ fn a_filter_that_is_killed_while_it_shows_leaves_nothing() {
 fn a_filter_in_a_sandbox_shows_what_it_holds_possible() {
     let (place, out) = (folder(), folder());
     let cloud = estimator("cloud", &[arg(&binary("05_belief"))], "sandbox = true");
-    let scenario = format!("name = \"cell\"\nticks = 40\n{cloud}{WITNESSES}");
+    let scenario = format!("name = \"cell\"\nticks = 40\n{cloud}{RECORDERS}");
     let file = place.write("s.toml", scenario);
     let ended = run_to("cell", out.path(), &["launch", &file]);
     if ended.code == Some(2) && ended.stderr.contains("cannot be had") {

@@ -37,7 +37,7 @@ fn drive(
         truths.push(sim.truth());
         command = Some(answer(&Tick::detached(&frame)));
     }
-    assert_eq!(held.ticks(), blocked, "truth and command say something else than the world");
+    assert_eq!(held.tick_count(), blocked, "truth and command say something else than the world");
     (blocked, truths)
 }
 

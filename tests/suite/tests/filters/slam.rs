@@ -30,7 +30,7 @@ fn patrol(tag: &str, out: &Path, more: &[&str]) -> Value {
 fn through_the_library(log: &Path) -> (Slam, u64) {
     let log = Log::read(log);
     let (header, is_complete) = (log.header.clone(), log.is_complete());
-    let seat = header.answering().position(|p| p.name == "slam").unwrap();
+    let slot = header.answering().position(|p| p.name == "slam").unwrap();
     let place = header.roster.iter().position(|p| p.name == "slam").unwrap();
     let start = Start::new(&header, place, &header.roster[place]);
     let mut slam = Slam::new(&start, &SlamOptions::default());
@@ -41,7 +41,7 @@ fn through_the_library(log: &Path) -> (Slam, u64) {
         if let Some(ranges_m) = &record.ranges_m {
             slam.scan(ranges_m);
         }
-        let Reply::Estimate(estimate) = record.replies[seat] else { panic!("no estimate") };
+        let Reply::Estimate(estimate) = record.replies[slot] else { panic!("no estimate") };
         assert_eq!(estimate.pose_in_world, slam.pose().0, "tick {}", record.tick);
     }
     (slam, records.len() as u64)

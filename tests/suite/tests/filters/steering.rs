@@ -7,7 +7,7 @@
 
 use rusty_contract::{Frame, RunConfig, Scenario, ScriptConfig};
 use rusty_engine::scenario_file::BUILT_IN;
-use rusty_geometry::{EncoderTicks, odometry_delta, open, trig, wrap_angle};
+use rusty_geometry::{EncoderCounts, odometry_delta, open, trig, wrap_angle};
 use rusty_sim::{Sim, StepOutcome};
 use rusty_tests::*;
 
@@ -31,7 +31,7 @@ struct Inverter {
     /// The pose before the tick before, and how far the wheels have driven since.
     last: SE2,
     driven_m: f64,
-    counts: EncoderTicks,
+    counts: EncoderCounts,
 }
 
 impl Inverter {
@@ -47,7 +47,7 @@ impl Inverter {
             frame: *Frame::boxed(),
             last: config.start,
             driven_m: 0.0,
-            counts: EncoderTicks::default(),
+            counts: EncoderCounts::default(),
         }
     }
 
@@ -69,8 +69,8 @@ impl Inverter {
             let along_m = error.x() - (command.v_m_s - plan.v_m_s);
             pose = pose.boxplus(&[along_m, 0.0, 0.0].into());
         }
-        let delta = odometry_delta(self.counts, frame.ticks(), &config.robot.nominal().drive);
-        (self.last, self.driven_m, self.counts) = (pose, delta.x, frame.ticks());
+        let delta = odometry_delta(self.counts, frame.encoders(), &config.robot.nominal().drive);
+        (self.last, self.driven_m, self.counts) = (pose, delta.x, frame.encoders());
         pose.boxplus(&delta)
     }
 }
@@ -82,13 +82,13 @@ fn errors(mut config: RunConfig, seed: u64) -> (f64, f64, usize) {
     let drive = config.robot.nominal().drive;
     let (mut sim, mut frame) = (Sim::new(config.clone()).unwrap(), Frame::boxed());
     let mut inverter = Inverter::new(&config);
-    let (mut reckoned, mut counts) = (config.start, EncoderTicks::default());
+    let (mut reckoned, mut counts) = (config.start, EncoderCounts::default());
     let (mut squares, mut blocked) = ([0.0; 2], 0);
     for _ in 0..config.ticks {
         blocked += usize::from(sim.step(None, &mut frame) == StepOutcome::Blocked);
         let inverted = inverter.estimate(&frame, &config);
-        reckoned = reckoned.boxplus(&odometry_delta(counts, frame.ticks(), &drive));
-        counts = frame.ticks();
+        reckoned = reckoned.boxplus(&odometry_delta(counts, frame.encoders(), &drive));
+        counts = frame.encoders();
         for (sum, estimate) in squares.iter_mut().zip([inverted, reckoned]) {
             let off = estimate.translation() - sim.truth().translation();
             *sum += trig::hypot(off.x, off.y).powi(2);
@@ -147,11 +147,4 @@ fn no_scenario_s_commands_depend_on_the_truth() {
     assert_eq!(Scenario::default().script, config_of("apartment", &[]).script);
     let steered = config_of("apartment", &["script.kind=truth-steered-patrol"]);
     assert_ne!(commands(&steered, 0.0), commands(&steered, 0.3));
-}
-
-#[test]
-fn the_steered_patrol_s_older_name_still_names_it() {
-    let kind = |name: &str| config_of("apartment", &[&format!("script.kind={name}")]).script;
-    assert_eq!(kind("steered-patrol"), kind("truth-steered-patrol"));
-    assert_eq!(kind("steered-patrol").kind(), "truth-steered-patrol");
 }

@@ -325,8 +325,7 @@ fn the_reference_of_scenarios_has_every_field_with_its_type_range_and_default() 
     let all = rows("docs/scenarios.md");
     let mut unknown = base("driver");
     put(&mut unknown, "script.kind", Some("zzz".into()));
-    let mut kinds = expected::<Scenario>(unknown, "variant").unwrap();
-    assert!(kinds.remove("steered-patrol"), "the old name of truth-steered-patrol");
+    let kinds = expected::<Scenario>(unknown, "variant").unwrap();
     for kind in kinds {
         let base = base(&kind);
         scenario(&base).unwrap_or_else(|e| panic!("{kind}: {e}"));

@@ -233,7 +233,7 @@ fn killed_participant(live: Live, victim: &str, go_on: bool) -> Hit {
     let report = ended.json();
     let losses = list(&report, "losses");
     let Some(loss) = losses.first() else {
-        // It had said goodbye.
+        // It had left.
         assert_eq!(text(&report, "ended"), "done", "{ended:#?}");
         assert!(matches!(ended.code, Some(0 | 3)), "{ended:#?}");
         let blamed = format!("{victim}: its process was killed by signal 9");

@@ -34,7 +34,7 @@ fn a_participant_that_ends_at_once_ends_the_run_and_nobody_is_blamed_beside_it()
         after.lost("bad", "dead", "exited with code 1");
         let remarks = after.report["remarks"].to_string();
         assert!(!remarks.contains("did not end by itself"), "round {round}: {remarks}");
-        assert!(!after.stderr.contains("no goodbye"), "round {round}: {}", after.stderr);
+        assert!(!after.stderr.contains("no leave message"), "round {round}: {}", after.stderr);
     }
 }
 

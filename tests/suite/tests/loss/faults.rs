@@ -139,7 +139,7 @@ fn when_the_server_is_killed_everyone_else_ends_and_sweeps() {
         assert_eq!(live.server.wait().code, None);
         for name in ALL {
             let said = fs::read_to_string(out.at(format!("{name}.txt"))).unwrap();
-            assert!(said.contains("is gone: it ended without a last word"), "{name}: {said}");
+            assert!(said.contains("is gone: it ended without a end of run"), "{name}: {said}");
         }
         let after = After { report: Value::Null, stderr: String::new(), out };
         assert!(!after.records().0.is_empty() && !after.records().1);
@@ -154,7 +154,7 @@ fn when_the_server_is_killed_everyone_else_ends_and_sweeps() {
 #[test]
 fn a_server_that_ends_while_its_participants_come_leaves_nothing() {
     for (signal, code) in [(Signal::INT, Some(3)), (Signal::KILL, None)] {
-        // From the first file in shared memory to where somebody has a seat.
+        // From the first file in shared memory to where somebody has a slot.
         let all = [1, 4, 8, 16].map(|traces| {
             let live = Live::start("launch", "start", &[&LONG]);
             until("a participant starts", || {
@@ -214,7 +214,7 @@ fn one_that_exits_panics_aborts_or_leaves_is_lost_in_its_own_way() {
         ("exit", "dead", "its process exited with code 7"),
         ("panic", "dead", "its process exited with code 101; it printed:"),
         ("abort", "dead", "its process was killed by signal 6"),
-        ("goodbye", "left", "it said goodbye before the end"),
+        ("leave", "left", "it left before the end"),
     ] {
         let ticks = ["--ticks", "50"];
         let aborted = with_probe("gone", mode, &[&ticks]).ends_with(1);
@@ -243,7 +243,7 @@ fn nobody_waits_for_the_clock_of_a_slow_run() {
         .says("no participant \"stranger\"");
     other.signal(Signal::KILL);
     assert_eq!(hand::next_frame(&mut link).unwrap().phase(), Phase::Aborted);
-    link.send_raw(Answer::carrying(&Message::Goodbye)).unwrap();
+    link.send_raw(Answer::carrying(&Message::Leave)).unwrap();
     drop((frame, link));
     live.ends_with(1).lost("dead-reckoning", "dead", "its process has ended");
     assert_eq!(other.wait().code, None);
@@ -294,7 +294,7 @@ fn a_participant_that_is_stopped_by_hand_says_so_and_is_named() {
     clients[0].signal(Signal::INT);
     let [estimator, scorer, logger] = clients.map(Process::wait);
     let after = live.ends_with(1);
-    after.lost("dead-reckoning", "left", "it said goodbye before the end");
+    after.lost("dead-reckoning", "left", "it left before the end");
     estimator.says("stopped on request");
     assert_eq!((estimator.code, scorer.code, logger.code), (Some(1), Some(0), Some(3)));
     after.verifies(0);

@@ -1,6 +1,6 @@
 //! Faults and refusals: what goes wrong is named, the rest ends or goes on, and nothing is left.
 
-mod comeback;
+mod catch_up;
 mod dropped;
 mod endings;
 mod faults;

@@ -159,7 +159,7 @@ fn a_client_that_does_not_fit_is_told_why() {
     strange.says(words);
     for (mode, words) in [
         ("wrong-layout", "the client was built for layout "),
-        ("wrong-protocol", "the client speaks protocol 5, the server 4; build both"),
+        ("wrong-protocol", "the client speaks protocol 2, the server 1; build both"),
     ] {
         let args = ["--name", "dead-reckoning", "--mode", mode];
         let client = live.join("probe-client", &args).wait().expect(1);
@@ -169,7 +169,7 @@ fn a_client_that_does_not_fit_is_told_why() {
         .wait()
         .expect(1)
         .says("has the role estimator");
-    // That one had taken the seat, and its failure ends the run.
+    // That one had taken the slot, and its failure ends the run.
     let after = live.ends_with(1);
     let said = after.stderr.matches("refused a client: ").count();
     assert_eq!(said, 3, "{}", after.stderr);
@@ -185,15 +185,15 @@ fn the_second_of_a_name_is_refused_and_the_first_stays() {
     let (refused, stays) = if ended(&first) { (first, second) } else { (second, first) };
     let words = format!("\"dead-reckoning\" has joined already (process {})", stays.pid());
     refused.wait().expect(1).says(&words);
-    let witnesses = ["score", "logger"].map(|name| live.join(name, &[]));
+    let recorders = ["score", "logger"].map(|name| live.join(name, &[]));
     assert_eq!(stays.wait().code, Some(0));
-    assert!(witnesses.map(|c| c.wait().code) == [Some(0); 2]);
+    assert!(recorders.map(|c| c.wait().code) == [Some(0); 2]);
     live.ends_with(0).verifies(0);
 }
 
 #[test]
 fn a_required_participant_that_is_refused_ends_the_run_in_its_words() {
-    for (mode, words) in [("wrong-layout", "built for layout"), ("wrong-protocol", "protocol 5")] {
+    for (mode, words) in [("wrong-layout", "built for layout"), ("wrong-protocol", "protocol 2")] {
         let after = with_probe("refused", mode, &[&["--ticks", "50"]]).ends_with(1);
         after.lost("dead-reckoning", "dead", "exited with code 1; it printed:\n    probe: refused");
         let detail = text(&after.report["losses"][0], "detail");

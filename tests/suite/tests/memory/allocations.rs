@@ -1,11 +1,11 @@
 //! A steady tick allocates nothing of ours, and leaves nothing behind: not in
-//! the server, not in an estimator's session, not in a witness's.
+//! the server, not in an estimator's session, not in a recorder's.
 //!
 //! The transport makes a small handle for every message that is sent, and frees
 //! it with the sending. That is all there is: one for each frame, tally and
 //! answer, and after any number of ticks no byte more is held than before.
 //!
-//! Server, estimator and witness are threads here, each with ports of its own,
+//! Server, estimator and recorder are threads here, each with ports of its own,
 //! so that one allocator sees them all and tells them apart. They wait without
 //! sleeping: going to sleep may allocate, and is no part of a steady tick.
 
@@ -15,8 +15,8 @@ use std::sync::mpsc::channel;
 use std::thread;
 
 use rusty_clients::prelude::*;
-use rusty_clients::witness::{Ending, Step, Witness};
-use rusty_clients::{ClientArgs, run_witness};
+use rusty_clients::recorder::{Ending, Recorder, Step};
+use rusty_clients::{ClientArgs, run_recorder};
 use rusty_contract::{Exit, Participant, Role};
 use rusty_engine::run::RunBuilder;
 use rusty_engine::source::Simulated;
@@ -58,14 +58,14 @@ impl Count {
     }
 }
 
-/// A witness that looks at every tick and keeps nothing.
+/// A recorder that looks at every tick and keeps nothing.
 struct Watcher(Count);
 
 thread_local! {
     static WATCHED: Cell<Option<Sender<Tallied>>> = const { Cell::new(None) };
 }
 
-impl Witness for Watcher {
+impl Recorder for Watcher {
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         self.0.at(step.frame.tick());
         Ok(())
@@ -90,11 +90,11 @@ fn estimate(run: &RunName) -> Tallied {
     let mut session = Session::join(&args(run, "estimator")).unwrap();
     let drive = session.start().robot.drive;
     let (mut pose, mut last, mut count) =
-        (SE2::identity(), EncoderTicks::default(), Count::default());
+        (SE2::identity(), EncoderCounts::default(), Count::default());
     while let Some(tick) = session.next().unwrap() {
-        count.at(tick.tick());
-        pose = pose.boxplus(&odometry_delta(last, tick.ticks(), &drive));
-        last = tick.ticks();
+        count.at(tick.index());
+        pose = pose.boxplus(&odometry_delta(last, tick.encoders(), &drive));
+        last = tick.encoders();
         tick.answer(pose).unwrap();
     }
     count.steady()
@@ -111,7 +111,7 @@ fn header(scan_every: u64) -> LogHeader {
     header_of(config, vec![by_hand("estimator", Role::Estimator), by_hand("watcher", Role::Scorer)])
 }
 
-/// Steady ticks of a run: what server, estimator and witness allocated.
+/// Steady ticks of a run: what server, estimator and recorder allocated.
 fn count_a_run(tag: &str, scan_every: u64) -> [Tallied; 3] {
     let (run, out) = (fresh_run(tag), folder());
     let count = RefCell::new(Count::default());
@@ -129,7 +129,7 @@ fn count_a_run(tag: &str, scan_every: u64) -> [Tallied; 3] {
     let estimator = thread::spawn(move || estimate(&one));
     let watcher = thread::spawn(move || {
         WATCHED.set(Some(said));
-        run_witness(&args(&other, "watcher"), |_, _| Ok(Watcher(Count::default())))
+        run_recorder(&args(&other, "watcher"), |_, _| Ok(Watcher(Count::default())))
     });
     let outcome = server.drive().unwrap();
     assert_eq!(outcome.ticks, WARM_UP + STEADY + 1, "{outcome:?}");
@@ -142,7 +142,7 @@ fn count_a_run(tag: &str, scan_every: u64) -> [Tallied; 3] {
 fn a_steady_tick_allocates_nothing_but_the_transport_s_handles() {
     for (tag, scan_every) in [("alloc-blind", 0), ("alloc-scan", 5)] {
         let found = count_a_run(tag, scan_every);
-        // Frame and tally; an answer; an acknowledgement. The witness looks at
+        // Frame and tally; an answer; an acknowledgement. The recorder looks at
         // a tick after it has acknowledged the next one, except for the last.
         let sent = [2 * STEADY, STEADY, STEADY - 1].map(|n| n as i64);
         assert_eq!(found.map(|f| f.0), sent, "a scan every {scan_every}: {found:?}");

@@ -1,8 +1,8 @@
 //! A tick takes no memory: neither in those who watch a run, nor in those who
 //! make it.
 
-use rusty_clients::witness::{Delay, Step};
-use rusty_clients::{ClientArgs, ClientError, Witness};
+use rusty_clients::recorder::{Delay, Step};
+use rusty_clients::{ClientArgs, ClientError, Recorder};
 use rusty_contract::log::LogHeader;
 use rusty_contract::{Brief, Estimate, Frame, Participant, Role, RunDigest, Start};
 use rusty_logger::Logger;
@@ -22,13 +22,13 @@ fn header(ticks: u64) -> LogHeader {
     header
 }
 
-/// A witness of that run, by its `new`.
-fn witness<W>(
+/// A recorder of that run, by its `new`.
+fn recorder<W>(
     header: &LogHeader,
     out: &Path,
     new: impl FnOnce(&Start, &Brief, &ClientArgs) -> Result<W, ClientError>,
 ) -> W {
-    let start = Start::new(header, 9, &Participant::new("witness", Role::Logger));
+    let start = Start::new(header, 9, &Participant::new("recorder", Role::Logger));
     let brief = Brief { header: header.clone(), out_dir: None };
     let args = ClientArgs { out: Some(out.to_owned()), ..ClientArgs::default() };
     new(&start, &brief, &args).unwrap()
@@ -36,7 +36,7 @@ fn witness<W>(
 
 /// Shows it `ticks`, every fifth with a scan of so many beams, and says how many bytes the
 /// thread had in use for that, at most.
-fn shown<W: Witness>(witness: &mut W, beams: usize, ticks: std::ops::Range<u64>) -> usize {
+fn shown<W: Recorder>(recorder: &mut W, beams: usize, ticks: std::ops::Range<u64>) -> usize {
     let (digest, mut frame) = (RunDigest::default(), Frame::boxed());
     let ((), bytes) = measured(|| {
         for tick in ticks {
@@ -51,7 +51,7 @@ fn shown<W: Witness>(witness: &mut W, beams: usize, ticks: std::ops::Range<u64>)
                 Some(Delay { reported_ns: 1000 + tick % 777, observed_ns: 3000 + tick % 999 });
             let (truth, delays) = (Some(at(0.0)), &[delay]);
             let step = Step { frame: &frame, truth, replies: &replies, delays, digest };
-            witness.step(&step).unwrap();
+            recorder.step(&step).unwrap();
         }
     });
     bytes
@@ -60,7 +60,7 @@ fn shown<W: Witness>(witness: &mut W, beams: usize, ticks: std::ops::Range<u64>)
 #[test]
 fn the_logger_takes_no_memory_for_a_tick() {
     let (header, out) = (header(1 << 40), folder());
-    let mut logger = witness(&header, out.path(), Logger::new);
+    let mut logger = recorder(&header, out.path(), Logger::new);
     // What it writes a record in grows to the size of the first one.
     assert!(shown(&mut logger, 1080, 0..5) > 0, "nothing is counted");
     assert_eq!(shown(&mut logger, 1080, 5..50_000), 0);
@@ -72,7 +72,7 @@ fn the_scorer_takes_no_memory_for_a_tick_and_little_for_a_million() {
     let scorer = |_: &Start, brief: &Brief, args: &ClientArgs| {
         Scorer::with(Yardstick::default(), brief, args)
     };
-    let (mut scorer, room) = measured(|| witness(&header, out.path(), scorer));
+    let (mut scorer, room) = measured(|| recorder(&header, out.path(), scorer));
     assert!((1 << 20..40 << 20).contains(&room), "{room} bytes of room to begin with");
     assert_eq!(shown(&mut scorer, 180, 0..130_000), 0);
     // Here it goes from sorting what it kept for medians to counting,

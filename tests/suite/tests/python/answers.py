@@ -46,7 +46,7 @@ with rusty.join() as session:
     assert not start.map.flags.writeable and start.initial_pose == (6.0, 4.5, 0.0)
     assert start.lidar.bearings_rad[90] == 0.0 and start.robot.track_m == 0.16
     for tick in session:
-        n = tick.number
+        n = tick.index
         assert repr(tick).startswith(f"<rusty.Tick {n} at ")
         refused(ValueError, f"tick {n}: estimate x_m is NaN", lambda: tick.answer(nan, 0, 0))
         refused(ValueError, "command omega_rad_s is inf", lambda: tick.answer(0, 0, 0, command=(0, float("inf"))))

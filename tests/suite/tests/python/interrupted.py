@@ -8,7 +8,7 @@ import rusty
 
 for tick in rusty.join("python", run=sys.argv[1]):
     tick.answer(0.0, 0.0, 0.0)
-    if tick.number == 3:
+    if tick.index == 3:
         open(sys.argv[2], "w").close()
         while True:
             time.sleep(0.01)

@@ -23,9 +23,9 @@ def check(kept):
 over_frames = copies = 0
 session = rusty.join()
 for tick in session:
-    if tick.number <= 150:
+    if tick.index <= 150:
         ticks.append(tick)
-    digest.update(repr((tick.number, tick.time_s, tick.counts, tick.command)).encode())
+    digest.update(repr((tick.index, tick.time_s, tick.encoders, tick.command)).encode())
     if tick.ranges is None:
         tick.abstain()
         continue
@@ -52,17 +52,17 @@ for tick in session:
             pass
         else:
             raise AssertionError("a scan can be written")
-    piece = scan[3:7][::-1] if tick.number < 100 else scan.reshape(2, -1)[1][5:]
-    if tick.number < 100:
+    piece = scan[3:7][::-1] if tick.index < 100 else scan.reshape(2, -1)[1][5:]
+    if tick.index < 100:
         whole.append((scan, scan.tobytes()))
         pieces.append((piece, piece.tobytes()))
-    elif tick.number < 150:
+    elif tick.index < 150:
         # Only pieces of pieces; nothing is left that holds the whole.
         pieces.append((piece, piece.tobytes()))
     else:
         # Not for ever: later ones lie over frames again.
         recent = [*recent[-1:], (piece, piece.tobytes())]
-    if tick.number == 150:
+    if tick.index == 150:
         check(whole)
         check(pieces)
         for kept in ticks:

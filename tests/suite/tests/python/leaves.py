@@ -10,7 +10,7 @@ how, rest = sys.argv[1], sys.argv[2:]
 def work(session):
     """Answers six ticks."""
     for tick in session:
-        if tick.number == 7:
+        if tick.index == 7:
             if how == "raise" or how == "kept":
                 raise ValueError("boom at seven")
             if how == "log":

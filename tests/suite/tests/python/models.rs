@@ -5,7 +5,7 @@
 use nalgebra::{Point2, Vector3};
 use rusty_contract::log::{LogReader, Read, Source};
 use rusty_contract::*;
-use rusty_geometry::{DiffDrive, EncoderTicks, Scan, Twist, odometry_delta, wrap_angle};
+use rusty_geometry::{DiffDrive, EncoderCounts, Scan, Twist, odometry_delta, wrap_angle};
 use rusty_tests::python::{python, script};
 use rusty_tests::*;
 
@@ -71,7 +71,7 @@ fn the_plane_in_python_has_the_bits_of_the_plane_in_rust() {
         poses.map(numbers).into_iter().chain(twists).flatten()
     });
     same_bits(&said["plane"], plane);
-    let reading = |c: &[i64; 2]| EncoderTicks { left: c[0], right: c[1] };
+    let reading = |c: &[i64; 2]| EncoderCounts { left: c[0], right: c[1] };
     let deltas = counts.windows(2).flat_map(|pair| {
         <[f64; 3]>::from(odometry_delta(reading(&pair[0]), reading(&pair[1]), &drive))
     });
@@ -120,7 +120,7 @@ fn record(tick: u64, has_truth: bool) -> TickRecord {
     TickRecord {
         tick,
         stamp_s: (tick == 5).then_some(123.456),
-        ticks: EncoderTicks { left: 100 + tick as i64, right: -100 },
+        ticks: EncoderCounts { left: 100 + tick as i64, right: -100 },
         command,
         truth: (has_truth && tick != 3).then(|| numbers(pose)),
         ranges_m: tick.is_multiple_of(2).then(|| vec![1.5; 4 - (tick == 4) as usize]),

@@ -1,6 +1,6 @@
 //! The Python package, in real runs: it takes part like any other client, its
 //! arrays never show another tick's data, and whatever a script does to leave,
-//! the run hears of it.
+//! the run learns of it.
 
 use rusty_contract::Innovation;
 use rusty_tests::python::{python, script};
@@ -152,7 +152,7 @@ fn remarks(report: &Value) -> String {
 }
 
 #[test]
-fn whoever_leaves_at_tick_7_has_failed_and_its_last_words_are_kept() {
+fn whoever_leaves_at_tick_7_has_failed_and_its_last_lines_are_kept() {
     let Some(python) = python() else { return };
     for (how, words) in [
         ("raise", Some("ValueError: boom at seven")),
@@ -191,7 +191,7 @@ fn a_run_that_goes_on_goes_on_without_a_script_that_raised() {
 }
 
 #[test]
-fn ctrl_c_ends_waiting_and_says_goodbye() {
+fn ctrl_c_ends_waiting_and_leaves() {
     let Some(python) = python() else { return };
     // Paused, so that the script waits for its first tick.
     let live = Live::start("serve", "ctrl-c", &[&["--paused", "--add", "python"]]);
@@ -205,11 +205,11 @@ fn ctrl_c_ends_waiting_and_says_goodbye() {
     // Python ends by the signal itself, as shells want it.
     assert_eq!(ended.code, None, "{ended:?}");
     assert!(ended.stderr.trim_end().ends_with("KeyboardInterrupt"), "{ended:?}");
-    live.ends_with(1).lost("python", "left", "it said goodbye before the end");
+    live.ends_with(1).lost("python", "left", "it left before the end");
 }
 
 #[test]
-fn ctrl_c_in_the_loop_s_body_says_goodbye_however_it_joined() {
+fn ctrl_c_in_the_loop_s_body_leaves_however_it_joined() {
     let Some(python) = python() else { return };
     let live = Live::start("serve", "ctrl-c", &[&LONG, &["--add", "python"]]);
     let busy = live.out.at("busy");
@@ -221,7 +221,7 @@ fn ctrl_c_in_the_loop_s_body_says_goodbye_however_it_joined() {
     script.signal(Signal::INT);
     assert!(script.wait().stderr.trim_end().ends_with("KeyboardInterrupt"));
     drop(others.map(Process::wait));
-    live.ends_with(1).lost("python", "left", "it said goodbye before the end");
+    live.ends_with(1).lost("python", "left", "it left before the end");
 }
 
 #[test]

@@ -15,7 +15,7 @@ with warnings.catch_warnings(record=True) as warned:
     except (OSError, rusty.RustyError) as error:
         print(json.dumps({"error": type(error).__name__, "text": str(error)}))
         raise SystemExit(0)
-arrays = {"time_s": log.time_s, "counts": log.counts, "commands": log.commands}
+arrays = {"time_s": log.time_s, "counts": log.encoders, "commands": log.commands}
 arrays.update(scan_ticks=log.scan_ticks, ranges=log.ranges)
 if log.truth is not None:
     arrays["truth"] = log.truth

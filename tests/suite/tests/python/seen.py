@@ -7,7 +7,7 @@ import rusty
 
 digest = hashlib.sha256()
 for tick in rusty.join(log=sys.argv[1]):
-    digest.update(repr((tick.number, tick.time_s, tick.counts, tick.command)).encode())
+    digest.update(repr((tick.index, tick.time_s, tick.encoders, tick.command)).encode())
     if tick.ranges is not None:
         digest.update(tick.ranges.tobytes())
 print(digest.hexdigest())

@@ -1,5 +1,5 @@
 """Joins, waits, and says so by a file when it has waited for a while: before the
-server has heard of somebody, what they say on leaving may be lost with them."""
+server has told of somebody, what they say on leaving may be lost with them."""
 
 import sys
 import threading

@@ -18,7 +18,7 @@ fn scenario(folder: &Path) -> String {
 scan_every = 10
 lidar.beams = 30
 ";
-    write(folder, "scenario.toml", [run, &roster.concat(), WITNESSES].concat())
+    write(folder, "scenario.toml", [run, &roster.concat(), RECORDERS].concat())
 }
 
 /// A run of it: the log, the scores, and what is in the log.

@@ -50,7 +50,7 @@ fn table(said: &str) -> Vec<Vec<&str>> {
 fn who_is_not_told_where_it_starts_is_judged_aligned_and_the_table_says_so() {
     let place = folder();
     let [scenario, out] = ["scenario.toml", "run"].map(|name| place.at(name));
-    fs::write(&scenario, format!("{HIDDEN}{WITNESSES}")).unwrap();
+    fs::write(&scenario, format!("{HIDDEN}{RECORDERS}")).unwrap();
     let report = launch("hidden", &out, &[arg(&scenario)]);
     let [told, not_told] = [0, 1].map(|k| &report["scores"][k]);
     assert_eq!([text(told, "alignment"), text(not_told, "alignment")], ["none", "se2"]);

@@ -12,7 +12,7 @@ fn scenario(place: &Path, stem: &str, more: &str) -> String {
         format!(
             "name = \"out\"
 ticks = 30
-{mapper}{WITNESSES}"
+{mapper}{RECORDERS}"
         ),
     )
 }

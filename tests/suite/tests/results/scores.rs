@@ -51,8 +51,8 @@ fn innovations(log: &Path) -> Vec<u64> {
 #[test]
 fn a_living_run_and_its_log_have_the_same_scores() {
     let out = folder();
-    let witnesses = WITNESSES.replace("[\"score\"]", "[\"score\", \"--level\", \"0.9\"]");
-    let scenario = out.write("scenario.toml", format!("{RUN}{witnesses}"));
+    let recorders = RECORDERS.replace("[\"score\"]", "[\"score\", \"--level\", \"0.9\"]");
+    let scenario = out.write("scenario.toml", format!("{RUN}{recorders}"));
     let report = launch("scores", &out.at("run"), &[&scenario]);
     let log = out.at("run/run.log");
     let live = &report["scores"];

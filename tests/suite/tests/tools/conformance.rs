@@ -166,7 +166,7 @@ fn single_faults_around_a_run() {
         ("silent-refusal", "refused", "60", "exit code 0"),
         ("orphan", "dying-server", "5", "still ran"),
         ("hang", "end", "5", "no answer to tick 10"),
-        ("linger", "end", "5", "no goodbye"),
+        ("linger", "end", "5", "no leave message"),
         ("old-tick", "end", "5", "what came instead"),
     ];
     together(&cases, |(mode, check, patience, words)| {

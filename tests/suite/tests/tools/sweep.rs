@@ -82,7 +82,7 @@ fn a_lost_client_is_a_row_without_figures_and_an_exit_code() {
     let place = folder();
     let (out, probe) = (place.at("a.csv"), binary("probe-client"));
     let leaves = estimator("leaves", &[arg(&probe), "--mode", "exit"], "");
-    let text = format!("ticks = 40\nworld = \"open\"\nscan_every = 0\n{leaves}{WITNESSES}");
+    let text = format!("ticks = 40\nworld = \"open\"\nscan_every = 0\n{leaves}{RECORDERS}");
     let scenario = place.write("scenario.toml", text);
     let args = [&scenario, "--seeds", "0..2", "--clients"];
     let said = sweep(&args, &out, 3).stderr;

@@ -14,7 +14,7 @@ fn scenario(folder: &Path, name: &str, ticks: u64) -> PathBuf {
     let run = format!(
         "ticks = {ticks}\nscan_every = 0\nworld = \"open\"\nscript = {{ kind = \"figure-eight\" }}\n"
     );
-    PathBuf::from(write(folder, name, [&run, &roster.concat(), WITNESSES].concat()))
+    PathBuf::from(write(folder, name, [&run, &roster.concat(), RECORDERS].concat()))
 }
 
 #[track_caller]

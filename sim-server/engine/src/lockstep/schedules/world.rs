@@ -22,8 +22,8 @@ pub enum Event {
     Double(usize),
     /// An answer that is not asked for: what is wrong with it is a number.
     Wrong(usize, u64),
-    /// The last word of a client.
-    Goodbye(usize),
+    /// The end of run of a client.
+    Leave(usize),
     /// The client says that it failed.
     Failed(usize),
     /// The kernel says that the process has ended.
@@ -38,19 +38,19 @@ pub enum Event {
 
 impl Event {
     pub(super) fn draw(dice: &mut Dice) -> Self {
-        let seat = dice.below(4) as usize;
+        let slot = dice.below(4) as usize;
         match dice.below(64) {
-            0..5 => Self::Join(seat, dice.below(12)),
-            5..11 => Self::Ready(seat),
-            11..14 => Self::Double(seat),
-            14..17 => Self::Wrong(seat, dice.below(40)),
-            17 => Self::Goodbye(seat),
-            18 => Self::Failed(seat),
-            19..22 => Self::Died(seat),
+            0..5 => Self::Join(slot, dice.below(12)),
+            5..11 => Self::Ready(slot),
+            11..14 => Self::Double(slot),
+            14..17 => Self::Wrong(slot, dice.below(40)),
+            17 => Self::Leave(slot),
+            18 => Self::Failed(slot),
+            19..22 => Self::Died(slot),
             22 if dice.below(4) == 0 => Self::Interrupt,
             22..26 => Self::Pass(dice.below(400)),
             26 => Self::Timeout(dice.below(3) * 500),
-            _ => Self::Answer(seat),
+            _ => Self::Answer(slot),
         }
     }
 }
@@ -107,8 +107,8 @@ fn digest(tick: u64) -> u64 {
 }
 
 /// What a deterministic participant says.
-fn says(seat: usize, tick: u64) -> Reply {
-    SE2::new(seat as f64, tick as f64, 0.0).into()
+fn says(slot: usize, tick: u64) -> Reply {
+    SE2::new(slot as f64, tick as f64, 0.0).into()
 }
 
 impl World {
@@ -132,8 +132,8 @@ impl World {
             on_loss: policy,
             join_timeout_ns: 1_500,
             answer_timeout_ns: 2_000,
-            goodbye_timeout_ns: 5_000,
-            early_goodbye_timeout_ns: 2_000,
+            leave_timeout_ns: 5_000,
+            early_leave_timeout_ns: 2_000,
             slow_after_ns: 300,
         };
         let mut world = Self {
@@ -152,9 +152,9 @@ impl World {
             false_books: false,
         };
         if dice.below(8) > 0 {
-            for seat in 0..world.roster.len() {
-                world.happen(&Event::Join(seat, 0), 0);
-                world.happen(&Event::Ready(seat), 0);
+            for slot in 0..world.roster.len() {
+                world.happen(&Event::Join(slot, 0), 0);
+                world.happen(&Event::Ready(slot), 0);
             }
         }
         world
@@ -179,31 +179,31 @@ impl World {
                 return Ok(Next::Idle { until_ns });
             }
             Step::Finished => {
-                let left = self.machine.seats().iter().any(|s| s.awaited && s.is_present());
+                let left = self.machine.slots().iter().any(|s| s.awaited && s.is_present());
                 require(self.ended.is_some() && !left, "it finishes too early")?;
                 return Ok(Next::Over);
             }
             Step::Publish(tick) => self.publish(tick)?,
             Step::Close(tick) => self.close(tick)?,
             Step::End(phase) => self.end(phase)?,
-            Step::Feed { seat, tick } => self.feed(seat, tick)?,
-            Step::Echo { seat, tick, reply } => {
-                require(reply.same_bits(&says(seat, tick)), "an echo is not what was said")?;
+            Step::Feed { slot, tick } => self.feed(slot, tick)?,
+            Step::Echo { slot, tick, reply } => {
+                require(reply.same_bits(&says(slot, tick)), "an echo is not what was said")?;
             }
             Step::Restart(loss) => {
-                let book = &mut self.books[loss.seat];
+                let book = &mut self.books[loss.slot];
                 // One that was started again may die again before it joins.
                 require(self.policy == OnLoss::Restart && !book.lost, "no return")?;
                 *book = Book { away: true, reply: book.reply, ..Book::default() };
             }
             Step::Lost(loss) => {
-                let book = &mut self.books[loss.seat];
+                let book = &mut self.books[loss.slot];
                 require(!book.lost, "lost twice")?;
                 *book = Book { lost: true, reply: book.reply, ..Book::default() };
                 self.played.losses += 1;
             }
-            Step::Slow { seat, .. } => {
-                require(self.machine.seats()[seat].is_present(), "who is not there is slow")?;
+            Step::Slow { slot, .. } => {
+                require(self.machine.slots()[slot].is_present(), "who is not there is slow")?;
             }
         }
         Ok(Next::Busy)
@@ -213,7 +213,7 @@ impl World {
         require(until_ns > self.now_ns, "it waits for the past")?;
         require(until_ns < self.now_ns + 1_000_000, "it waits without a bound")?;
         let for_whom = if self.ended.is_some() {
-            self.machine.seats().iter().any(|s| s.awaited && s.is_present())
+            self.machine.slots().iter().any(|s| s.awaited && s.is_present())
         } else if self.open {
             self.awaited().any(|b| !b.lost && (b.reply.is_none() || b.is_coming_back()))
         } else {
@@ -239,8 +239,8 @@ impl World {
         require(tick == self.closed && self.open, "closed out of turn")?;
         let done = |b: &Book| b.lost || (b.reply.is_some() && !b.is_coming_back());
         require(self.awaited().all(done), "closed before all had answered")?;
-        for (seat, reply) in self.machine.replies() {
-            let first = self.books[seat].reply.unwrap_or(Reply::Missing);
+        for (slot, reply) in self.machine.replies() {
+            let first = self.books[slot].reply.unwrap_or(Reply::Missing);
             require(reply.same_bits(&first), "the reply is not the first one given")?;
         }
         self.closed += 1;
@@ -260,13 +260,13 @@ impl World {
         Ok(())
     }
 
-    fn feed(&mut self, seat: usize, tick: u64) -> Result<(), String> {
-        let book = &mut self.books[seat];
+    fn feed(&mut self, slot: usize, tick: u64) -> Result<(), String> {
+        let book = &mut self.books[slot];
         let right = book.ready && book.given.is_none();
         require(right && book.again.is_some_and(|(next, _)| next == tick), "fed out of turn")?;
         book.given = Some(tick);
         self.played.fed += 1;
-        self.machine.fed(seat, digest(tick), self.now_ns);
+        self.machine.fed(slot, digest(tick), self.now_ns);
         Ok(())
     }
 
@@ -274,28 +274,28 @@ impl World {
     pub(super) fn happen(&mut self, event: &Event, until_ns: u64) {
         let n = self.roster.len();
         match *event {
-            Event::Join(seat, wrong) => self.join(seat % n, wrong),
-            Event::Ready(seat) => {
-                let book = &mut self.books[seat % n];
+            Event::Join(slot, wrong) => self.join(slot % n, wrong),
+            Event::Ready(slot) => {
+                let book = &mut self.books[slot % n];
                 book.ready |= book.seated;
                 if book.ready && book.again.is_some_and(|(_, of)| of == 0) {
                     book.again = None;
                 }
-                self.send(seat % n, 0, 0, &Message::Ready);
+                self.send(slot % n, 0, 0, &Message::Ready);
             }
-            Event::Answer(seat) => self.answer(seat % n),
-            Event::Double(seat) => {
-                let seat = seat % n;
+            Event::Answer(slot) => self.answer(slot % n),
+            Event::Double(slot) => {
+                let slot = slot % n;
                 // Who has not answered yet would be giving its first answer.
-                if self.books[seat].reply.is_some() && !self.books[seat].is_coming_back() {
+                if self.books[slot].reply.is_some() && !self.books[slot].is_coming_back() {
                     let other = Reply::from(SE2::new(-1.0, -1.0, -1.0));
-                    self.send(seat, self.closed, digest(self.closed), &Message::Reply(other));
+                    self.send(slot, self.closed, digest(self.closed), &Message::Reply(other));
                 }
             }
-            Event::Wrong(seat, how) => self.wrong(seat % n, how),
-            Event::Goodbye(seat) => self.send(seat % n, 0, 0, &Message::Goodbye),
-            Event::Failed(seat) => self.send(seat % n, 0, 0, &Message::Failed),
-            Event::Died(seat) => self.machine.died(seat % n, "killed"),
+            Event::Wrong(slot, how) => self.wrong(slot % n, how),
+            Event::Leave(slot) => self.send(slot % n, 0, 0, &Message::Leave),
+            Event::Failed(slot) => self.send(slot % n, 0, 0, &Message::Failed),
+            Event::Died(slot) => self.machine.died(slot % n, "killed"),
             Event::Interrupt => {
                 self.stopped = true;
                 self.machine.interrupt();
@@ -305,8 +305,8 @@ impl World {
         }
     }
 
-    fn join(&mut self, seat: usize, wrong: u64) {
-        let mut request = JoinRequest::new(&self.roster[seat].name, 100, 0, "test");
+    fn join(&mut self, slot: usize, wrong: u64) {
+        let mut request = JoinRequest::new(&self.roster[slot].name, 100, 0, "test");
         match wrong {
             9 => request.protocol ^= 1,
             10 => request.layout ^= 1,
@@ -318,7 +318,7 @@ impl World {
             return;
         }
         let published = self.closed + u64::from(self.open);
-        let book = &mut self.books[seat];
+        let book = &mut self.books[slot];
         if book.away {
             self.played.returns += 1;
             book.again = Some((0, published));
@@ -327,26 +327,26 @@ impl World {
     }
 
     /// The right answer to whatever was asked.
-    fn answer(&mut self, seat: usize) {
+    fn answer(&mut self, slot: usize) {
         let (open, closed) = (self.open, self.closed);
-        let book = &mut self.books[seat];
+        let book = &mut self.books[slot];
         let tick = book.given.unwrap_or(closed);
         let counts = book.ready
-            && self.roster[seat].is_awaited()
+            && self.roster[slot].is_awaited()
             && (book.again.is_none() || book.given.is_some());
         if let (Some((next, of)), Some(_)) = (book.again, book.given.take()) {
             book.again = (next + 1 < of).then_some((next + 1, of));
         }
         if counts && open && tick == closed && self.ended.is_none() {
-            book.reply = book.reply.or(Some(says(seat, tick)));
+            book.reply = book.reply.or(Some(says(slot, tick)));
         }
-        self.send(seat, tick, digest(tick), &Message::Reply(says(seat, tick)));
+        self.send(slot, tick, digest(tick), &Message::Reply(says(slot, tick)));
     }
 
-    fn wrong(&mut self, seat: usize, how: u64) {
-        let tick = self.books[seat].given.unwrap_or(self.closed);
+    fn wrong(&mut self, slot: usize, how: u64) {
+        let tick = self.books[slot].given.unwrap_or(self.closed);
         let reply = Message::Reply(Reply::Abstain);
-        let mut answer = self.compose(seat, tick, digest(tick), &reply);
+        let mut answer = self.compose(slot, tick, digest(tick), &reply);
         match how {
             0..8 => answer.tick = tick.wrapping_sub(1 + how % 2),
             8..10 => answer.tick = tick + 1 + how % 2,
@@ -356,29 +356,29 @@ impl World {
             32..36 => answer.participant = how as u32 * 1_000_000,
             36 => {
                 let nan = Reply::from(SE2::new(f64::NAN, 0.0, 0.0));
-                answer = self.compose(seat, tick, digest(tick), &Message::Reply(nan));
+                answer = self.compose(slot, tick, digest(tick), &Message::Reply(nan));
             }
             _ => {
                 // A kind that there is not: bytes 44 to 48.
                 bytemuck::bytes_of_mut(&mut answer)[44..48].fill(how as u8);
             }
         }
-        if self.false_books && how < 8 && self.open && self.books[seat].ready {
-            self.books[seat].reply.get_or_insert(Reply::Abstain);
+        if self.false_books && how < 8 && self.open && self.books[slot].ready {
+            self.books[slot].reply.get_or_insert(Reply::Abstain);
         }
         self.machine.answer(&answer, self.now_ns);
     }
 
-    fn compose(&self, seat: usize, tick: u64, digest_seen: u64, message: &Message) -> Answer {
-        let ticket = self.books[seat].ticket;
+    fn compose(&self, slot: usize, tick: u64, digest_seen: u64, message: &Message) -> Answer {
+        let ticket = self.books[slot].ticket;
         let mut answer = Answer::carrying(message);
-        (answer.run_id, answer.participant, answer.ticket) = (RUN, seat as u32, ticket);
+        (answer.run_id, answer.participant, answer.ticket) = (RUN, slot as u32, ticket);
         (answer.tick, answer.digest_seen) = (tick, digest_seen);
         answer
     }
 
-    fn send(&mut self, seat: usize, tick: u64, digest_seen: u64, message: &Message) {
-        let answer = self.compose(seat, tick, digest_seen, message);
+    fn send(&mut self, slot: usize, tick: u64, digest_seen: u64, message: &Message) {
+        let answer = self.compose(slot, tick, digest_seen, message);
         self.machine.answer(&answer, self.now_ns);
     }
 }

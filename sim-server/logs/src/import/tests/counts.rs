@@ -1,6 +1,6 @@
 //! Quantization: bounded in every increment, and never accumulating.
 
-use rusty_geometry::{EncoderTicks, SE2, odometry_delta, tick_length, wrap_angle};
+use rusty_geometry::{EncoderCounts, SE2, odometry_delta, tick_length, wrap_angle};
 
 use super::super::recording::Event;
 use super::super::wheels::{LeverFit, Mount, WHEELS, Wheels};
@@ -23,7 +23,7 @@ impl Noise {
 /// wheel's travel, of every step and of the whole way, metres.
 fn worst_errors_m(poses: impl Iterator<Item = SE2>) -> [f64; 4] {
     let mut wheels = Wheels::new(PLAIN);
-    let (mut last, mut before) = (None, EncoderTicks::default());
+    let (mut last, mut before) = (None, EncoderCounts::default());
     let (mut sum_m, mut worst_m) = ([0.0; 2], [0.0f64; 4]);
     for (line, pose) in (1..).zip(poses) {
         let event = Event::Reading { pose, stamp_s: 0.0, line };

@@ -1,6 +1,6 @@
-//! `Witness`: a scorer or logger as a type, and the loop that runs it.
+//! `Recorder`: a scorer or logger as a type, and the loop that runs it.
 //!
-//! A witness holds the key. It acknowledges every frame at once and works on a
+//! A recorder holds the key. It acknowledges every frame at once and works on a
 //! tick when the answers to it are in, which is while the estimators work on
 //! the next one.
 
@@ -40,7 +40,7 @@ pub struct Delay {
 }
 
 /// Someone who is shown everything and says nothing.
-pub trait Witness: Sized {
+pub trait Recorder: Sized {
     /// Looks at a belief that somebody showed; scorers get those that came in
     /// time, somewhere between the ticks. Anything may be in it.
     fn belief(&mut self, header: &BeliefHeader, poses: &mut Vec<WeightedPose>) {
@@ -60,7 +60,7 @@ pub trait Witness: Sized {
     fn finish(self, ending: Ending) -> Result<Exit, ClientError>;
 }
 
-/// How a run ended for a witness.
+/// How a run ended for a recorder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// The server said so; every tick it made was seen.
@@ -85,9 +85,9 @@ impl Ending {
     }
 }
 
-/// Runs a witness to the end of a run or log. `begin` makes it from everything that
+/// Runs a recorder to the end of a run or log. `begin` makes it from everything that
 /// is known of the run.
-pub fn run_witness<W: Witness>(
+pub fn run_recorder<W: Recorder>(
     args: &ClientArgs,
     begin: impl FnOnce(&Start, &Brief) -> Result<W, ClientError>,
 ) -> Exit {
@@ -97,7 +97,7 @@ pub fn run_witness<W: Witness>(
     conclude(args, drive(args, begin))
 }
 
-fn drive<W: Witness>(
+fn drive<W: Recorder>(
     args: &ClientArgs,
     begin: impl FnOnce(&Start, &Brief) -> Result<W, ClientError>,
 ) -> Result<Exit, ClientError> {
@@ -109,14 +109,14 @@ fn drive<W: Witness>(
     result
 }
 
-fn watch<W: Witness>(
+fn watch<W: Recorder>(
     session: &mut Session,
     args: &ClientArgs,
     begin: impl FnOnce(&Start, &Brief) -> Result<W, ClientError>,
 ) -> Result<Exit, ClientError> {
     let (key, brief) = session.brief(args)?;
     let answering = brief.header.answering().count();
-    let mut witness = begin(session.start(), &brief)?;
+    let mut recorder = begin(session.start(), &brief)?;
     let mut state = State {
         key,
         digest: RunDigest::default(),
@@ -139,11 +139,11 @@ fn watch<W: Witness>(
         }
         // The answers to the frame before this one are in by now.
         if let Some(frame) = waiting.take() {
-            complete(session, &mut witness, &mut state, &frame)?;
+            complete(session, &mut recorder, &mut state, &frame)?;
         }
         match frame {
             Some(frame) if session.recorded_replies().is_some() => {
-                complete(session, &mut witness, &mut state, &frame)?;
+                complete(session, &mut recorder, &mut state, &frame)?;
             }
             Some(frame) => waiting = Some(frame),
             None => break None,
@@ -152,7 +152,7 @@ fn watch<W: Witness>(
     if let Some(e) = &broken {
         errln!("{}: {e}", args.name());
         // The last tick counts if it was completed before the end.
-        let _ = waiting.map(|frame| complete(session, &mut witness, &mut state, &frame));
+        let _ = waiting.map(|frame| complete(session, &mut recorder, &mut state, &frame));
     }
     let ending = match (broken, session.ending()) {
         (Some(_), _) | (None, None) => Ending::Broken,
@@ -161,7 +161,7 @@ fn watch<W: Witness>(
         (None, Some(_)) if session.recorded_replies().is_some() => Ending::LogEnd,
         (None, Some(phase)) => Ending::Told(phase),
     };
-    witness.finish(ending)
+    recorder.finish(ending)
 }
 
 struct State {
@@ -178,9 +178,9 @@ struct State {
 /// So many beliefs are taken in a tick: nobody showing without end holds it up.
 const BELIEFS_AT_ONCE: usize = 64;
 
-fn complete<W: Witness>(
+fn complete<W: Recorder>(
     session: &mut Session,
-    witness: &mut W,
+    recorder: &mut W,
     state: &mut State,
     frame: &FrameHandle,
 ) -> Result<(), ClientError> {
@@ -218,10 +218,10 @@ fn complete<W: Witness>(
     }
     for _ in 0..BELIEFS_AT_ONCE {
         let Some(header) = session.next_belief(&mut state.poses) else { break };
-        witness.belief(&header, &mut state.poses);
+        recorder.belief(&header, &mut state.poses);
     }
     let State { replies, delays, .. } = state;
-    witness.step(&Step { frame, truth, replies, delays, digest: state.digest })
+    recorder.step(&Step { frame, truth, replies, delays, digest: state.digest })
 }
 
 fn delay_of(entry: &TallyEntry) -> Option<Delay> {

@@ -1,11 +1,11 @@
 //! Collects windows from a log, fits, and says what came of it.
 
 use clap::Args;
-use rusty_clients::witness::{Ending, Step};
-use rusty_clients::{ClientError, Witness};
+use rusty_clients::recorder::{Ending, Step};
+use rusty_clients::{ClientError, Recorder};
 use rusty_contract::{Brief, Exit, Start, errln, outln};
 
-use super::{Alpha, MotionFit, Systematic, Told, Windows, fit};
+use super::{Alpha, Identifiability, MotionFit, Systematic, Windows, fit};
 
 /// A log of more ticks than this says how far it has been read.
 const LONG: u64 = 20_000;
@@ -75,7 +75,7 @@ impl FitMotion {
     }
 }
 
-impl Witness for FitMotion {
+impl Recorder for FitMotion {
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         self.read += 1;
         if self.ticks > LONG && self.read.is_multiple_of(self.ticks / 10) {
@@ -86,7 +86,7 @@ impl Witness for FitMotion {
             self.windows.interrupt();
         }
         self.with_truth += u64::from(step.truth.is_some());
-        self.windows.tick(step.frame.ticks(), step.truth);
+        self.windows.tick(step.frame.encoders(), step.truth);
         Ok(())
     }
 
@@ -133,8 +133,8 @@ fn page(fit: &MotionFit, verbose: bool) -> String {
         fit.alphas.iter().zip(OF).enumerate()
     {
         let (figures, word) = match (told, std_error) {
-            (Told::Well, Some(e)) => (format!("{value:.3e} ± {e:.1e}"), String::new()),
-            (Told::Hardly, Some(e)) => {
+            (Identifiability::Well, Some(e)) => (format!("{value:.3e} ± {e:.1e}"), String::new()),
+            (Identifiability::Hardly, Some(e)) => {
                 let word = format!("hardly told: too few {lacks} for so little");
                 (format!("{value:.3e} ± {e:.1e}"), word)
             }

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 /// One participant's place.
 #[derive(Clone, Debug)]
-pub struct Seat {
+pub struct Slot {
     /// Name in the roster.
     pub name: String,
     /// Role in the roster.
@@ -13,7 +13,7 @@ pub struct Seat {
     /// Whether ticks wait for it.
     pub(crate) awaited: bool,
     /// Where it stands.
-    pub state: SeatState,
+    pub state: ParticipantState,
     /// Its process, once it has joined.
     pub(crate) pid: u32,
     /// How long it stays awake while waiting, ns.
@@ -48,7 +48,7 @@ pub struct Seat {
 
 /// Where a participant stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum SeatState {
+pub enum ParticipantState {
     /// It has not asked to join.
     Absent,
     /// It was told to come in.
@@ -63,7 +63,7 @@ pub enum SeatState {
         /// Whether somebody was told to bring it back.
         called: bool,
     },
-    /// It said goodbye when it should.
+    /// It left when it should.
     Left,
     /// It is lost.
     Lost(Loss),
@@ -85,9 +85,9 @@ pub(crate) struct CatchingUp {
 /// A participant that is lost.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Loss {
-    /// Its seat.
+    /// Its slot.
     #[serde(skip)]
-    pub seat: usize,
+    pub slot: usize,
     /// Its name.
     pub name: String,
     /// In which way.
@@ -149,7 +149,7 @@ impl std::fmt::Display for Loss {
 
 /// What a participant did in a run, for tables and JSON.
 #[derive(Clone, Debug, Serialize)]
-pub struct SeatSummary {
+pub struct ParticipantSummary {
     /// Name in the roster.
     pub name: String,
     /// Role in the roster.
@@ -176,13 +176,13 @@ pub struct SeatSummary {
     pub lost: Option<Loss>,
 }
 
-impl Seat {
+impl Slot {
     pub(super) fn new(participant: &Participant) -> Self {
         Self {
             name: participant.name.clone(),
             role: participant.role,
             awaited: participant.is_awaited(),
-            state: SeatState::Absent,
+            state: ParticipantState::Absent,
             pid: 0,
             awake_ns: 0,
             waiting_since_ns: 0,
@@ -205,8 +205,8 @@ impl Seat {
     }
 
     pub(super) fn leave(&mut self) {
-        if !matches!(self.state, SeatState::Lost(_)) {
-            self.state = SeatState::Left;
+        if !matches!(self.state, ParticipantState::Lost(_)) {
+            self.state = ParticipantState::Left;
         }
     }
 
@@ -224,39 +224,39 @@ impl Seat {
 
     /// Whether it takes part and has nothing to catch up on.
     pub(super) fn is_up_to_date(&self) -> bool {
-        self.state == SeatState::Ready && self.catch_up.is_none()
+        self.state == ParticipantState::Ready && self.catch_up.is_none()
     }
 
     /// Whether it was lost and is not yet where the others are.
     pub(super) fn is_coming_back(&self) -> bool {
         match self.state {
-            SeatState::Away { .. } => true,
-            SeatState::Joined | SeatState::Ready => self.catch_up.is_some(),
+            ParticipantState::Away { .. } => true,
+            ParticipantState::Joined | ParticipantState::Ready => self.catch_up.is_some(),
             _ => false,
         }
     }
 
     /// Whether a process is expected to be there.
     pub(crate) fn is_present(&self) -> bool {
-        matches!(self.state, SeatState::Joined | SeatState::Ready)
+        matches!(self.state, ParticipantState::Joined | ParticipantState::Ready)
     }
 
     /// How it was lost, if it was.
     #[must_use]
     pub fn loss(&self) -> Option<&Loss> {
         match &self.state {
-            SeatState::Lost(loss) => Some(loss),
+            ParticipantState::Lost(loss) => Some(loss),
             _ => None,
         }
     }
 
     /// What it did.
     #[must_use]
-    pub fn summary(&self) -> SeatSummary {
+    pub fn summary(&self) -> ParticipantSummary {
         let mean_us = |sum_ns: u64| {
             if self.answers == 0 { 0.0 } else { sum_ns as f64 * 1e-3 / self.answers as f64 }
         };
-        SeatSummary {
+        ParticipantSummary {
             name: self.name.clone(),
             role: self.role,
             pid: (self.pid != 0).then_some(self.pid),

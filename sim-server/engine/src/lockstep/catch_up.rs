@@ -14,7 +14,7 @@
 
 use rusty_contract::{Answer, OnLoss, Reply};
 
-use super::{CatchingUp, Lockstep, LossKind, SeatState, State, Step};
+use super::{CatchingUp, Lockstep, LossKind, ParticipantState, State, Step};
 
 /// So often in a row a participant is started again without having answered
 /// anything new in between: once is chance, three times is its own fault.
@@ -29,17 +29,17 @@ impl Lockstep {
         }
     }
 
-    pub(super) fn may_restart(&self, seat: usize, kind: LossKind) -> bool {
+    pub(super) fn may_restart(&self, slot: usize, kind: LossKind) -> bool {
         self.rules.on_loss == OnLoss::Restart
             && kind.may_come_back()
-            && self.seats[seat].fruitless < FRUITLESS
+            && self.slots[slot].fruitless < FRUITLESS
             && !matches!(self.state, State::Ending { .. } | State::Finished)
     }
 
-    /// Starting the program on this seat again cannot help: should it be lost, it
+    /// Starting the program on this slot again cannot help: should it be lost, it
     /// is lost for good.
-    pub(crate) fn give_up(&mut self, seat: usize) {
-        self.seats[seat].fruitless = FRUITLESS;
+    pub(crate) fn give_up(&mut self, slot: usize) {
+        self.slots[slot].fruitless = FRUITLESS;
     }
 
     /// Somebody is being told this.
@@ -47,11 +47,11 @@ impl Lockstep {
         if let Step::Restart(loss) = &step {
             if matches!(self.state, State::Ending { .. } | State::Finished) {
                 // There is nothing left to come back to.
-                self.seats[loss.seat].state = SeatState::Lost(loss.clone());
+                self.slots[loss.slot].state = ParticipantState::Lost(loss.clone());
                 return Step::Lost(loss.clone());
             }
-            let state = &mut self.seats[loss.seat].state;
-            if let SeatState::Away { since_ns, called } = state {
+            let state = &mut self.slots[loss.slot].state;
+            if let ParticipantState::Away { since_ns, called } = state {
                 (*since_ns, *called) = (now_ns, true);
             }
         }
@@ -61,25 +61,25 @@ impl Lockstep {
     /// By when those who are coming back must have done their next step, if
     /// somebody is.
     pub(super) fn back_by_ns(&self) -> Option<u64> {
-        (0..self.seats.len()).filter_map(|seat| self.deadline_ns(seat)).min()
+        (0..self.slots.len()).filter_map(|slot| self.deadline_ns(slot)).min()
     }
 
-    fn deadline_ns(&self, seat: usize) -> Option<u64> {
-        let (since_ns, timeout_ns) = match (&self.seats[seat].state, self.seats[seat].catch_up) {
-            (SeatState::Away { since_ns, .. }, _) => (*since_ns, self.rules.join_timeout_ns),
-            (SeatState::Joined, Some(c)) => (c.since_ns, self.rules.join_timeout_ns),
-            (SeatState::Ready, Some(CatchingUp { sent: Some((_, sent_ns)), .. })) => {
+    fn deadline_ns(&self, slot: usize) -> Option<u64> {
+        let (since_ns, timeout_ns) = match (&self.slots[slot].state, self.slots[slot].catch_up) {
+            (ParticipantState::Away { since_ns, .. }, _) => (*since_ns, self.rules.join_timeout_ns),
+            (ParticipantState::Joined, Some(c)) => (c.since_ns, self.rules.join_timeout_ns),
+            (ParticipantState::Ready, Some(CatchingUp { sent: Some((_, sent_ns)), .. })) => {
                 (sent_ns, self.rules.answer_timeout_ns)
             }
             // It is fed at once.
-            (SeatState::Ready, Some(_)) => return Some(0),
+            (ParticipantState::Ready, Some(_)) => return Some(0),
             _ => return None,
         };
         Some(since_ns.saturating_add(timeout_ns))
     }
 
     /// What is to be done for those who are coming back.
-    pub(super) fn next_comeback(
+    pub(super) fn next_catch_up(
         &mut self,
         now_ns: u64,
         describe: impl Fn(usize) -> String,
@@ -87,26 +87,26 @@ impl Lockstep {
         if matches!(self.state, State::Ending { .. } | State::Finished) {
             return None;
         }
-        for seat in 0..self.seats.len() {
-            let Some(deadline_ns) = self.deadline_ns(seat) else { continue };
-            match (&self.seats[seat].state, self.seats[seat].catch_up) {
-                (SeatState::Ready, Some(CatchingUp { next, sent: None, .. })) => {
-                    return Some(Step::Feed { seat, tick: next });
+        for slot in 0..self.slots.len() {
+            let Some(deadline_ns) = self.deadline_ns(slot) else { continue };
+            match (&self.slots[slot].state, self.slots[slot].catch_up) {
+                (ParticipantState::Ready, Some(CatchingUp { next, sent: None, .. })) => {
+                    return Some(Step::Feed { slot, tick: next });
                 }
                 _ if now_ns < deadline_ns => {}
-                (SeatState::Ready, Some(CatchingUp { next, .. })) => {
+                (ParticipantState::Ready, Some(CatchingUp { next, .. })) => {
                     let seconds = self.rules.answer_timeout_ns as f64 * 1e-9;
                     let detail = format!(
                         "no answer to tick {next}, given to it again, within {seconds} s{}",
-                        describe(seat)
+                        describe(slot)
                     );
-                    self.lose(seat, LossKind::Stalled, detail);
+                    self.lose(slot, LossKind::Stalled, detail);
                 }
                 _ => {
                     let seconds = self.rules.join_timeout_ns as f64 * 1e-9;
                     let detail =
-                        format!("it did not come back within {seconds} s{}", describe(seat));
-                    self.lose(seat, LossKind::NeverAttached, detail);
+                        format!("it did not come back within {seconds} s{}", describe(slot));
+                    self.lose(slot, LossKind::NeverAttached, detail);
                 }
             }
         }
@@ -115,19 +115,19 @@ impl Lockstep {
     }
 
     /// The tick that [`Step::Feed`] asked for is out, with this digest.
-    pub(crate) fn fed(&mut self, seat: usize, digest: u64, now_ns: u64) {
-        if let Some(catch_up) = &mut self.seats[seat].catch_up {
+    pub(crate) fn fed(&mut self, slot: usize, digest: u64, now_ns: u64) {
+        if let Some(catch_up) = &mut self.slots[slot].catch_up {
             catch_up.sent = Some((digest, now_ns));
         }
     }
 
     /// Its ports are open: it takes part, once it has caught up. Says whether
     /// that is news.
-    pub(super) fn ready(&mut self, seat: usize) -> bool {
-        let place = &mut self.seats[seat];
-        let joined = place.state == SeatState::Joined;
+    pub(super) fn ready(&mut self, slot: usize) -> bool {
+        let place = &mut self.slots[slot];
+        let joined = place.state == ParticipantState::Joined;
         if joined {
-            place.state = SeatState::Ready;
+            place.state = ParticipantState::Ready;
             if place.catch_up.is_some_and(|c| c.ticks == 0) {
                 place.catch_up = None;
             }
@@ -136,8 +136,8 @@ impl Lockstep {
     }
 
     /// One who is catching up answers.
-    pub(super) fn answer_again(&mut self, seat: usize, answer: &Answer, reply: Reply, now_ns: u64) {
-        let place = &mut self.seats[seat];
+    pub(super) fn answer_again(&mut self, slot: usize, answer: &Answer, reply: Reply, now_ns: u64) {
+        let place = &mut self.slots[slot];
         let Some(catch_up) = &mut place.catch_up else { return };
         let at = catch_up.next;
         let Some((digest, sent_ns)) = catch_up.sent.filter(|_| answer.tick >= at) else {
@@ -149,7 +149,7 @@ impl Lockstep {
                 "given tick {at} again, digest {digest:016x}, it answered tick {}, digest {:016x}",
                 answer.tick, answer.digest_seen
             );
-            return self.lose(seat, LossKind::Invalid, detail);
+            return self.lose(slot, LossKind::Invalid, detail);
         }
         catch_up.next += 1;
         catch_up.sent = None;
@@ -160,7 +160,7 @@ impl Lockstep {
         if is_current && place.reply.is_none() {
             place.accept(*answer, reply, now_ns.saturating_sub(sent_ns));
         } else {
-            self.unsaid.push_back(Step::Echo { seat, tick: at, reply });
+            self.unsaid.push_back(Step::Echo { slot, tick: at, reply });
         }
     }
 }

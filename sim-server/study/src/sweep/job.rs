@@ -21,7 +21,7 @@ use super::workers::{Listener, work};
 use rusty_engine::run::Progress;
 
 /// How a sweep is carried out. None of it reaches the rows.
-pub struct Sweeping {
+pub struct SweepJob {
     /// What there is to do.
     pub plan: Plan,
     /// Who writes, for the settings.
@@ -39,7 +39,7 @@ pub struct Sweeping {
 }
 
 /// What a sweep came to.
-pub struct Came {
+pub struct SweepOutcome {
     /// Rows and tracks; all of the shard's, if it is complete.
     pub swept: Swept,
     /// Runs whose rows are there.
@@ -60,13 +60,13 @@ pub struct Came {
     pub journal: Option<PathBuf>,
 }
 
-impl Sweeping {
+impl SweepJob {
     /// Makes the runs, or those that are missing, and writes the table. `stop`
     /// ends it early and keeps what is done.
     ///
     /// # Errors
     /// [`SweepError`]; what is done is in the journal.
-    pub fn carry_out(self, stop: &AtomicBool, progress: Progress) -> Result<Came, SweepError> {
+    pub fn run(self, stop: &AtomicBool, progress: Progress) -> Result<SweepOutcome, SweepError> {
         let settings = Settings::of(&self.plan, &self.writer)?;
         let (mut journal, mut records) = match &self.table {
             None => (None, Vec::new()),
@@ -100,7 +100,7 @@ impl Sweeping {
         let elapsed_s = began.elapsed().as_secs_f64();
         let (runs, planned) = (records.len() as u64, self.plan.count());
         let (swept, lost) = swept(&self.plan, records);
-        let mut came = Came {
+        let mut came = SweepOutcome {
             swept,
             runs,
             planned,
@@ -166,10 +166,10 @@ impl Sweeping {
         }
     }
 
-    fn complete_before(self) -> Came {
+    fn complete_before(self) -> SweepOutcome {
         let planned = self.plan.count();
         let (swept, lost) = swept(&self.plan, Vec::new());
-        Came {
+        SweepOutcome {
             swept,
             runs: planned,
             planned,

@@ -23,14 +23,14 @@ pub(super) struct Feeding {
 impl Run<'_> {
     /// Starts the program of a lost participant once more.
     pub(super) fn bring_back(&mut self, loss: Loss) {
-        let (seat, name) = (loss.seat, loss.name.clone());
-        let output = self.participants.output(seat);
+        let (slot, name) = (loss.slot, loss.name.clone());
+        let output = self.participants.output(slot);
         self.progress.say(&format!("lost: {loss}{output}"));
         self.progress.say(&format!("{name} is started again; the run waits for it"));
-        self.participants.peers[seat] = None;
-        self.participants.feedings[seat] = None;
+        self.participants.peers[slot] = None;
+        self.participants.feedings[slot] = None;
         let link = &self.wire.link;
-        match self.participants.children.restart(seat, || link.forget_the_dead()) {
+        match self.participants.children.restart(slot, || link.forget_the_dead()) {
             Ok(true) => {}
             Ok(false) => {
                 self.wire.link.forget_the_dead();
@@ -47,13 +47,13 @@ impl Run<'_> {
         self.ledger.restarts.push(loss);
     }
 
-    /// Prepares to give `seat` what it missed, if anything.
-    pub(super) fn catch_up(&mut self, seat: usize) -> Result<Option<CatchUp>, LinkError> {
-        let place = &self.lockstep.seats()[seat];
+    /// Prepares to give `slot` what it missed, if anything.
+    pub(super) fn catch_up(&mut self, slot: usize) -> Result<Option<CatchUp>, LinkError> {
+        let place = &self.lockstep.slots()[slot];
         let Some(ticks) = place.catch_up.map(|c| c.ticks).filter(|ticks| *ticks > 0) else {
             return Ok(None);
         };
-        let service = format!("again-{seat}-{}", place.restarts);
+        let service = format!("again-{slot}-{}", place.restarts);
         let source = match self.source.again() {
             Ok(source) => source,
             Err(e) => {
@@ -61,8 +61,8 @@ impl Run<'_> {
                 return Ok(None);
             }
         };
-        self.participants.feedings[seat] = Some(Feeding {
-            feed: self.wire.link.feed(&service, seat)?,
+        self.participants.feedings[slot] = Some(Feeding {
+            feed: self.wire.link.feed(&service, slot)?,
             source,
             chain: Chain::new(self.identity.run_id, self.source.header()),
             differs: false,
@@ -70,9 +70,9 @@ impl Run<'_> {
         Ok(Some(CatchUp { ticks, service }))
     }
 
-    /// Gives `seat` the next tick it missed.
-    pub(super) fn feed(&mut self, seat: usize, tick: u64) -> Result<(), LinkError> {
-        let Some(feeding) = &mut self.participants.feedings[seat] else {
+    /// Gives `slot` the next tick it missed.
+    pub(super) fn feed(&mut self, slot: usize, tick: u64) -> Result<(), LinkError> {
+        let Some(feeding) = &mut self.participants.feedings[slot] else {
             // Whoever has catching up to do was given a feed when it joined.
             self.lockstep.abort();
             return Ok(());
@@ -93,24 +93,24 @@ impl Run<'_> {
         if let Some(replies) = self.ledger.replies(tick) {
             feeding.close(tick, &replies, self.lockstep.answering())?;
         }
-        self.lockstep.fed(seat, digest, now);
+        self.lockstep.fed(slot, digest, now);
         self.wire.link.stay_awake(now);
-        let place = &self.lockstep.seats()[seat];
+        let place = &self.lockstep.slots()[slot];
         self.wire.link.wake_sleepers(std::iter::once((place.waiting_since_ns, place.awake_ns)));
         Ok(())
     }
 
     /// Compares what one who came back says with what it had said.
-    pub(super) fn echo(&mut self, seat: usize, tick: u64, reply: Reply) {
-        let place = &self.lockstep.seats()[seat];
-        let Some(i) = self.lockstep.answering().iter().position(|&i| i == seat) else { return };
+    pub(super) fn echo(&mut self, slot: usize, tick: u64, reply: Reply) {
+        let place = &self.lockstep.slots()[slot];
+        let Some(i) = self.lockstep.answering().iter().position(|&i| i == slot) else { return };
         let before = match self.ledger.replies(tick) {
             Some(replies) => replies.get(i).copied(),
             None => place.reply,
         };
         let differs = before.is_some_and(|before| !before.same_bits(&reply));
         if let Some(feeding) =
-            self.participants.feedings[seat].as_mut().filter(|f| differs && !f.differs)
+            self.participants.feedings[slot].as_mut().filter(|f| differs && !f.differs)
         {
             feeding.differs = true;
             let remark = format!(
@@ -137,13 +137,13 @@ impl Feeding {
         let chain = &self.chain;
         self.feed.publish_tally(|tally| {
             chain.begin_tally(tally, tick);
-            for (&seat, &reply) in answering.iter().zip(replies) {
+            for (&slot, &reply) in answering.iter().zip(replies) {
                 tally.push(if reply == Reply::Missing {
-                    TallyEntry::missing(seat as u32)
+                    TallyEntry::missing(slot as u32)
                 } else {
                     let mut answer = Answer::carrying(&Message::Reply(reply));
                     (answer.run_id, answer.tick) = (tally.run_id, tick);
-                    answer.participant = seat as u32;
+                    answer.participant = slot as u32;
                     TallyEntry::answered(answer, 0)
                 });
             }

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use rusty_clients::witness::{Ending, Step};
-use rusty_clients::{ClientError, Witness};
+use rusty_clients::recorder::{Ending, Step};
+use rusty_clients::{ClientError, Recorder};
 use rusty_contract::{Brief, Exit, LidarConfig, Start, errln, outln};
 use rusty_geometry::{Scan, World};
 
@@ -131,7 +131,7 @@ fn plan(brief: &Brief, lidar: &LidarConfig) -> Result<Expected, ClientError> {
     Ok(Expected::Plan { world: Box::new(world), scan, distances_m })
 }
 
-impl Witness for FitBeam {
+impl Recorder for FitBeam {
     fn step(&mut self, step: &Step<'_>) -> Result<(), ClientError> {
         self.read += 1;
         if self.ticks > LONG && self.read.is_multiple_of(self.ticks / 10) {
