@@ -19,8 +19,15 @@ pub(super) fn change(text: &str, changes: &[String]) -> Result<Scenario, Scenari
     // The change to blame, and what is wrong. A later change may complete an
     // earlier one: `script.kind`, then `script.v_m_s`.
     let mut wrong: Option<(&String, toml::de::Error)> = None;
+    let mut large_seed = None;
     for change in changes {
-        insert(&mut table, change)?;
+        match seed_of(change) {
+            Some(Some(seed)) => large_seed = Some(seed),
+            small => {
+                large_seed = if small.is_some() { None } else { large_seed };
+                insert(&mut table, change)?;
+            }
+        }
         match table.clone().try_into() {
             Ok(read) => (scenario, wrong) = (read, None),
             Err(e) => match &wrong {
@@ -32,8 +39,16 @@ pub(super) fn change(text: &str, changes: &[String]) -> Result<Scenario, Scenari
     if let Some((change, error)) = wrong {
         return Err(value_error(change, error.message()).into());
     }
+    scenario.seed = large_seed.unwrap_or(scenario.seed);
     scenario.check()?;
     Ok(scenario)
+}
+
+/// Returns whether a change sets the seed, and the seed if it has no room in the
+/// integers of TOML, which have a sign.
+fn seed_of(change: &str) -> Option<Option<u64>> {
+    let value = change.strip_prefix("seed=")?.trim();
+    Some(value.parse().ok().filter(|seed| i64::try_from(*seed).is_err()))
 }
 
 /// Sets one field in the table of a scenario.
@@ -117,6 +132,18 @@ mod tests {
     use super::*;
     use crate::scenario_file::load;
     use rusty_contract::ScriptConfig;
+
+    #[test]
+    fn a_seed_may_have_64_bits() {
+        let seed = |changes: &[&str]| {
+            let changes: Vec<String> = changes.iter().map(|&c| c.to_owned()).collect();
+            load("apartment", &changes).unwrap().scenario.seed
+        };
+        assert_eq!(seed(&["seed=18446744073709551615", "ticks=5"]), u64::MAX);
+        assert_eq!(seed(&["ticks=5", "seed=9223372036854775808"]), 1 << 63);
+        assert_eq!(seed(&["seed=18446744073709551615", "seed=7"]), 7);
+        assert!(load("apartment", &["seed=18446744073709551616".to_owned()]).is_err());
+    }
 
     #[test]
     fn a_change_of_a_configuration_leaves_every_other_bit() {
