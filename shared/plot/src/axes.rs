@@ -195,7 +195,7 @@ impl Axes {
         for (at, anchor, text) in [
             ([f.left, f.top - 8.0], Anchor::Start, above),
             ([across, f.bottom + 37.0], Anchor::Middle, x),
-            ([f.left - 46.0, down], Anchor::Upwards, y),
+            ([f.left - 40.0, down], Anchor::Upwards, y),
         ] {
             if !text.is_empty() {
                 canvas.text(at, anchor, TITLE_SIZE, &INK, text);
