@@ -9,7 +9,7 @@
 //!   asking of each cell which beam is nearest in bearing: the beams are lines,
 //!   and a cell between two of them was not seen.
 //! * A scan changes a cell once. Near the sensor many of its beams go through one
-//!   cell, and are no independent recorders; and where one ends, none has passed.
+//!   cell, and are not independent measurements; and where one ends, none has passed.
 //! * The prior l₀ is 0 (p = 0.5): it cancels in Table 9.1.
 //! * Log odds are whole multiples of 2⁻¹⁶, so that sums are exact and scans may
 //!   come in any order, and they stay within bounds, so that the map follows

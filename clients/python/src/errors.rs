@@ -9,7 +9,12 @@ use rusty_link::LinkError;
 
 create_exception!(rusty, RustyError, PyException, "What can go wrong with a run or a log.");
 create_exception!(rusty, Refused, RustyError, "The server said no, in its own words.");
-create_exception!(rusty, ServerGone, RustyError, "The server ended without a end of run.");
+create_exception!(
+    rusty,
+    ServerGone,
+    RustyError,
+    "The server ended without announcing the end of the run."
+);
 create_exception!(
     rusty,
     Dropped,

@@ -95,7 +95,7 @@ field_table! {
     }
 }
 
-/// What a frame is: a tick of the world, or the end of run of a run.
+/// What a frame is: a tick of the world, or the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Phase {
@@ -161,7 +161,7 @@ impl Frame {
         self.digest = self.observable_digest();
     }
 
-    /// Turns the frame into the end of run of a run.
+    /// Turns the frame into the end of a run.
     pub fn end(&mut self, phase: Phase, ticks_done: u64) {
         self.begin(ticks_done, 0.0, EncoderCounts::default(), Twist::default());
         self.phase = phase as u32;
@@ -216,7 +216,7 @@ impl Frame {
         }
     }
 
-    /// Number of the tick, from 0. In a end of run: how many ticks there were.
+    /// Number of the tick, from 0. At the end of a run: the number of ticks.
     #[must_use]
     pub fn tick(&self) -> u64 {
         self.tick

@@ -24,7 +24,7 @@
 //!
 //! # The protocol
 //!
-//! From join to leave message, for whoever writes a client in another language. The
+//! From joining to leaving, for whoever writes a client in another language. The
 //! bytes are in the modules named; `sim-server layout --json` prints every
 //! offset, and `sim-server conformance -- CLIENT` tests a client against what
 //! follows, each check under the name of its rule.

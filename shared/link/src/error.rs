@@ -48,8 +48,8 @@ pub enum LinkError {
         /// The server's process.
         pid: u32,
     },
-    /// The server's process has ended without a end of run.
-    #[error("the server (process {pid}) is gone: it ended without a end of run")]
+    /// The server's process has ended without announcing the end of the run.
+    #[error("the server (process {pid}) is gone: it ended without announcing the end of the run")]
     ServerGone {
         /// Its process.
         pid: u32,

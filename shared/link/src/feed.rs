@@ -133,7 +133,7 @@ impl Refeed {
     }
 }
 
-/// Whether a frame is the end of run of a run, which comes to everyone at once.
+/// Whether a frame is the end of a run, which comes to everyone at once.
 pub(crate) fn is_end_of_run(frame: &Frame) -> bool {
     frame.phase() != rusty_contract::Phase::Tick
 }

@@ -51,7 +51,7 @@ pub(super) struct Player<'k> {
     driver: Option<Twist>,
     /// Ticks that are complete.
     closed: u64,
-    /// Digest of the end of run, once it was said.
+    /// Digest of the end of run, once it was sent.
     end_of_run: Option<u64>,
     inbox: VecDeque<ReceivedAnswer>,
     link: ServerLink,

@@ -74,7 +74,7 @@ impl RunSession<'_> {
         Ok(report.exit())
     }
 
-    /// Makes the run, from the first join to the end of run of the last participant.
+    /// Makes the run, from the first join to the end of the last participant.
     pub(super) fn make(&self, place: RunPlace, source: &mut impl Compare) -> Result<FinishedRun> {
         let RunPlace { name, folder } = place;
         let args = self.args;

@@ -20,7 +20,7 @@ class Refused(RustyError):
     """The server said no, in its own words."""
 
 class ServerGone(RustyError):
-    """The server ended without a end of run."""
+    """The server ended without announcing the end of the run."""
 
 class Dropped(RustyError):
     """The run goes on without this participant, which was too slow or answered
@@ -216,7 +216,7 @@ class Session:
         The interpreter is not held while waiting, and Ctrl-C ends the wait.
 
         Raises:
-            ServerGone: the server ended without a end of run.
+            ServerGone: the server ended without announcing the end of the run.
             Dropped: the run goes on without this participant.
             RuntimeError: another thread waits, or this process is a fork of the
                 one that joined.

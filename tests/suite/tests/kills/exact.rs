@@ -74,7 +74,7 @@ fn one_that_was_launched_does_not_wait_for_a_server_that_was_killed_meanwhile() 
     until_within(LIMIT, "it has ended", || participants(&live.run).is_empty());
     nothing_left(&live.run);
     let said = fs::read_to_string(live.out.at("late.txt")).unwrap();
-    assert!(said.contains("is gone: it ended without a end of run"), "{said}");
+    assert!(said.contains("is gone: it ended without announcing the end of the run"), "{said}");
 }
 
 /// A log of two estimators, played by `probe-server`.
@@ -107,7 +107,7 @@ fn a_server_that_dies_inside_the_transport_is_missed_and_swept_by_everyone() {
                 let ended = client.wait_within(LIMIT);
                 let told = ended.code == Some(0) && mode == "last";
                 let missed = ended.code == Some(1)
-                    && ["is gone: it ended without a end of run", "no run"]
+                    && ["is gone: it ended without announcing the end of the run", "no run"]
                         .iter()
                         .any(|words| ended.stderr.contains(words));
                 assert!(told || missed, "{mode}: {ended:#?}");

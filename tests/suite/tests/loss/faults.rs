@@ -139,7 +139,10 @@ fn when_the_server_is_killed_everyone_else_ends_and_sweeps() {
         assert_eq!(live.server.wait().code, None);
         for name in ALL {
             let said = fs::read_to_string(out.at(format!("{name}.txt"))).unwrap();
-            assert!(said.contains("is gone: it ended without a end of run"), "{name}: {said}");
+            assert!(
+                said.contains("is gone: it ended without announcing the end of the run"),
+                "{name}: {said}"
+            );
         }
         let after = After { report: Value::Null, stderr: String::new(), out };
         assert!(!after.records().0.is_empty() && !after.records().1);

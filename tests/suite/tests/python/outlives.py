@@ -17,7 +17,7 @@ try:
                 open(sys.argv.pop(), "w").close()
         tick.answer(0.0, 0.0, 0.0)
 except rusty.ServerGone as gone:
-    assert isinstance(gone, rusty.RustyError) and "ended without a end of run" in str(gone)
+    assert isinstance(gone, rusty.RustyError) and "ended without announcing the end of the run" in str(gone)
 else:
     raise AssertionError("the server lives")
 del session

@@ -22,7 +22,7 @@ pub enum Event {
     Double(usize),
     /// An answer that is not asked for: what is wrong with it is a number.
     Wrong(usize, u64),
-    /// The end of run of a client.
+    /// The leave message of a client.
     Leave(usize),
     /// The client says that it failed.
     Failed(usize),
