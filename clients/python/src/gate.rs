@@ -168,14 +168,14 @@ impl Gate {
 }
 
 /// This process is about to be forked. The fork has the arrays as well, over the
-/// same memory, and nobody receives when it needs them no more. So whatever lies
+/// same memory, and nothing reports when it needs them no more. So whatever lies
 /// under one is never given back, and goes on counting as viewed.
 pub fn pin_all() {
     let gates: Vec<_> = lock(&GATES).iter().filter_map(Weak::upgrade).collect();
     gates.iter().for_each(|gate| gate.pin());
 }
 
-/// From now on whoever leaves leaves, and waiting ends.
+/// From now on a session that ends sends a leave message, and waiting ends.
 pub fn stop_all() {
     for gate in lock(&GATES).iter().filter_map(Weak::upgrade) {
         gate.stop.store(true, Ordering::Relaxed);

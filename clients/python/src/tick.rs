@@ -91,7 +91,7 @@ impl Tick {
 
 #[pymethods]
 impl Tick {
-    /// Encoder encoders since the start, (left, right), at the end of the tick.
+    /// Encoder counts since the start, (left, right), at the end of the tick.
     #[getter]
     fn encoders(&self) -> (i64, i64) {
         (self.encoders.left, self.encoders.right)

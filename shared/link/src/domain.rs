@@ -278,7 +278,7 @@ impl Domain {
         // The kernel cuts paths of sockets at 108 bytes.
         config.global.prefix =
             FileName::new(b"r").map_err(crate::LinkError::transport("use a prefix"))?;
-        // SweepJob is done by the domain, never in the middle of a run.
+        // Sweeping is done by the domain, never in the middle of a run.
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         config.global.service.cleanup_dead_nodes_on_open = false;

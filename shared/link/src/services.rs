@@ -34,7 +34,7 @@ pub(crate) const BUFFER: usize = 4;
 pub const MAX_HELD_FRAMES: usize = BUFFER;
 
 /// Filters that show beliefs, and those who look on at a time. The port of a filter
-/// that was killed keeps its place until the run is swept, that of an viewer
+/// that was killed keeps its place until the run is swept, that of a viewer
 /// until the next viewer comes.
 const MAX_SHOWING: usize = 16;
 const MAX_LOOKING: usize = 6;
@@ -99,7 +99,7 @@ pub(crate) fn wire_poses(poses: &[WeightedPose]) -> &[WirePose] {
     unsafe { std::slice::from_raw_parts(poses.as_ptr().cast(), poses.len()) }
 }
 
-/// The name of an viewer's node.
+/// The name of a viewer's node.
 const VIEWER: &str = "viewer";
 
 /// A node in the run's domain, with our own signal handling.
@@ -107,7 +107,7 @@ pub(crate) fn node(domain: &Domain) -> Result<Node<Ipc>, LinkError> {
     named_node(domain, "")
 }
 
-/// The node of an viewer. Places of viewers that were killed are freed first:
+/// The node of a viewer. Places of viewers that were killed are freed first:
 /// their nodes have no part in the run, so their removal disturbs no participant.
 pub(crate) fn viewer_node(domain: &Domain) -> Result<Node<Ipc>, LinkError> {
     let config = domain.transport()?;

@@ -35,7 +35,7 @@ pub enum Fault {
         /// What came instead.
         beside: String,
     },
-    /// It left too early.
+    /// It left before the end.
     #[error("it left at tick {0}, before the run had ended")]
     Left(u64),
     /// It said itself that it failed.

@@ -190,7 +190,7 @@ impl<'k> Player<'k> {
         self.until_ready()
     }
 
-    /// The next thing the client says until `until`. Ready, leave message and failure
+    /// The next message of the client until `until`. Ready, leave message and failure
     /// are noted. `when` says where in the run this is.
     fn receive(&mut self, until: Instant, when: &str) -> Result<Option<Response>, Halt> {
         loop {

@@ -74,7 +74,7 @@ impl Server {
     pub fn open(wait: Wait, folder: &Path) -> Result<Self, BenchError> {
         let context = Context::new();
         let frames = socket(&context, SocketType::XPUB)?;
-        // Every subscription is told of, not only the first to a topic.
+        // Every subscription is reported, not only the first to a topic.
         frames.set_xpub_verbose(true).map_err(BenchError::of(LIBRARY, "set XPUB_VERBOSE"))?;
         frames.bind(&endpoint(folder, "frames")).map_err(BenchError::of(LIBRARY, "bind"))?;
         let answers = socket(&context, SocketType::PULL)?;

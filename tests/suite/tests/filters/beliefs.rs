@@ -164,7 +164,7 @@ fn odd_beliefs_are_cut_or_left_out_and_the_run_is_well() {
     assert_eq!(said.matches("it is not asked again").count(), 1, "{said}");
 }
 
-/// An viewer that was stopped or killed, and one that looks to the end.
+/// A viewer that was stopped or killed, and one that looks to the end.
 #[test]
 fn whoever_looks_on_changes_nothing_and_leaves_nothing() {
     let calm = folder();
