@@ -62,7 +62,7 @@ pub struct Gate {
     views: AtomicUsize,
     /// The frames that arrays lie over, or did.
     viewed: Mutex<Vec<Weak<Loan>>>,
-    /// Raised by a wish to stop: the session then leaves.
+    /// Raised by a wish to stop: the session then sends a leave message.
     pub stop: Arc<AtomicBool>,
     /// Raised before the session leaves: whoever waits in it gives way.
     leaving: AtomicBool,

@@ -155,7 +155,7 @@ fn wrap_angle(theta_rad: f64) -> f64 {
 /// The tangent vector (3,) (Δs m, 0, Δθ rad) between two readings of the
 /// encoders, for `pose.boxplus(delta)`.
 ///
-/// `last_counts` and `counts` are (left, right), as `tick.counts` has them;
+/// `last_counts` and `counts` are (left, right), as `tick.encoders` has them;
 /// `drive` is `start.robot`, or anything with `wheel_radius_m`, `track_m` and
 /// `ticks_per_rev`. The counts are subtracted as integers: no digit is lost
 /// however long the run.

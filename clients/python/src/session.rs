@@ -193,9 +193,9 @@ fn next_within(
 /// it: `--run NAME --name NAME --wait HOW --launcher PID`, or by hand `--run NAME`
 /// or `--log PATH`; `--help` lists all. `out`, `wait` and `join_timeout` are then
 /// the command line's, too: given here they count for nothing. The script is then
-/// a program that takes part: asked to stop (SIGTERM, Ctrl-C) it leaves, and
+/// a program that takes part: asked to stop (SIGTERM, Ctrl-C) it leaves the run, and
 /// it prints one line, not a traceback, if it could not join, was dropped, or the
-/// server is gone. With `run`, Ctrl-C in the main thread leaves as well.
+/// server is gone. With `run`, Ctrl-C in the main thread leaves the run as well.
 /// Signal handlers and an excepthook of its own stay as they are.
 ///
 /// Args:

@@ -9,9 +9,10 @@ use crate::showing::Showing;
 use crate::{ClientArgs, ClientError, Session, Tick};
 
 /// An estimator or a driver. [`run`] does everything else: command line, joining,
-/// answering, logs, end of run.
+/// answering, logs, leaving.
 pub trait Filter: Sized {
-    /// Whether [`belief`](Self::belief) returns anything; if not, `--beliefs` is
+    /// Whether [`belief`](Self::belief) returns anything. Set it with `belief`, which is
+    /// never called otherwise; if not, `--beliefs` is
     /// refused at once.
     const SHOWS_BELIEF: bool = false;
 

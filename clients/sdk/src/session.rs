@@ -21,7 +21,7 @@ use crate::{ClientArgs, ClientError, Tick};
 const SLICE: Duration = Duration::from_millis(500);
 
 /// One participant's part in a run. Dropped after the last frame, or because
-/// somebody asked this process to stop, it leaves; dropped for any other
+/// somebody asked this process to stop, it sends a leave message; dropped for any other
 /// reason it tells the server that it failed.
 pub struct Session {
     source: Source,
@@ -83,7 +83,7 @@ impl Session {
 
     /// The same without signal handlers: for a process that has its own. Once
     /// `stop` is raised, waiting ends with [`LinkError::Stopped`], and the
-    /// session leaves instead of reporting a failure.
+    /// session sends a leave message instead of reporting a failure.
     ///
     /// # Errors
     /// As [`join`](Self::join).

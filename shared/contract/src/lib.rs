@@ -73,7 +73,7 @@
 //! 9. **The end of run** is a frame whose `phase` is not 0. Finish, answer no
 //!    more, send kind 5 (leave message), end with 0, or with 3 where something was
 //!    lost. Who cannot go on sends kind 6 (failed). Who is asked to stop
-//!    (SIGINT, SIGTERM) leaves at any time.
+//!    (SIGINT, SIGTERM) sends kind 5 and ends, at any time.
 //! 10. **If the server's process is gone** nobody will speak again: say so, end
 //!     with a code other than 0, and sweep folder and memory of the run (take
 //!     the lock first: who holds it may remove both).

@@ -323,7 +323,7 @@ impl ServerLink {
     /// Takes the answers that are there, and returns how many. Each is copied
     /// out of shared memory once, before anybody looks at it.
     ///
-    /// Whoever sends without end is received a few times in each turn, and nobody
+    /// A sender without end is served a few times in each turn, and nobody
     /// waits behind it: the transport lends no more than a buffer's worth of one
     /// sender's answers at once, and they are given back when the turn is over.
     ///

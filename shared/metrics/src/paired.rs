@@ -65,7 +65,11 @@ impl Paired {
             paired_half_width,
             unpaired_half_width,
             variance_reduction: ratio * ratio,
-            correlation: covariance / (of_a.standard_deviation * of_b.standard_deviation),
+            correlation: if of_a.standard_deviation > 0.0 && of_b.standard_deviation > 0.0 {
+                covariance / (of_a.standard_deviation * of_b.standard_deviation)
+            } else {
+                f64::NAN
+            },
             missing: [without(0), without(1)],
             signs: SignTest::of(&differences),
         }

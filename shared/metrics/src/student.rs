@@ -14,7 +14,8 @@ const MANY: f64 = 1e3;
 
 /// Half the width of an interval that holds with probability `level`, in
 /// standard errors, for `degrees` degrees of freedom, which need not be whole. NaN
-/// where the degrees are not above zero, or the level is not between 0 and 1.
+/// where the degrees are not above zero, or the level is not between 0 and 1. Levels above
+/// 0.999999 with one or two degrees are not exact.
 #[must_use]
 pub fn t_two_sided(degrees: f64, level: f64) -> f64 {
     if !(degrees > 0.0 && level > 0.0 && level < 1.0) {

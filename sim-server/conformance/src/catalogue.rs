@@ -192,9 +192,9 @@ pub const CATALOGUE: &[Check] = &[
         ..about_all("damaged-digest", disturbances::damaged)
     },
     Check {
-        done: "24 ticks, then the end of run: done",
+        done: "24 ticks, then the end of the run: done",
         expected: "leave message (answer kind 5), exit code 0",
-        rule: "a frame whose phase is not 0 is the end of run: finish, leave, end",
+        rule: "a frame whose phase is not 0 ends the run: finish, send kind 5, end",
         ..about_all("end", endings::done)
     },
     Check {
@@ -207,7 +207,7 @@ pub const CATALOGUE: &[Check] = &[
     Check {
         done: "SIGTERM between two ticks",
         expected: "leave message, then its end",
-        rule: "who is asked to stop leaves, so that the server need not guess",
+        rule: "who is asked to stop sends kind 5, so that the server need not guess",
         ..about_all("sigterm", endings::sigterm)
     },
     Check {

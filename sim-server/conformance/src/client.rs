@@ -10,7 +10,7 @@ use rustix::process::{Pid, Signal, getpgid, kill_process};
 use rusty_contract::{RunName, TruthKey};
 
 use super::Kit;
-use super::setting::CLIENT_SEAT;
+use super::setting::CLIENT_SLOT;
 use rusty_engine::run::{ChildProcess, Groups, RunError, Spawn};
 
 /// The most of its words that are kept, bytes.
@@ -37,7 +37,7 @@ impl Client {
         folder: &Path,
     ) -> Result<Self, RunError> {
         let spawn = Spawn { run, wait: kit.wait, key, out_dir: folder, groups: &Groups::default() };
-        let child = ChildProcess::start(CLIENT_SEAT, &kit.participant(), false, &spawn)?;
+        let child = ChildProcess::start(CLIENT_SLOT, &kit.participant(), false, &spawn)?;
         Ok(Self { child: Some(child), status: None })
     }
 

@@ -21,7 +21,7 @@ use rusty_sim::Sim;
 use super::Kit;
 use super::client::Client;
 use super::fault::{Fault, Halt};
-use super::setting::{CLIENT_SEAT, Setting};
+use super::setting::{CLIENT_SLOT, Setting};
 use super::spoilt;
 use super::transcript::{Response, Transcript};
 use rusty_engine::run::RunIdentity;
@@ -128,7 +128,7 @@ impl<'k> Player<'k> {
                         let keys = self.link.keys();
                         // A request for another slot is for the check to refuse.
                         let is_signed = request.name != self.kit.name
-                            || keys.has_signed_request(&request, CLIENT_SEAT);
+                            || keys.has_signed_request(&request, CLIENT_SLOT);
                         if !is_signed {
                             return Err(Fault::UnsignedRequest.into());
                         }
@@ -164,7 +164,7 @@ impl<'k> Player<'k> {
     /// Gives the client its slot.
     pub(super) fn admit(&mut self, call: JoinCall, request: JoinRequest) -> Result<(), Halt> {
         self.request = Some(request);
-        let start = self.identity.start(&self.header, CLIENT_SEAT);
+        let start = self.identity.start(&self.header, CLIENT_SLOT);
         call.reply(&JoinReply::Start(Box::new(start)))?;
         self.link.wake_all();
         Ok(())
@@ -256,7 +256,7 @@ impl<'k> Player<'k> {
     pub(super) fn show_other(&mut self, other: &Frame) -> Result<(), Halt> {
         let mut loan = self.link.loan()?;
         *loan = *other;
-        self.link.publish(loan, std::iter::once(CLIENT_SEAT))?;
+        self.link.publish(loan, std::iter::once(CLIENT_SLOT))?;
         Ok(())
     }
 
@@ -318,7 +318,7 @@ impl<'k> Player<'k> {
     }
 
     fn is_awaited(&self) -> bool {
-        self.header.roster[CLIENT_SEAT].is_awaited()
+        self.header.roster[CLIENT_SLOT].is_awaited()
     }
 
     /// One tick as it should be.

@@ -19,7 +19,7 @@ pub(super) const TICKS: u64 = 24;
 pub(super) const COMPANION: &str = "kit-odometry";
 
 /// Place of the client in the roster.
-pub(super) const CLIENT_SEAT: usize = 1;
+pub(super) const CLIENT_SLOT: usize = 1;
 
 /// A scenario, and what the client may know of it.
 #[derive(Clone)]

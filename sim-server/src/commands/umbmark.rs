@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result};
 use clap::Args;
 use rusty_contract::config::check_within;
-use rusty_contract::{Exit, errln, output};
+use rusty_contract::{Exit, errln};
 use rusty_engine::scenario_file;
 use rusty_plot::png;
 use rusty_study::umbmark::drawing::drawing;
@@ -95,7 +95,7 @@ pub fn run(args: &UmbmarkArgs) -> Result<Exit> {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    output::write(path, bytes).with_context(|| path.display().to_string())?;
+    std::fs::write(path, bytes).with_context(|| path.display().to_string())?;
     errln!("drawn into {}", path.display());
     Ok(())
 }

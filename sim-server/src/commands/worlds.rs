@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::Args;
 use rusty_contract::config::LidarConfig;
-use rusty_contract::{Exit, FieldError, TextTable, errln, outln, output};
+use rusty_contract::{Exit, FieldError, TextTable, errln, outln};
 use rusty_engine::scenario_file::{self, SetupError};
 use rusty_geometry::places::PLACES;
 use rusty_geometry::{Hit, SE2, World, WorldSpec};
@@ -50,8 +50,7 @@ pub fn run(args: &WorldsArgs) -> Result<Exit> {
     let spec = scenario_file::world(name)?;
     if let Some(path) = &args.svg {
         check_free(path, args.force)?;
-        output::write(path, drawing(&spec).as_bytes())
-            .with_context(|| path.display().to_string())?;
+        std::fs::write(path, drawing(&spec)).with_context(|| path.display().to_string())?;
         errln!("drawn into {}", path.display());
     }
     if let Some(pose) = &args.scan {

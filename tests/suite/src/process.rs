@@ -49,7 +49,7 @@ impl Ended {
     }
 }
 
-/// A process with a watchdog. Dropped, it is killed.
+/// A process with a watchdog, which ends it in [`wait`](Self::wait).
 pub struct Process {
     child: Child,
     stdout: std::thread::JoinHandle<String>,

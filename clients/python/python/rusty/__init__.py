@@ -14,7 +14,8 @@ map and initial pose where they are given.
 
 What leaves the loop before the run is over (``break``, ``sys.exit``, an
 exception) is this client's own failure to the run, and the server learns of it
-at once. Ctrl-C leaves instead. A process that its server launched leaves
+at once. Ctrl-C is no failure: the run is told that this client leaves. A process
+that its server launched leaves
 its traceback in the run's folder, in ``<name>.txt``. In a notebook a traceback
 keeps the loop's session, so that the run waits for it until its time is over;
 there write ``with rusty.join(run="lab") as session: ...``, which leaves at once.

@@ -1,5 +1,5 @@
 """What makes a script a participant like any other program: asked to stop, it
-leaves, and what ends it from outside is a line and not a traceback."""
+leaves the run, and what ends it from outside is a line and not a traceback."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def take_part() -> None:
 
 
 def leave_on_interrupt() -> None:
-    """Ctrl-C leaves wherever it comes, in the loop's body as well. Only
+    """Ctrl-C leaves the run wherever it comes, in the loop's body as well. Only
     where Python's own handler is in place."""
     if threading.current_thread() is not threading.main_thread():
         return

@@ -320,6 +320,6 @@ fn swatch(place: &str, estimator: usize, count: usize) -> String {
     drawing.layer(&Layer::default(), |canvas| {
         look.swatch(canvas, [1.0, 8.0], 28.0, 4.6);
     });
-    // Beside its name; who receives the page needs no line.
+    // Next to its name; a page that is read aloud needs no line.
     drawing.finish("", "", "class=\"swatch\" aria-hidden=\"true\"")
 }

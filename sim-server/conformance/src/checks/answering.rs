@@ -4,7 +4,7 @@ use rusty_contract::{AnswerError, LidarConfig, Reply, Role, Scenario};
 
 use super::{CheckResult, play};
 use crate::Bench;
-use crate::setting::{CLIENT_SEAT, Setting, TICKS};
+use crate::setting::{CLIENT_SLOT, Setting, TICKS};
 use crate::transcript::Response;
 use crate::verdict::Verdict;
 
@@ -40,9 +40,9 @@ fn label(received: &Response, role: Role) -> Option<String> {
     if answer.tick != *tick {
         return Some(format!("an answer to tick {} where tick {tick} was asked", answer.tick));
     }
-    if answer.participant as usize != CLIENT_SEAT {
+    if answer.participant as usize != CLIENT_SLOT {
         let slot = answer.participant;
-        return Some(format!("tick {tick}: from slot {slot}; Start gave it slot {CLIENT_SEAT}"));
+        return Some(format!("tick {tick}: from slot {slot}; Start gave it slot {CLIENT_SLOT}"));
     }
     if answer.digest_seen != *digest {
         let seen = answer.digest_seen;

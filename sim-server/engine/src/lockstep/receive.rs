@@ -28,7 +28,7 @@ impl Lockstep {
         let reply = match message {
             Message::Ready => {
                 if self.ready(place) && ending {
-                    // It came too late for the end of run: once more for it.
+                    // It came too late for the last frame: once more for it.
                     // Only once, or saying so again and again would keep the
                     // run from ending.
                     self.state = State::Ending { since_ns: None };

@@ -67,7 +67,7 @@ pub enum Step {
         /// What it says now.
         reply: Reply,
     },
-    /// Publish the end of run.
+    /// Publish the end of the run.
     End(Phase),
     /// The run is over.
     Finished,

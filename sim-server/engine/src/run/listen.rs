@@ -53,7 +53,7 @@ impl Run<'_> {
     }
 
     pub(super) fn take_joins(&mut self) -> Result<(), LinkError> {
-        // As many as can be seated; who asks without end is received in turns.
+        // As many as can be seated; who asks without end is served in turns.
         for _ in 0..MAX_PARTICIPANTS {
             let Some(call) = self.wire.link.next_join()? else { break };
             self.admit(call)?;

@@ -191,7 +191,10 @@ impl<'a> Run<'a> {
             self.take_requests()?;
             self.take_joins()?;
         }
-        self.wire.reserve()?;
+        if self.pacer.began.is_none() {
+            // During a pause another participant may have joined.
+            self.wire.link.reserve()?;
+        }
         let is_stopped = self.stop.is_raised();
         let may = self.pacer.may(tick);
         if may != May::Now && !is_stopped {

@@ -15,7 +15,6 @@ const WORTH_SLEEPING_NS: u64 = 1_000_000;
 /// The link of a run, with the clock.
 pub(super) struct Wire {
     pub(super) link: ServerLink,
-    is_reserved: bool,
     /// Looks at the data so far.
     pub(super) looks: u32,
     steps: u32,
@@ -27,7 +26,7 @@ pub(super) struct Wire {
 
 impl Wire {
     pub(super) fn new(link: ServerLink) -> Self {
-        Self { link, is_reserved: false, looks: 0, steps: 0, clock_ns: 0, slept: true }
+        Self { link, looks: 0, steps: 0, clock_ns: 0, slept: true }
     }
 
     /// The monotonic clock, ns, or what it was a few steps ago: it costs as much
@@ -40,15 +39,6 @@ impl Wire {
             self.clock_ns = monotonic_ns();
         }
         self.clock_ns
-    }
-
-    /// Allocates the memory that the participants have opened, once: after all
-    /// have joined.
-    pub(super) fn reserve(&mut self) -> Result<(), LinkError> {
-        if !std::mem::replace(&mut self.is_reserved, true) {
-            self.link.reserve()?;
-        }
-        Ok(())
     }
 
     /// Lets this process sleep if it waits long for the pace.

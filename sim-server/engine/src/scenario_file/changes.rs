@@ -47,8 +47,8 @@ pub(super) fn change(text: &str, changes: &[String]) -> Result<Scenario, Scenari
 /// Returns whether a change sets the seed, and the seed if it has no room in the
 /// integers of TOML, which have a sign.
 fn seed_of(change: &str) -> Option<Option<u64>> {
-    let value = change.strip_prefix("seed=")?.trim();
-    Some(value.parse().ok().filter(|seed| i64::try_from(*seed).is_err()))
+    let (_, value) = change.split_once('=').filter(|(key, _)| key.trim() == "seed")?;
+    Some(value.trim().parse().ok().filter(|seed| i64::try_from(*seed).is_err()))
 }
 
 /// Sets one field in the table of a scenario.
@@ -109,6 +109,10 @@ fn parse_change(change: &str) -> Result<(&str, toml::Value), FieldError> {
 pub fn change_config(config: &RunConfig, changes: &[String]) -> Result<RunConfig, FieldError> {
     let mut config = config.clone();
     for change in changes {
+        if let Some(Some(seed)) = seed_of(change) {
+            config.seed = seed;
+            continue;
+        }
         let error = |e: serde_json::Error| value_error(change, &e.to_string());
         let (key, value) = parse_change(change)?;
         // JSON, because TOML has no room for a seed of 64 bits.
@@ -141,7 +145,10 @@ mod tests {
         };
         assert_eq!(seed(&["seed=18446744073709551615", "ticks=5"]), u64::MAX);
         assert_eq!(seed(&["ticks=5", "seed=9223372036854775808"]), 1 << 63);
-        assert_eq!(seed(&["seed=18446744073709551615", "seed=7"]), 7);
+        assert_eq!(seed(&["seed=18446744073709551615", "seed = 7"]), 7);
+        let config = load("apartment", &[]).unwrap().config().unwrap();
+        let change = |text: &str| change_config(&config, &[text.to_owned()]).unwrap().seed;
+        assert_eq!((change("seed = 18446744073709551615"), change("seed=7")), (u64::MAX, 7));
         assert!(load("apartment", &["seed=18446744073709551616".to_owned()]).is_err());
     }
 

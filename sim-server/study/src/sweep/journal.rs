@@ -3,7 +3,8 @@
 //! A file beside the table, `FILE.part`: the settings as one line of JSON, then
 //! a record per run in the order in which they ended: length and CRC-32 (4
 //! bytes each, little-endian), then a [`Record`] as postcard. Wherever it is cut, it
-//! is good up to the last complete record. The kernel's lock on it says that somebody is at work.
+//! is good up to the last complete record. The kernel's lock on it says that somebody
+//! is at work.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead as _, BufReader, BufWriter, Read as _, Seek as _, SeekFrom, Write as _};

@@ -155,10 +155,12 @@ impl CellPair {
         if self.paired.variance_reduction.is_infinite() || self.paired.variance_reduction.is_nan() {
             return "the differences have no spread".to_owned();
         }
-        format!(
-            "the same noise for both saves {:.1}× the runs (correlation {:.3})",
-            self.paired.variance_reduction, self.paired.correlation
-        )
+        let Paired { variance_reduction, correlation, .. } = &self.paired;
+        let correlation = match correlation.is_finite() {
+            true => format!(" (correlation {correlation:.3})"),
+            false => String::new(),
+        };
+        format!("the same noise for both saves {variance_reduction:.1}× the runs{correlation}")
     }
 }
 

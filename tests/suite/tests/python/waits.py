@@ -1,5 +1,5 @@
 """Joins, waits, and says so by a file when it has waited for a while: before the
-server has told of somebody, what they say on leaving may be lost with them."""
+server knows of a participant, what it says on leaving may be lost with it."""
 
 import sys
 import threading
