@@ -50,7 +50,7 @@ pub enum Step {
     /// Somebody is lost and shall come back. Start its program again.
     Restart(Loss),
     /// Send this tick again, to one who came back and to nobody else; then
-    /// call [`Lockstep::fed`](super::Lockstep::fed).
+    /// call `Lockstep::fed`.
     Feed {
         /// The slot.
         slot: usize,
