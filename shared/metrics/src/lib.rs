@@ -1,7 +1,7 @@
 //! All figures that are computed from poses, one function for each: the scorer, sweeps
 //! and comparisons of estimators use the same ones. docs/metrics.md explains them.
 //!
-//! * Of one run: [`meter`] with [`errors`], [`trajectory`], [`alignment`], [`nees`],
+//! * Of one run: [`meter`] with [`errors`], [`trajectory`], [`alignment`], [`mod@nees`],
 //!   [`consistency`], [`convergence`], [`held`];
 //! * of many runs: [`moments`], [`paired`], [`sign_test`], [`student`], [`power_law`];
 //! * of any numbers: [`quantiles`], [`series`], [`batches`], [`chi_square`].
