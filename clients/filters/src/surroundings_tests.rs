@@ -25,6 +25,7 @@ pub(crate) fn start(world: &World, at: SE2) -> Start {
             lidar: s.lidar,
             script: s.script,
             world: world.spec().clone(),
+            sensors: rusty_contract::Sensors::default(),
             kidnappings: Vec::new(),
         },
         roster: s.participants,

@@ -30,5 +30,6 @@ pub(crate) fn told(name: &str) -> Start {
         server_awake_ns: 0,
         check_frames: false,
         sealed_brief: None,
+        sensors: rusty_contract::Sensors::default(),
     }
 }

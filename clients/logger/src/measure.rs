@@ -233,6 +233,7 @@ pub(super) fn header(ticks: u64) -> LogHeader {
             lidar: scenario.lidar,
             script: scenario.script,
             world: rusty_geometry::apartment().spec().clone(),
+            sensors: rusty_contract::Sensors::default(),
             kidnappings: Vec::new(),
         },
         roster: scenario.participants,

@@ -1,11 +1,12 @@
 //! A whole run log as arrays: what `rusty.read_log` is made of.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rusty_contract::log::{Ending, LogError, LogReader, Read, TickRecord};
-use rusty_contract::{Frame, Reply, RunDigest, TruthKey};
+use rusty_contract::{Frame, OwnedReadings, Reply, RunDigest, TruthKey};
 
 use crate::arrays::shaped;
 use crate::errors::RustyError;
@@ -24,6 +25,8 @@ struct Columns {
     any_truth: bool,
     scan_ticks: Vec<i64>,
     scans_m: Vec<Vec<f64>>,
+    /// Rows of each small sensor, by its name; the first number of a row is the tick.
+    readings: BTreeMap<&'static str, (usize, Vec<f64>)>,
     answers: Vec<Answers>,
     digest: RunDigest,
     /// Ticks whose record is not what was written.
@@ -112,11 +115,38 @@ impl Columns {
         for (i, answers) in self.answers.iter_mut().enumerate() {
             answers.push(self.ticks, record.replies.get(i));
         }
+        self.read_small(&record.readings);
         if let Some(ranges_m) = record.ranges_m {
             self.scan_ticks.push(self.ticks as i64);
             self.scans_m.push(ranges_m);
         }
         self.ticks += 1;
+    }
+
+    fn read_small(&mut self, readings: &OwnedReadings) {
+        let (tick, readings) = (self.ticks as f64, readings.get());
+        let mut row = |name, numbers: &[f64]| {
+            let (width, rows) = self.readings.entry(name).or_default();
+            *width = 1 + numbers.len();
+            rows.push(tick);
+            rows.extend_from_slice(numbers);
+        };
+        if let Some(sectors) = readings.bumper() {
+            row("bumper", &[sectors.into()]);
+        }
+        if let Some(imu) = readings.imu() {
+            row("imu", &[imu.yaw_rate_rad_s, imu.accel_x_m_s2, imu.accel_y_m_s2]);
+        }
+        if let Some(ranges_m) = readings.sonar_ranges_m() {
+            row("sonars", ranges_m);
+        }
+        for door in readings.doors().unwrap_or_default() {
+            row("doors", &[*door]);
+        }
+        for seen in readings.landmarks().unwrap_or_default() {
+            let id = seen.id().map_or(-1.0, f64::from);
+            row("landmarks", &[id, seen.range_m, seen.bearing_rad]);
+        }
     }
 
     fn problem(&self, ending: &Ending) -> Option<String> {
@@ -164,6 +194,12 @@ fn read_columns(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let scan_count = columns.scan_ticks.len();
     dict.set_item("scan_ticks", shaped(py, columns.scan_ticks, [scan_count])?)?;
     dict.set_item("ranges", shaped(py, scans_m, scans)?)?;
+    let readings = PyDict::new(py);
+    for (name, (width, rows)) in columns.readings {
+        let shape = [rows.len() / width, width];
+        readings.set_item(name, shaped(py, rows, shape)?)?;
+    }
+    dict.set_item("readings", readings)?;
     let (answers, covariances) = (PyDict::new(py), PyDict::new(py));
     let innovations = PyDict::new(py);
     for one in columns.answers {

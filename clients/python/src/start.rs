@@ -139,6 +139,14 @@ impl Start {
         self.told.scan_every
     }
 
+    /// The small sensors, as in the `[sensors]` of a scenario: what is there, where it
+    /// is mounted, and its noise.
+    #[getter]
+    fn sensors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let text = serde_json::to_string(&self.told.sensors).unwrap_or_default();
+        py.import("json")?.call_method1("loads", (text,))
+    }
+
     /// Where the robot starts in the world frame, (x m, y m, theta rad), where
     /// that is told.
     #[getter]

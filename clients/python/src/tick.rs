@@ -3,12 +3,12 @@
 use std::sync::{Arc, Weak};
 
 use numpy::ndarray::ArrayView1;
-use numpy::{AllowTypeChange, PyArray1, PyArrayLike2, PyArrayMethods as _};
+use numpy::{AllowTypeChange, PyArray1, PyArray2, PyArrayLike2, PyArrayMethods as _};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use rusty_contract::score::seconds;
-use rusty_contract::{Estimate, Frame, Innovation, Reply};
+use rusty_contract::{Estimate, Frame, Innovation, OwnedReadings, Reply};
 use rusty_geometry::{EncoderCounts, SE2, Twist};
 use rusty_link::MAX_HELD_FRAMES;
 
@@ -32,6 +32,7 @@ pub struct Tick {
     encoders: EncoderCounts,
     command: Twist,
     has_scan: bool,
+    readings: OwnedReadings,
     gate: Arc<Gate>,
     loan: Weak<Loan>,
     /// The array that was handed out.
@@ -52,6 +53,7 @@ impl Tick {
             encoders: frame.encoders(),
             command: frame.command(),
             has_scan: frame.ranges_m().is_some(),
+            readings: frame.readings().into(),
             gate: Arc::clone(gate),
             loan: Arc::downgrade(loan),
             ranges: PyOnceLock::new(),
@@ -134,6 +136,47 @@ impl Tick {
             array(py, loan, self.gate.views())
         })?;
         Ok(Some(array.clone_ref(py)))
+    }
+
+    /// Sectors of the bumper that touch a wall, bit k for sector k. None where the
+    /// robot has no bumper.
+    #[getter]
+    fn bumper(&self) -> Option<u16> {
+        self.readings.get().bumper()
+    }
+
+    /// What the IMU says: (yaw rate rad/s, acceleration ahead m/s^2, acceleration to
+    /// the left m/s^2), body frame. None where the robot has no IMU.
+    #[getter]
+    fn imu(&self) -> Option<(f64, f64, f64)> {
+        let imu = self.readings.get().imu()?;
+        Some((imu.yaw_rate_rad_s, imu.accel_x_m_s2, imu.accel_y_m_s2))
+    }
+
+    /// Range of each sonar, m, float64 of shape (sonars,). None on ticks without.
+    #[getter]
+    fn sonars<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.readings.get().sonar_ranges_m().map(|ranges_m| PyArray1::from_slice(py, ranges_m))
+    }
+
+    /// Numbers of the doors that are detected, ascending. None on ticks without a
+    /// reading.
+    // A list of bytes would become `bytes`.
+    #[getter]
+    fn doors(&self) -> Option<Vec<u32>> {
+        let doors = self.readings.get().doors()?;
+        Some(doors.iter().map(|door| *door as u32).collect())
+    }
+
+    /// The landmarks that are seen, float64 of shape (landmarks, 3): id (-1 where it
+    /// is not known), range m, bearing rad in the body frame. None on ticks without a
+    /// reading.
+    #[getter]
+    fn landmarks<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let readings = self.readings.get();
+        let Some(seen) = readings.landmarks() else { return Ok(None) };
+        let numbers = &readings.numbers()[readings.numbers().len() - 3 * seen.len()..];
+        PyArray1::from_slice(py, numbers).reshape([seen.len(), 3]).map(Some)
     }
 
     /// Answers the tick. The answer is the acknowledgement: only when all have

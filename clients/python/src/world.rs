@@ -99,6 +99,7 @@ impl PyWorld {
             name: name.to_owned(),
             bounds: bounds.unwrap_or_else(|| bounds_of(&ends)),
             walls: ends.iter().zip(materials).map(wall).collect(),
+            landmarks: Vec::new(),
         })
     }
 

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use rusty_contract::{Frame, Reply};
+use rusty_contract::{Frame, Readings, Reply};
 use rusty_geometry::{EncoderCounts, Twist};
 
 use crate::held_frame::FrameHandle;
@@ -61,6 +61,14 @@ impl<'a> Tick<'a> {
     #[must_use]
     pub fn ranges_m(&self) -> Option<&[f64]> {
         self.frame.ranges_m()
+    }
+
+    /// What the small sensors of the robot say at the end of the tick, in shared
+    /// memory: bumper, IMU, sonars, doors, landmarks. [`Session::start`] has their
+    /// geometry and noise.
+    #[must_use]
+    pub fn readings(&self) -> Readings<'_> {
+        self.frame.readings()
     }
 
     /// Answers with an estimate (a pose, or an `Estimate` with covariance), a

@@ -62,7 +62,12 @@ pub fn blind_header(
     }
     if !world_known {
         let name = "hidden".to_owned();
-        config.world = WorldSpec { name, bounds: [-1.0, -1.0, 1.0, 1.0], walls: Vec::new() };
+        config.world = WorldSpec {
+            name,
+            bounds: [-1.0, -1.0, 1.0, 1.0],
+            walls: Vec::new(),
+            landmarks: Vec::new(),
+        };
     }
     let source = Source::Blind { of, observable_digest, ticks, start_known, world_known };
     LogHeader { writer: writer.to_owned(), source, config, ..header.clone() }
@@ -90,6 +95,7 @@ mod tests {
                 lidar: s.lidar,
                 script: s.script,
                 world: rusty_geometry::places::apartment().spec().clone(),
+                sensors: crate::Sensors::default(),
                 kidnappings: vec![Kidnapping { tick: 5, to: SE2::new(2.5, 3.125, 0.1875) }],
             },
             roster: s.participants,

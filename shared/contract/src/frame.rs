@@ -15,17 +15,25 @@
 //! |    216 |    8 | `right_ticks`  | i64       | cumulative encoder counts, right wheel                 |
 //! |    224 |    8 | `v_m_s`        | f64       | command applied in this tick, body frame               |
 //! |    232 |    8 | `omega_rad_s`  | f64       | command applied in this tick, body frame               |
-//! |    240 |    4 | `flags`        | u32       | bit 0: a scan is present; bit 1: the truth is known    |
-//! |    244 |    4 | `beams`        | u32       | ranges in use, 0 without a scan                        |
-//! |    248 | 8640 | `ranges_m`     | `[f64; 1080]`| range of beam k along its bearing, sensor frame        |
+//! |    240 |    2 | `flags`        | u16       | bit 0: scan; 1: truth is known; 2: bumper; 3: IMU; 4: sonars; 5: doors; 6: landmarks |
+//! |    242 |    1 | `doors`        | u8        | doors detected                                         |
+//! |    243 |    1 | `unused`       | u8        | 0                                                      |
+//! |    244 |    2 | `beams`        | u16       | ranges in use, 0 without a scan                        |
+//! |    246 |    1 | `sonars`       | u8        | sonars read                                            |
+//! |    247 |    1 | `landmarks`    | u8        | landmarks seen                                         |
+//! |    248 | 10592 | `numbers`     | `[f64; 1324]`| first the [`Readings`], then the range of beam k along its bearing, sensor frame, m |
 //!
-//! The *observable part* is `tick` up to the last range in use: bytes 192 to
-//! 248 + 8·beams. It is all an estimator may know, it is all the digest
-//! covers, and so the digest is the same in every run of the same seed. Run
+//! The *observable part* is `tick` up to the last number in use: bytes 192 to
+//! 248 + 8·(readings + beams). It is all an estimator may know, it is all the
+//! digest covers, and so the digest is the same in every run of the same seed. Run
 //! id, clock, losses, tags and ciphertext differ from run to run and are no data.
+//! Small sensors that say nothing in a tick take no room: the part is then as it
+//! is where there are none.
 //!
 //! A tag is SipHash-2-4, with the key that the server shares with the participant
 //! at that slot, over `run_id`, `tick`, `phase`, `lost` and `digest`.
+
+mod sensed;
 
 use bytemuck::{Pod, Zeroable};
 use rusty_geometry::{EncoderCounts, SE2, Twist};
@@ -33,20 +41,29 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::auth::AuthKey;
 use crate::field_table::{Field, field_table};
+use crate::readings::{MAX_READINGS, Present, Readings};
 use crate::tally::MAX_PARTICIPANTS;
 use crate::truth::{KeyError, SealedTruth, Truth, TruthKey};
 
 /// The most beams a scan can have.
 pub const MAX_BEAMS: usize = 1080;
 
-const HAS_SCAN: u32 = 1;
-const HAS_TRUTH: u32 = 2;
+/// The most numbers a frame can hold.
+const MAX_NUMBERS: usize = MAX_READINGS + MAX_BEAMS;
+
+const HAS_SCAN: u16 = 1;
+const HAS_TRUTH: u16 = 1 << 1;
+const HAS_BUMPER: u16 = 1 << 2;
+const HAS_IMU: u16 = 1 << 3;
+const HAS_SONARS: u16 = 1 << 4;
+const HAS_DOORS: u16 = 1 << 5;
+const HAS_LANDMARKS: u16 = 1 << 6;
 
 /// Where the observable part begins, in bytes.
 pub const OBSERVABLE_FROM: usize = 192;
 
 /// Where the flags end, in bytes of the observable part.
-const FLAGS_TO: usize = std::mem::offset_of!(Frame, flags) + 4 - OBSERVABLE_FROM;
+const FLAGS_TO: usize = std::mem::offset_of!(Frame, flags) + 2 - OBSERVABLE_FROM;
 
 /// One tick of the world. Read it through the methods: they honour `beams`
 /// and `flags`, and none of them opens the truth without its key.
@@ -68,14 +85,18 @@ pub struct Frame {
     right_ticks: i64,
     v_m_s: f64,
     omega_rad_s: f64,
-    flags: u32,
-    beams: u32,
-    ranges_m: [f64; MAX_BEAMS],
+    flags: u16,
+    doors: u8,
+    unused: u8,
+    beams: u16,
+    sonars: u8,
+    landmarks: u8,
+    numbers: [f64; MAX_NUMBERS],
 }
 
 field_table! {
     /// The layout of [`Frame`], field by field.
-    pub const FRAME_FIELDS for Frame, size 8888 {
+    pub const FRAME_FIELDS for Frame, size 10840 {
         run_id: "u64" at 0, 8;
         published_ns: "u64" at 8, 8;
         phase: "u32" at 16, 4;
@@ -89,9 +110,13 @@ field_table! {
         right_ticks: "i64" at 216, 8;
         v_m_s: "f64" at 224, 8;
         omega_rad_s: "f64" at 232, 8;
-        flags: "u32" at 240, 4;
-        beams: "u32" at 244, 4;
-        ranges_m: "[f64; 1080]" at 248, 8640;
+        flags: "u16" at 240, 2;
+        doors: "u8" at 242, 1;
+        unused: "u8" at 243, 1;
+        beams: "u16" at 244, 2;
+        sonars: "u8" at 246, 1;
+        landmarks: "u8" at 247, 1;
+        numbers: "[f64; 1324]" at 248, 10592;
     }
 }
 
@@ -116,8 +141,8 @@ impl Frame {
         bytemuck::zeroed_box()
     }
 
-    /// Starts to write a tick: sets everything but the scan, which is absent
-    /// until [`write_scan`](Self::write_scan).
+    /// Starts to write a tick: sets everything but readings and scan, which are
+    /// absent until they are written, in the order of the layout.
     pub fn begin(&mut self, tick: u64, time_s: f64, ticks: EncoderCounts, command: Twist) {
         self.phase = Phase::Tick as u32;
         self.lost = 0;
@@ -128,16 +153,31 @@ impl Frame {
         self.v_m_s = command.v_m_s;
         self.omega_rad_s = command.omega_rad_s;
         self.flags = 0;
-        self.beams = 0;
+        (self.doors, self.unused) = (0, 0);
+        (self.beams, self.sonars, self.landmarks) = (0, 0, 0);
     }
 
     /// Marks a scan of `beams` ranges as present and lends the place to write
-    /// it: metres, one per beam. `beams` above [`MAX_BEAMS`] are cut off.
+    /// it: metres, one per beam. `beams` above [`MAX_BEAMS`] are cut off. The
+    /// readings of the tick must be written.
     pub fn write_scan(&mut self, beams: usize) -> &mut [f64] {
         let beams = beams.min(MAX_BEAMS);
         self.flags |= HAS_SCAN;
-        self.beams = beams as u32;
-        &mut self.ranges_m[..beams]
+        self.beams = beams as u16;
+        let from = self.present().numbers();
+        &mut self.numbers[from..from + beams]
+    }
+
+    /// Which readings the frame has.
+    fn present(&self) -> Present {
+        let has = |flag| self.flags & flag != 0;
+        Present {
+            bumper: has(HAS_BUMPER),
+            imu: has(HAS_IMU),
+            sonars: has(HAS_SONARS).then_some(self.sonars),
+            doors: has(HAS_DOORS).then_some(self.doors),
+            landmarks: has(HAS_LANDMARKS).then_some(self.landmarks),
+        }
     }
 
     /// Says whether a truth goes with this tick. Call it before
@@ -244,8 +284,18 @@ impl Frame {
     /// metres per beam, sensor frame; `None` on ticks without a scan.
     #[must_use]
     pub fn ranges_m(&self) -> Option<&[f64]> {
-        let beams = (self.beams as usize).min(MAX_BEAMS);
-        (self.flags & HAS_SCAN != 0).then(|| &self.ranges_m[..beams])
+        let from = self.present().numbers();
+        (self.flags & HAS_SCAN != 0).then(|| &self.numbers[from..from + self.beams()])
+    }
+
+    /// What the small sensors say in this tick, where it lies.
+    #[must_use]
+    pub fn readings(&self) -> Readings<'_> {
+        Readings::new(self.present(), &self.numbers)
+    }
+
+    fn beams(&self) -> usize {
+        usize::from(self.beams).min(MAX_BEAMS)
     }
 
     /// Whether a true pose is known for this tick (always in a simulation; in
@@ -270,8 +320,8 @@ impl Frame {
     /// The observable part, as bytes.
     #[must_use]
     pub fn observable(&self) -> &[u8] {
-        let beams = (self.beams as usize).min(MAX_BEAMS);
-        let to = std::mem::offset_of!(Self, ranges_m) + 8 * beams;
+        let numbers = self.present().numbers() + self.beams();
+        let to = std::mem::offset_of!(Self, numbers) + 8 * numbers;
         &bytemuck::bytes_of(self)[OBSERVABLE_FROM..to]
     }
 
@@ -282,7 +332,7 @@ impl Frame {
         let (front, rest) = self.observable().split_at(FLAGS_TO);
         let mut bytes = [0; FLAGS_TO];
         bytes.copy_from_slice(front);
-        bytes[FLAGS_TO - 4..].copy_from_slice(&(self.flags & !HAS_TRUTH).to_le_bytes());
+        bytes[FLAGS_TO - 2..].copy_from_slice(&(self.flags & !HAS_TRUTH).to_le_bytes());
         (bytes, rest)
     }
 
@@ -297,111 +347,4 @@ impl Frame {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn sample() -> Box<Frame> {
-        let mut frame = Frame::boxed();
-        frame.begin(
-            7,
-            0.16,
-            EncoderCounts { left: -3, right: 1 << 40 },
-            Twist { v_m_s: 0.5, omega_rad_s: -0.25 },
-        );
-        frame.write_scan(3).copy_from_slice(&[1.0, 2.0, 8.0]);
-        frame
-    }
-
-    #[test]
-    fn the_digest_covers_what_can_be_seen_and_nothing_else() {
-        let key = TruthKey::from_bytes([3; 32]);
-        let mut frame = sample();
-        frame.seal(&key, Some(SE2::new(1.0, 2.0, 3.0)));
-        let digest = frame.digest();
-        frame.run_id = 99;
-        frame.published_ns = 99;
-        frame.ranges_m[3] = 5.0;
-        assert_eq!(frame.observable_digest(), digest);
-        frame.ranges_m[2] = f64::from_bits(frame.ranges_m[2].to_bits() ^ 1);
-        assert_ne!(frame.observable_digest(), digest);
-    }
-
-    #[test]
-    fn who_is_lost_can_be_read_and_is_no_data() {
-        let mut frame = sample();
-        frame.seal(&TruthKey::from_bytes([3; 32]), None);
-        let digest = frame.digest();
-        frame.set_lost([0, 15, 31, 32, usize::MAX].into_iter());
-        assert_eq!(frame.observable_digest(), digest);
-        let lost: Vec<u32> = (0..100).filter(|place| frame.has_lost(*place)).collect();
-        assert_eq!(lost, [0, 15, 31]);
-        frame.end(Phase::Done, 8);
-        assert!(!frame.has_lost(0));
-    }
-
-    #[test]
-    fn a_signature_is_for_one_slot_and_holds_for_run_tick_phase_losses_and_digest() {
-        let (key, other) = (AuthKey::from_bytes([1; 16]), AuthKey::from_bytes([2; 16]));
-        let mut frame = sample();
-        frame.run_id = 5;
-        frame.write_digest(false);
-        let digest = frame.digest();
-        frame.sign(3, &key);
-        assert!(frame.is_signed_for(3, &key) && !frame.is_signed_for(3, &other));
-        assert!(!frame.is_signed_for(2, &key) && !frame.is_signed_for(99, &key));
-        frame.published_ns = 99;
-        assert!(frame.is_signed_for(3, &key) && frame.observable_digest() == digest);
-        let changes: [fn(&mut Frame); 5] = [
-            |f| f.run_id ^= 1,
-            |f| f.tick ^= 1,
-            |f| f.phase = Phase::Done as u32,
-            |f| f.set_lost(std::iter::once(0)),
-            |f| f.digest ^= 1,
-        ];
-        for (i, change) in changes.iter().enumerate() {
-            let mut changed = frame.clone();
-            change(&mut changed);
-            assert!(!changed.is_signed_for(3, &key), "change {i}");
-        }
-    }
-
-    #[test]
-    fn two_keys_give_the_same_digest() {
-        let (mut a, mut b) = (sample(), sample());
-        a.seal(&TruthKey::from_bytes([1; 32]), Some(SE2::identity()));
-        b.seal(&TruthKey::from_bytes([2; 32]), Some(SE2::new(4.0, 5.0, 0.1)));
-        assert_eq!(a.digest(), b.digest());
-        assert_ne!(bytemuck::bytes_of(&a.sealed), bytemuck::bytes_of(&b.sealed));
-    }
-
-    #[test]
-    fn the_truth_opens_with_its_key_only() {
-        let key = TruthKey::from_bytes([9; 32]);
-        let mut frame = sample();
-        let pose = SE2::new(4.25, -1.5, 0.75);
-        frame.seal(&key, Some(pose));
-        let truth = frame.open_truth(&key).unwrap().unwrap();
-        assert_eq!(truth.pose_in_world(), pose);
-        assert!(frame.open_truth(&TruthKey::from_bytes([8; 32])).is_err());
-        let bytes = bytemuck::bytes_of(&*frame);
-        for value in [4.25f64, -1.5, 0.75] {
-            assert!(!bytes.windows(8).any(|w| w == value.to_le_bytes()));
-        }
-    }
-
-    #[test]
-    fn a_frame_without_truth_says_so() {
-        let key = TruthKey::from_bytes([9; 32]);
-        let mut frame = sample();
-        frame.seal(&key, None);
-        assert!(frame.open_truth(&key).unwrap().is_none());
-    }
-
-    #[test]
-    fn beams_out_of_range_are_never_read() {
-        let mut frame = sample();
-        frame.beams = u32::MAX;
-        assert_eq!(frame.ranges_m().map(<[f64]>::len), Some(MAX_BEAMS));
-        assert_eq!(frame.observable().len(), 8888 - OBSERVABLE_FROM);
-    }
-}
+mod tests;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::auth::AuthKey;
-use crate::config::{LidarConfig, NominalRobot};
+use crate::config::{LidarConfig, NominalRobot, Sensors};
 use crate::log::LogHeader;
 use crate::scenario::{Access, Participant, Role};
 
@@ -131,6 +131,9 @@ pub struct Start {
     pub robot: NominalRobot,
     /// Geometry and published noise of the LiDAR.
     pub lidar: LidarConfig,
+    /// Geometry and published noise of the small sensors.
+    #[serde(default, skip_serializing_if = "Sensors::is_none")]
+    pub sensors: Sensors,
     /// The walls, where they are given.
     pub map: Option<WorldSpec>,
     /// Where the robot starts, where that is given.
@@ -169,6 +172,7 @@ impl Start {
             scan_every: config.scan_every,
             robot: config.robot.nominal(),
             lidar: header.told().lidar,
+            sensors: header.told().sensors.clone(),
             map: header.known_world().filter(|_| told(participant.map)).cloned(),
             initial_pose: header.known_start().filter(|_| told(participant.initial_pose)),
             server_awake_ns: u64::MAX,

@@ -12,7 +12,7 @@ pub use crate::field_table::{Field, Table};
 #[must_use]
 pub fn tables() -> [Table; 4] {
     [
-        Table { name: "Frame", size: 8888, fields: crate::frame::FRAME_FIELDS },
+        Table { name: "Frame", size: 10840, fields: crate::frame::FRAME_FIELDS },
         Table { name: "Answer", size: 192, fields: crate::answer::ANSWER_FIELDS },
         Table { name: "Tally", size: 3384, fields: crate::tally::TALLY_FIELDS },
         Table { name: "TallyEntry", size: 208, fields: crate::tally::TALLY_ENTRY_FIELDS },

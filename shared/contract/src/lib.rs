@@ -103,6 +103,7 @@ pub mod layout;
 pub mod log;
 pub mod names;
 pub mod output;
+pub mod readings;
 pub mod replacement;
 pub mod reply;
 pub mod sandbox;
@@ -119,7 +120,9 @@ pub use auth::{AuthKey, Credentials, CredentialsError, ParticipantKey};
 pub use belief::{BeliefHeader, BeliefKind, WeightedPose};
 pub use blind::{BlindKey, BlindKeyError};
 pub use config::ScriptConfig;
-pub use config::{FieldError, Kidnapping, LidarConfig, NominalRobot, RobotConfig, RunConfig};
+pub use config::{
+    FieldError, Kidnapping, LidarConfig, NominalRobot, RobotConfig, RunConfig, Sensors,
+};
 pub use digest::RunDigest;
 pub use effects::{Effects, Timing};
 pub use exit::Exit;
@@ -127,6 +130,7 @@ pub use frame::{Frame, MAX_BEAMS, Phase};
 pub use join::{Brief, CatchUp, JoinReply, JoinRequest, Refusal, Start};
 pub use log::LogHeader;
 pub use names::{NameError, RunName};
+pub use readings::{ImuReading, LandmarkReading, OwnedReadings, Present, Readings};
 pub use replacement::{Replacement, replace};
 pub use reply::{AnswerError, Estimate, Innovation, Reply};
 pub use sandbox::Sandbox;
@@ -140,7 +144,7 @@ pub use truth::{KeyError, SealedTruth, Truth, TruthKey};
 /// The version of the protocol between server and participants. It changes
 /// when the meaning of a message changes; a change of layout shows in
 /// [`layout::layout_hash`] by itself.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;
 
 const _: () = assert!(
     cfg!(target_endian = "little"),

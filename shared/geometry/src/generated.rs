@@ -86,7 +86,7 @@ impl Recipe {
         };
         let (columns, cell_m) = (self.columns(), self.cell_m());
         let bounds = [0.0, 0.0, cell_m * columns as f64, cell_m * rows as f64];
-        WorldSpec { name: self.name(), bounds, walls }
+        WorldSpec { name: self.name(), bounds, walls, landmarks: Vec::new() }
     }
 
     /// What the world is called, for example `rooms-constant-512`.

@@ -57,4 +57,4 @@ pub use se2::SE2;
 pub use wall::Wall;
 pub use world::{Hit, World};
 pub use world_error::WorldError;
-pub use world_spec::{WallSpec, WorldSpec};
+pub use world_spec::{Landmark, WallSpec, WorldSpec};

@@ -98,6 +98,19 @@ impl Wall {
     #[inline]
     #[must_use]
     pub fn distance_squared(&self, point: &Point2<f64>) -> f64 {
+        let offset = self.offset_from(point);
+        offset.x * offset.x + offset.y * offset.y
+    }
+
+    /// The point of this wall that is nearest to `point`.
+    #[must_use]
+    pub fn nearest(&self, point: &Point2<f64>) -> Point2<f64> {
+        *point - self.offset_from(point)
+    }
+
+    /// From the nearest point of this wall to `point`.
+    #[inline]
+    fn offset_from(&self, point: &Point2<f64>) -> Vector2<f64> {
         let (ex, ey) = (self.b.x - self.a.x, self.b.y - self.a.y);
         let (ax, ay) = (point.x - self.a.x, point.y - self.a.y);
         let along = ax * ex + ay * ey;
@@ -110,7 +123,7 @@ impl Wall {
             let u = along / whole;
             (ax - u * ex, ay - u * ey)
         };
-        dx * dx + dy * dy
+        Vector2::new(dx, dy)
     }
 
     /// Length in metres.

@@ -74,19 +74,29 @@ impl WallTree {
     /// The least squared distance from `point` to any wall, square metres;
     /// infinite without walls.
     pub(crate) fn least_distance_squared(&self, walls: &[Wall], point: &Point2<f64>) -> f64 {
+        self.least_by(walls, point, f64::INFINITY, |i| Some(walls[i].distance_squared(point)))
+    }
+
+    /// The least of `measure` over all walls and `most`, square metres. A wall's
+    /// measure must not be below its squared distance from `point`; `None` leaves
+    /// it out.
+    pub(crate) fn least_by(
+        &self,
+        walls: &[Wall],
+        point: &Point2<f64>,
+        most: f64,
+        measure: impl Fn(usize) -> Option<f64>,
+    ) -> f64 {
         if is_far(point) {
-            return walls
-                .iter()
-                .map(|wall| wall.distance_squared(point))
-                .fold(f64::INFINITY, f64::min);
+            return (0..walls.len()).filter_map(measure).fold(most, f64::min);
         }
         self.bvh
             .find_best(
-                f64::INFINITY,
+                most,
                 |node, _| box_distance_squared(node, point),
-                |leaf, _| Some(walls[leaf as usize].distance_squared(point)),
+                |leaf, _| measure(leaf as usize),
             )
-            .map_or(f64::INFINITY, |(_, distance_squared)| distance_squared)
+            .map_or(most, |(_, distance_squared)| distance_squared)
     }
 
     /// Whether `test` holds for a wall whose box comes within `reach_m` of

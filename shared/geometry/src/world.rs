@@ -137,6 +137,23 @@ impl World {
         self.tree.least_distance_squared(&self.walls, &point).sqrt()
     }
 
+    /// The least of `measure` over the walls, square metres, and `most` where none
+    /// is below it. A wall's measure is the square of a distance of one of its
+    /// points from `point`, so never below that of the nearest; `None` leaves the
+    /// wall out. Walls that are farther than the least so far are not asked.
+    #[must_use]
+    pub fn least_squared(
+        &self,
+        point: Point2<f64>,
+        most: f64,
+        measure: impl Fn(&Wall) -> Option<f64>,
+    ) -> f64 {
+        if !(point.x.is_finite() && point.y.is_finite()) {
+            return most;
+        }
+        self.tree.least_by(&self.walls, &point, most, |index| measure(&self.walls[index]))
+    }
+
     /// The search tree, for the other queries of this crate.
     pub(crate) fn tree(&self) -> &WallTree {
         &self.tree

@@ -64,6 +64,19 @@ pub enum WorldError {
         /// How many there may be.
         limit: usize,
     },
+    /// A landmark cannot be used.
+    #[error(
+        "world {name:?}: landmark {landmark}: {problem}; give each landmark a number of its own \
+         and a place within the bounds"
+    )]
+    Landmark {
+        /// The world's name.
+        name: String,
+        /// Index of the landmark, from 0.
+        landmark: usize,
+        /// What is wrong.
+        problem: String,
+    },
     /// A coordinate is NaN or infinite.
     #[error(
         "world {name:?}: wall {wall} from {a:?} to {b:?} has a coordinate that is not finite; \

@@ -12,8 +12,13 @@
 //! material = "Wall"                      # "Wall", "Glass" or "Door(3)"
 //! ```
 //!
+//! A world may also have landmarks: points with a number, which stop neither a ray
+//! nor a body, `landmarks = [{ id = 1, at = [2.0, 1.5] }]`.
+//!
 //! Unknown keys are errors. Reading checks the form only; [`WorldSpec::check`]
 //! checks the sense, and [`World::new`](crate::World::new) calls it.
+
+use std::collections::BTreeSet;
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -45,6 +50,19 @@ pub struct WallSpec {
     pub material: Material,
 }
 
+/// The largest number of landmarks.
+pub const MAX_LANDMARKS: usize = 4096;
+
+/// A point that a landmark sensor measures.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Landmark {
+    /// Its number, unique in the world.
+    pub id: u32,
+    /// Where it is, `[x, y]` in metres, world frame.
+    pub at: [f64; 2],
+}
+
 /// A world as it stands in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -56,6 +74,9 @@ pub struct WorldSpec {
     /// The walls; their order breaks ties between equally near ones. Required,
     /// though it may be empty: a file that forgot its walls is no open world.
     pub walls: Vec<WallSpec>,
+    /// The landmarks; a world may have none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub landmarks: Vec<Landmark>,
 }
 
 impl From<&WallSpec> for Wall {
@@ -135,6 +156,7 @@ impl WorldSpec {
         for (index, wall) in self.walls.iter().enumerate() {
             self.check_wall(index, wall)?;
         }
+        self.check_landmarks()?;
         match self.find_gaps(&self.to_walls())?.next() {
             None => Ok(()),
             Some(gap) => Err(WorldError::Gap { name: self.name.clone(), gap }),
@@ -169,6 +191,30 @@ impl WorldSpec {
         let count = self.walls.len();
         if count > MAX_WALLS {
             return Err(WorldError::TooManyWalls { name, count, limit: MAX_WALLS });
+        }
+        Ok(())
+    }
+
+    /// The landmarks: not too many, inside the bounds, each with a number of its own.
+    fn check_landmarks(&self) -> Result<(), WorldError> {
+        let count = self.landmarks.len();
+        let problem = |landmark: usize, problem: String| {
+            Err(WorldError::Landmark { name: self.name.clone(), landmark, problem })
+        };
+        if count > MAX_LANDMARKS {
+            let text = format!("there are {count}, at most {MAX_LANDMARKS} are allowed");
+            return problem(MAX_LANDMARKS, text);
+        }
+        let [x_min, y_min, x_max, y_max] = self.bounds;
+        let mut ids = BTreeSet::new();
+        for (index, Landmark { id, at: [x, y] }) in self.landmarks.iter().enumerate() {
+            if !((x_min..=x_max).contains(x) && (y_min..=y_max).contains(y)) {
+                let bounds = self.bounds;
+                return problem(index, format!("[{x}, {y}] is not within the bounds {bounds:?}"));
+            }
+            if !ids.insert(id) {
+                return problem(index, format!("id {id} is there twice"));
+            }
         }
         Ok(())
     }

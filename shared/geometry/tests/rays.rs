@@ -38,6 +38,7 @@ fn world_of(walls: &[([f64; 2], [f64; 2])]) -> World {
         name: "test".to_owned(),
         bounds: [-100.0, -100.0, 100.0, 100.0],
         walls: walls.collect(),
+        landmarks: Vec::new(),
     })
     .unwrap()
 }

@@ -18,6 +18,7 @@ fn world_of(walls: &[([f64; 2], [f64; 2])]) -> World {
         name: "test".to_owned(),
         bounds: [-1000.0, -1000.0, 1000.0, 1000.0],
         walls: walls.collect(),
+        landmarks: Vec::new(),
     })
     .unwrap()
 }
@@ -135,6 +136,7 @@ fn clear_walls() -> impl Strategy<Value = World> {
             name: "clear".to_owned(),
             bounds: [-100.0, -100.0, 100.0, 100.0],
             walls: spec.collect(),
+            landmarks: Vec::new(),
         })
         .unwrap_or_else(|_| world_of(&[([2.0, -1.0], [2.0, 1.0])]))
     })

@@ -16,6 +16,7 @@ fn world_of(a: [f64; 2], b: [f64; 2]) -> World {
         name: "one wall".to_owned(),
         bounds: [-1e5, -1e5, 1e5, 1e5],
         walls: vec![WallSpec { a, b, material: Material::Wall }],
+        landmarks: Vec::new(),
     })
     .unwrap()
 }

@@ -26,6 +26,7 @@ fn spec(walls: &[([f64; 2], [f64; 2])]) -> WorldSpec {
             .iter()
             .map(|(a, b)| WallSpec { a: *a, b: *b, material: Material::Wall })
             .collect(),
+        landmarks: Vec::new(),
     }
 }
 

@@ -94,6 +94,7 @@ mod tests {
             lidar: scenario.lidar,
             script: scenario.script,
             world: rusty_geometry::apartment().spec().clone(),
+            sensors: rusty_contract::Sensors::default(),
             kidnappings: Vec::new(),
         };
         let (roster, on_loss) = (scenario.participants, scenario.on_loss);

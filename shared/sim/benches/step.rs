@@ -23,6 +23,7 @@ fn sim(scan_every: u64, beams: u32) -> Sim {
         lidar: LidarConfig { beams, ..LidarConfig::default() },
         script: ScriptConfig::FigureEight { v_m_s: 0.3, omega_rad_s: 0.6, half_s: 10.0 },
         world: apartment().spec().clone(),
+        sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
     };
     Sim::new(config).unwrap()

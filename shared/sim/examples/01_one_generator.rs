@@ -32,6 +32,7 @@ fn config(beams: u32) -> RunConfig {
         lidar: LidarConfig { beams, ..LidarConfig::default() },
         script: ScriptConfig::Driver {},
         world: apartment().spec().clone(),
+        sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
     }
 }

@@ -48,6 +48,7 @@ fn scan() -> Result<Vec<Beam>, SimError> {
         lidar: LidarConfig::default(),
         script: ScriptConfig::Straight { v_m_s: 0.5 },
         world: apartment().spec().clone(),
+        sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
     })?;
     let mut frame = Frame::boxed();

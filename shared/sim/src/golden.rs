@@ -43,7 +43,7 @@ pub struct Golden {
 }
 
 /// All golden runs.
-pub const GOLDENS: [Golden; 8] = [
+pub const GOLDENS: [Golden; 9] = [
     Golden {
         name: "apartment-steered",
         pins: "a patrol steered on the truth, slip, range noise, a scan in every fifth tick",
@@ -92,6 +92,12 @@ pub const GOLDENS: [Golden; 8] = [
         pins: "geometry alone: no noise of any kind, so its seed does not matter",
         expected: "a7ddd0fa304d193b3837591996823481",
         config: runs::apartment_silent,
+    },
+    Golden {
+        name: "apartment-sensed",
+        pins: "all small sensors on the way into a wall: bumper, IMU, sonars, doors, landmarks",
+        expected: "d0163b09647427019ab262257bfec8fa",
+        config: runs::apartment_sensed,
     },
 ];
 

@@ -37,6 +37,7 @@
 //!     lidar: LidarConfig::default(),
 //!     script: ScriptConfig::Driver {},
 //!     world: apartment().spec().clone(),
+//!     sensors: rusty_contract::Sensors::default(),
 //!     kidnappings: Vec::new(),
 //! };
 //! let mut sim = Sim::new(config)?;
@@ -59,6 +60,7 @@ pub mod outcome;
 pub mod robot;
 
 pub mod lidar;
+pub mod sensors;
 
 pub mod patrol;
 pub mod steering;

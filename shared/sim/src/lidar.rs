@@ -68,7 +68,7 @@ impl Lidar {
             *range_m = if draw.u < self.dropout {
                 self.range_max_m
             } else {
-                self.measured_m(*range_m, self.range_std_m * draw.z)
+                measured_m(*range_m, self.range_std_m * draw.z, self.range_max_m)
             };
         }
     }
@@ -82,18 +82,18 @@ impl Lidar {
             *place = hit;
         }
     }
+}
 
-    /// The range of a beam that did not drop out. Written with comparisons:
-    /// `f64::max` may return either zero for two zeros of unlike sign.
-    fn measured_m(&self, exact_m: f64, error_m: f64) -> f64 {
-        let range_m = exact_m + error_m;
-        if exact_m >= self.range_max_m || range_m >= self.range_max_m {
-            self.range_max_m
-        } else if range_m <= 0.0 {
-            0.0
-        } else {
-            range_m
-        }
+/// A range that did not drop out, with its error, between 0 and `range_max_m`. Written
+/// with comparisons: `f64::max` may return either zero for two zeros of unlike sign.
+pub(crate) fn measured_m(exact_m: f64, error_m: f64, range_max_m: f64) -> f64 {
+    let range_m = exact_m + error_m;
+    if exact_m >= range_max_m || range_m >= range_max_m {
+        range_max_m
+    } else if range_m <= 0.0 {
+        0.0
+    } else {
+        range_m
     }
 }
 

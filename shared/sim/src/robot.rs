@@ -36,6 +36,7 @@ pub struct Robot {
     /// r·(1 + δ).
     right_radius_m: f64,
     pose_in_world: SE2,
+    blocked_on_way_to: Option<SE2>,
     wheel_angles_rad: [f64; 2],
 }
 
@@ -53,6 +54,7 @@ impl Robot {
             slip_std: config.slip_std,
             right_radius_m: config.wheel_radius_m * (1.0 + config.radius_bias_right),
             pose_in_world: start,
+            blocked_on_way_to: None,
             wheel_angles_rad: [0.0, 0.0],
         }
     }
@@ -92,9 +94,11 @@ impl Robot {
         let tau = self.true_drive.tangent(ds_left_m, ds_right_m);
         let next = self.pose_in_world.boxplus(&tau);
         if world.blocks(&self.pose_in_world, &next, self.body_radius_m) {
+            self.blocked_on_way_to = Some(next);
             return StepOutcome::Blocked;
         }
         self.pose_in_world = next;
+        self.blocked_on_way_to = None;
         StepOutcome::Moved { ds_m: tau.x, dtheta_rad: tau.z }
     }
 
@@ -107,6 +111,13 @@ impl Robot {
     #[must_use]
     pub fn pose_in_world(&self) -> SE2 {
         self.pose_in_world
+    }
+
+    /// Where the robot would be after the last step if no wall were in its way;
+    /// `None` where none was.
+    #[must_use]
+    pub fn blocked_on_way_to(&self) -> Option<SE2> {
+        self.blocked_on_way_to
     }
 
     /// How far the wheels have turned since the start, `[left, right]`, rad.

@@ -12,10 +12,11 @@ use rusty_contract::{FieldError, Frame, RunConfig};
 use rusty_geometry::{SE2, Twist, World};
 
 use crate::lidar::Lidar;
-use crate::noise::{LidarNoise, SlipNoise};
+use crate::noise::{LidarNoise, TickNoise};
 use crate::outcome::StepOutcome;
 use crate::robot::Robot;
 use crate::script::Script;
+use crate::sensors::{Motion, SmallSensors};
 use crate::sim_error::SimError;
 
 /// A robot in a place, between two ticks.
@@ -27,8 +28,9 @@ pub struct Sim {
     world: World,
     robot: Robot,
     lidar: Lidar,
+    sensors: SmallSensors,
     script: Script,
-    slip_noise: SlipNoise,
+    slip_noise: TickNoise,
     lidar_noise: LidarNoise,
     ticks_done: u64,
     /// Index of the next kidnapping of the configuration.
@@ -48,8 +50,9 @@ impl Sim {
         Ok(Self {
             robot: Robot::new(&config.robot, config.start),
             lidar: Lidar::new(&config.lidar),
+            sensors: SmallSensors::new(&config, &world),
             script: Script::new(&config.script, config.dt_s, config.start),
-            slip_noise: SlipNoise::new(config.seed),
+            slip_noise: TickNoise::slip(config.seed),
             lidar_noise: LidarNoise::new(config.seed),
             ticks_done: 0,
             next_kidnapping: 0,
@@ -73,9 +76,10 @@ impl Sim {
         check_places(&config, &self.world)?;
         self.robot.reconfigure(&config.robot);
         self.lidar = Lidar::new(&config.lidar);
+        self.sensors.reseed(config.seed);
         // A command depends on tick and pose, not on commands before it.
         self.script = Script::new(&config.script, config.dt_s, config.start);
-        self.slip_noise = SlipNoise::new(config.seed);
+        self.slip_noise = TickNoise::slip(config.seed);
         self.lidar_noise = LidarNoise::new(config.seed);
         // Those of ticks that are done are past, or never were.
         self.next_kidnapping = config.kidnappings.partition_point(|k| k.tick < self.ticks_done);
@@ -89,8 +93,9 @@ impl Sim {
     pub fn restart(&mut self, seed: u64) {
         self.config.seed = seed;
         self.robot = Robot::new(&self.config.robot, self.config.start);
-        self.slip_noise = SlipNoise::new(seed);
+        self.slip_noise = TickNoise::slip(seed);
         self.lidar_noise.restart(seed);
+        self.sensors.restart(seed);
         // The script stays: a command depends on tick and pose alone.
         self.ticks_done = 0;
         self.next_kidnapping = 0;
@@ -124,15 +129,21 @@ impl Sim {
         }
         let wanted = self.script.command(tick, &self.truth(), driver);
         let applied = self.robot.limit(wanted);
-        let slip_z = self.slip_noise.at(tick);
+        let slip_z = self.slip_noise.normals(tick);
         let outcome = self.robot.step(&self.world, applied, self.config.dt_s, slip_z);
 
         let time_s = self.config.time_s(tick);
         frame.begin(tick, time_s, self.robot.encoder_ticks(), applied);
+        let motion = Motion {
+            pose_in_world: self.robot.pose_in_world(),
+            blocked_on_way_to: self.robot.blocked_on_way_to(),
+            outcome,
+        };
+        self.sensors.read(&self.world, &motion, tick, frame);
         // `scan_every` 0 never divides: no scans.
         if tick.checked_rem(self.config.scan_every) == Some(0) {
             let ranges_m = frame.write_scan(self.lidar.beams());
-            let pose = self.robot.pose_in_world();
+            let pose = motion.pose_in_world;
             self.lidar.scan(&self.world, &pose, &mut self.lidar_noise, tick, ranges_m);
         }
         self.ticks_done += 1;

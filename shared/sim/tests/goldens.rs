@@ -4,10 +4,13 @@
 
 use std::collections::BTreeSet;
 
-use rusty_contract::{Frame, Kidnapping, LidarConfig, RobotConfig, RunConfig, ScriptConfig};
+use rusty_contract::{
+    Frame, Kidnapping, LidarConfig, OwnedReadings, RobotConfig, RunConfig, ScriptConfig, Sensors,
+};
 use rusty_geometry::{Material, PLACES, SE2};
 use rusty_sim::golden::{GOLDENS, Golden, digest_of, driver_command};
 use rusty_sim::{Sim, StepOutcome};
+use serde_json::Value;
 
 #[test]
 fn every_golden_has_the_digest_it_always_had() {
@@ -103,6 +106,79 @@ fn every_noise_is_in_the_table_and_is_felt() {
     }
 }
 
+/// Every number of a document, by the path to it.
+fn numbers(value: &Value, path: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Number(_) => found.push(path.to_owned()),
+        Value::Array(list) => {
+            for (i, one) in list.iter().enumerate().take(1) {
+                numbers(one, &format!("{path}/{i}"), found);
+            }
+        }
+        Value::Object(map) => {
+            map.iter().for_each(|(key, one)| numbers(one, &format!("{path}/{key}"), found));
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn every_number_of_every_small_sensor_is_felt() {
+    let golden = golden("apartment-sensed").config();
+    let whole = serde_json::to_value(&golden.sensors).unwrap();
+    let mut paths = Vec::new();
+    numbers(&whole, "", &mut paths);
+    assert!(paths.len() > 25, "{paths:?}");
+    for path in paths {
+        let mut changed = whole.clone();
+        let place = changed.pointer_mut(&path).unwrap();
+        *place = match place.as_u64() {
+            Some(whole) => (whole + 2).into(),
+            None => (0.7 * place.as_f64().unwrap() + 0.01).into(),
+        };
+        let mut config = golden.clone();
+        config.sensors = serde_json::from_value(changed).unwrap();
+        assert_ne!(digest(config), digest(golden.clone()), "{path} is not felt");
+    }
+}
+
+#[test]
+fn every_small_sensor_is_in_the_table_and_changes_no_other_noise() {
+    let golden = golden("apartment-sensed").config();
+    let Sensors { bumper, imu, sonar, doors, landmarks } = golden.sensors.clone();
+    assert!(bumper.is_some() && imu.is_some() && sonar.is_some());
+    assert!(doors.is_some() && landmarks.is_some());
+    let run = |config: RunConfig| {
+        let mut sim = Sim::new(config.clone()).unwrap();
+        let mut frame = Frame::boxed();
+        (0..config.ticks)
+            .map(|_| {
+                let _ = sim.step(None, &mut frame);
+                (frame.encoders(), frame.ranges_m().map(<[f64]>::to_vec), frame.readings().into())
+            })
+            .collect::<Vec<(_, _, OwnedReadings)>>()
+    };
+    let all = run(golden.clone());
+    let without: [fn(&mut Sensors); 5] = [
+        |s| s.bumper = None,
+        |s| s.imu = None,
+        |s| s.sonar = None,
+        |s| s.doors = None,
+        |s| s.landmarks = None,
+    ];
+    for remove in without {
+        let mut config = golden.clone();
+        remove(&mut config.sensors);
+        for (tick, (a, b)) in all.iter().zip(run(config)).enumerate() {
+            assert_eq!((a.0, &a.1), (b.0, &b.1), "tick {tick}");
+            let (a, b) = (a.2.get(), b.2.get());
+            let kept: Vec<_> = b.named().collect();
+            let before: Vec<_> = a.named().filter(|one| kept.contains(one)).collect();
+            assert_eq!(kept, before, "tick {tick}");
+        }
+    }
+}
+
 /// One change for every number of a configuration. Taken apart without a rest:
 /// a new field does not compile until it stands here, with its change below.
 fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
@@ -115,8 +191,9 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         start: _,
         robot,
         lidar,
-        script: _, // "every script" above
-        world: _,  // a corner of it
+        script: _,  // "every script" above
+        world: _,   // a corner of it
+        sensors: _, // every number of them below
         kidnappings: _,
     } = config;
     let RobotConfig {

@@ -6,7 +6,7 @@ mod common;
 use rusty_contract::LidarConfig;
 use rusty_geometry::{Hit, SE2, apartment, trig};
 use rusty_sim::Lidar;
-use rusty_sim::noise::{LidarNoise, SlipNoise};
+use rusty_sim::noise::{LidarNoise, TickNoise};
 
 /// Bins of the statistic: 64 from −4 to 4, and one for each tail.
 const INNER: usize = 64;
@@ -77,8 +77,8 @@ fn assert_independent(pairs: impl Iterator<Item = (f64, f64)>) {
 
 #[test]
 fn slip_is_standard_normal_and_independent() {
-    let mut noise = SlipNoise::new(2024);
-    let drawn: Vec<[f64; 2]> = (0..250_000).map(|tick| noise.at(tick)).collect();
+    let mut noise = TickNoise::slip(2024);
+    let drawn: Vec<[f64; 2]> = (0..250_000).map(|tick| noise.normals::<2>(tick)).collect();
     assert_normal(&drawn.concat());
     assert_independent(drawn.iter().map(|[left, right]| (*left, *right)));
     assert_independent(drawn.windows(2).map(|w| (w[0][1], w[1][0])));
@@ -87,8 +87,8 @@ fn slip_is_standard_normal_and_independent() {
 
 #[test]
 fn the_test_notices_one_percent() {
-    let mut noise = SlipNoise::new(2024);
-    let drawn: Vec<[f64; 2]> = (0..250_000).map(|tick| noise.at(tick)).collect();
+    let mut noise = TickNoise::slip(2024);
+    let drawn: Vec<[f64; 2]> = (0..250_000).map(|tick| noise.normals::<2>(tick)).collect();
     let wider: Vec<f64> = drawn.concat().iter().map(|z| 1.01 * z).collect();
     assert!(chi_square(&wider) > 112.0);
     let shifted: Vec<f64> = drawn.concat().iter().map(|z| z + 0.02).collect();

@@ -6,7 +6,7 @@
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
-use rusty_sim::noise::{LidarNoise, SlipNoise};
+use rusty_sim::noise::{LidarNoise, TickNoise};
 
 const DRAWS: usize = 200_000;
 
@@ -40,8 +40,9 @@ fn reference(seed: u64) -> Vec<f64> {
 
 #[test]
 fn slip_is_distributed_as_rand_distr_s_normal() {
-    let mut noise = SlipNoise::new(11);
-    let mut ours: Vec<f64> = (0..DRAWS as u64 / 2).flat_map(|tick| noise.at(tick)).collect();
+    let mut noise = TickNoise::slip(11);
+    let mut ours: Vec<f64> =
+        (0..DRAWS as u64 / 2).flat_map(|tick| noise.normals::<2>(tick)).collect();
     let found = distance(&mut ours, &mut reference(12));
     assert!(found < limit(), "{found}");
 }

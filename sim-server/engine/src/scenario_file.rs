@@ -240,6 +240,7 @@ impl Loaded {
             start: s.start,
             robot: s.robot,
             lidar: s.lidar,
+            sensors: s.sensors.clone(),
             script,
             world,
             kidnappings: s.kidnappings.clone(),

@@ -48,6 +48,7 @@ pub fn record_of(frame: &Frame, truth: SE2) -> TickRecord {
         truth: Some([truth.x(), truth.y(), truth.theta()]),
         ranges_m: frame.ranges_m().map(<[f64]>::to_vec),
         replies: Vec::new(),
+        readings: frame.readings().into(),
     }
 }
 
@@ -82,6 +83,15 @@ pub fn frames(a: &TickRecord, b: &TickRecord, dt_s: f64) -> Option<Mismatch> {
         lists(a.truth.as_ref(), b.truth.as_ref(), "truth", |i| names[i].to_owned())
     {
         return at(&field, x, y);
+    }
+    let (x, y) = (a.readings.get(), b.readings.get());
+    if x.present() != y.present() {
+        return at("readings", format!("{:?}", x.present()), format!("{:?}", y.present()));
+    }
+    for ((field, x), (_, y)) in x.named().zip(y.named()) {
+        if x.to_bits() != y.to_bits() {
+            return at(&field, show(x), show(y));
+        }
     }
     let (x, y) = (a.ranges_m.as_ref(), b.ranges_m.as_ref());
     let found = lists(x, y, "ranges_m", |i| format!("ranges_m[{i}] (beam {i})"));
@@ -221,6 +231,7 @@ mod tests {
             truth: Some([1.0, 2.0, 3.0]),
             ranges_m: Some(vec![1.0, 2.5]),
             replies: vec![SE2::new(1.0, 2.0, 3.0).into()],
+            readings: rusty_contract::OwnedReadings::default(),
         }
     }
 

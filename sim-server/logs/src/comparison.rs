@@ -121,6 +121,7 @@ mod tests {
             truth: None,
             ranges_m: None,
             replies,
+            readings: rusty_contract::OwnedReadings::default(),
         }
     }
 

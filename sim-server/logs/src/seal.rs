@@ -232,15 +232,7 @@ fn copy(
         // A file that changes between the passes would not fit its key.
         let _ = key.truth_of(tick, &frame)?;
         record.absorb(&frame, &mut digest);
-        writer.tick(TickRef {
-            tick: record.tick,
-            stamp_s: record.stamp_s,
-            ticks: record.ticks,
-            command: record.command,
-            truth: None,
-            ranges_m: record.ranges_m.as_deref(),
-            replies: &record.replies,
-        })?;
+        writer.tick(TickRef::from(&record))?;
     }
     if complete {
         let (run_digest, world_digest) = (digest.run(), digest.world());

@@ -1,5 +1,6 @@
 //! `info`: describe a log or one of its ticks.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
@@ -37,6 +38,8 @@ struct Facts {
     header: LogHeader,
     ticks: u64,
     scans: u64,
+    /// Ticks with a reading of each small sensor, by its name.
+    readings: BTreeMap<&'static str, u64>,
     truths: u64,
     /// First and last.
     times_s: Option<(f64, f64)>,
@@ -54,6 +57,7 @@ impl Facts {
         let (mut digest, mut frame) = (RunDigest::default(), Frame::boxed());
         let (mut ticks, mut scans, mut truths) = (0u64, 0u64, 0u64);
         let mut times_s: Option<(f64, f64)> = None;
+        let mut readings = BTreeMap::new();
         let mut observable = ObservableDigest::default();
         let ending = loop {
             match reader.read()? {
@@ -64,6 +68,9 @@ impl Facts {
                     observable.absorb(&frame);
                     ticks += 1;
                     scans += u64::from(record.ranges_m.is_some());
+                    for name in present(&record) {
+                        *readings.entry(name).or_default() += 1;
+                    }
                     truths += u64::from(record.truth.is_some());
                     let time_s = record.time_s(header.config.dt_s);
                     times_s = Some((times_s.map_or(time_s, |t| t.0), time_s));
@@ -72,7 +79,18 @@ impl Facts {
             }
         };
         let damaged = reader.damaged();
-        Ok(Self { header, ticks, scans, truths, times_s, damaged, digest, observable, ending })
+        Ok(Self {
+            header,
+            ticks,
+            scans,
+            readings,
+            truths,
+            times_s,
+            damaged,
+            digest,
+            observable,
+            ending,
+        })
     }
 
     /// Nothing is missing and nothing is damaged.
@@ -96,6 +114,7 @@ impl Facts {
             "ticks": self.ticks,
             "ticks_planned": header.config.ticks,
             "scans": self.scans,
+            "readings": self.readings,
             "ticks_with_truth": self.truths,
             "first_time_s": self.times_s.map(|t| t.0),
             "last_time_s": self.times_s.map(|t| t.1),
@@ -113,6 +132,10 @@ impl Facts {
         let (ticks, planned) = (self.ticks, self.header.config.ticks);
         let (scans, truths) = (self.scans, self.truths);
         outln!("ticks     {ticks} of {planned}, {scans} with a scan, {truths} with a known truth");
+        if !self.readings.is_empty() {
+            let counts = self.readings.iter().map(|(name, n)| format!("{name} {n}"));
+            outln!("readings  ticks with {}", counts.collect::<Vec<_>>().join(", "));
+        }
         if let Some((first, last)) = self.times_s {
             outln!("time      {} s to {} s", seconds(first), seconds(last));
         }
@@ -200,6 +223,19 @@ fn print_header(header: &LogHeader) {
     }
 }
 
+/// Returns the names of the small sensors that say something in a tick.
+fn present(record: &TickRecord) -> impl Iterator<Item = &'static str> {
+    let present = record.readings.get().present();
+    let names = [
+        ("bumper", present.bumper),
+        ("imu", present.imu),
+        ("sonars", present.sonars.is_some()),
+        ("doors", present.doors.is_some()),
+        ("landmarks", present.landmarks.is_some()),
+    ];
+    names.into_iter().filter(|(_, is_there)| *is_there).map(|(name, _)| name)
+}
+
 /// Returns the errors of the motion of a robot.
 fn motion(robot: &RobotConfig) -> String {
     format!(
@@ -258,6 +294,7 @@ fn tick_json(header: &LogHeader, record: &TickRecord, intact: bool) -> Value {
         "command": record.command,
         "truth": record.truth.map(|[x, y, theta]| json!({ "x_m": x, "y_m": y, "theta_rad": theta })),
         "ranges": record.ranges_m,
+        "readings": record.readings.get().named().collect::<BTreeMap<_, _>>(),
         "answers": answers,
         "intact": intact,
     })
@@ -288,6 +325,9 @@ fn print_tick(header: &LogHeader, record: &TickRecord, intact: bool) {
     }
     for (p, reply) in header.answering().zip(&record.replies) {
         outln!("answer    {}: {}", p.name, compare::reply_text(reply));
+    }
+    for (name, number) in record.readings.get().named() {
+        outln!("reading   {name} {number}");
     }
     match &record.ranges_m {
         Some(ranges) => outln!("ranges    {ranges:?}"),

@@ -90,10 +90,7 @@ pub fn write_log(log: &Path, header: &LogHeader, records: &[TickRecord]) -> Stri
     for record in records {
         record.write_frame(&mut frame, header.config.dt_s, &TruthKey::from_bytes([0; 32]));
         record.absorb(&frame, &mut digest);
-        let TickRecord { tick, stamp_s, ticks, command, truth, .. } = *record;
-        let (ranges_m, replies) = (record.ranges_m.as_deref(), &record.replies[..]);
-        let record = TickRef { tick, stamp_s, ticks, command, truth, ranges_m, replies };
-        writer.tick(record).unwrap();
+        writer.tick(TickRef::from(record)).unwrap();
     }
     let (run_digest, world_digest) = (digest.run(), digest.world());
     writer.finish(Trailer { ticks: records.len() as u64, run_digest, world_digest }).unwrap();

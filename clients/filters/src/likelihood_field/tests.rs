@@ -20,7 +20,7 @@ fn model() -> BeamModel {
 fn one_wall() -> World {
     let wall = WallSpec { a: [1.0, 0.0], b: [1.0, 2.0], material: Material::Wall };
     let (name, bounds) = ("one wall".to_owned(), [0.0, 0.0, 2.0, 2.0]);
-    World::new(WorldSpec { name, bounds, walls: vec![wall] }).unwrap()
+    World::new(WorldSpec { name, bounds, walls: vec![wall], landmarks: Vec::new() }).unwrap()
 }
 
 /// Table 6.3, line 8, of readings that are not z_max.
@@ -127,7 +127,7 @@ fn a_large_world_has_coarse_cells_and_is_as_likely_as_is_expected() {
     let wall = |a, b| WallSpec { a, b, material: Material::Wall };
     let walls = vec![wall([0.0, 0.0], [100.0, 0.0]), wall([33.33, 0.0], [33.33, 100.0])];
     let (name, bounds) = ("large".to_owned(), [0.0, 0.0, 100.0, 100.0]);
-    let world = World::new(WorldSpec { name, bounds, walls }).unwrap();
+    let world = World::new(WorldSpec { name, bounds, walls, landmarks: Vec::new() }).unwrap();
     let model = BeamModel { sigma_hit_m: 0.02, ..model() };
     let field = LikelihoodField::of_world(&world, &model, RANGE_MAX_M, 0.0, 0.01);
     let cell_m = field.frame.cell_m;

@@ -48,6 +48,11 @@ class RunLog:
     ``scan_ticks[s]``."""
     ranges: NDArray[np.float64] = field(repr=False)
     """(S, B) ranges, m; shorter scans end in NaN."""
+    readings: dict[str, NDArray[np.float64]] = field(repr=False)
+    """By small sensor that the robot has, rows that begin with their tick: ``bumper``
+    (sectors as bits), ``imu`` (yaw rate rad/s, acceleration ahead and to the left
+    m/s²), ``sonars`` (a range m for each), and one row for each thing that was seen:
+    ``doors`` (number), ``landmarks`` (id or −1, range m, bearing rad)."""
     answers: dict[str, NDArray[np.float64]] = field(repr=False)
     """By participant, (T, 3) the poses it answered, rows of NaN where it answered none."""
     covariances: dict[str, NDArray[np.float64]] = field(repr=False)

@@ -106,6 +106,10 @@ class Start:
     def lidar(self) -> Lidar:
         """The LiDAR."""
     @property
+    def sensors(self) -> dict[str, dict[str, Any]]:
+        """The small sensors, as in the ``[sensors]`` of a scenario: what is there, where
+        it is mounted, and its noise."""
+    @property
     def map(self) -> NDArray[np.float64] | None:
         """The walls, m, world frame: rows (x_a, y_a, x_b, y_b), shape (walls, 4),
         read-only; None where the map is hidden."""
@@ -156,6 +160,26 @@ class Tick:
             RuntimeError: when it is first asked for after its tick is over, or in
                 a fork of the process that joined.
         """
+    @property
+    def bumper(self) -> int | None:
+        """Sectors of the bumper that touch a wall, bit k for sector k. None where the
+        robot has no bumper."""
+    @property
+    def imu(self) -> tuple[float, float, float] | None:
+        """What the IMU says: (yaw rate rad/s, acceleration ahead m/s^2, acceleration
+        to the left m/s^2), body frame. None where the robot has no IMU."""
+    @property
+    def sonars(self) -> NDArray[np.float64] | None:
+        """Range of each sonar, m, shape (sonars,). None on ticks without."""
+    @property
+    def doors(self) -> list[int] | None:
+        """Numbers of the doors that are detected, ascending. None on ticks without a
+        reading."""
+    @property
+    def landmarks(self) -> NDArray[np.float64] | None:
+        """The landmarks that are seen, shape (landmarks, 3): id (-1 where it is not
+        known), range m, bearing rad in the body frame. None on ticks without a
+        reading."""
     def answer(
         self,
         x: float | None = None,

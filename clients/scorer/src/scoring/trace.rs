@@ -192,6 +192,7 @@ pub(crate) mod tests {
                 name: "open".to_owned(),
                 bounds: [-50.0, -50.0, 50.0, 50.0],
                 walls: Vec::new(),
+                landmarks: Vec::new(),
             },
             lidar: LidarConfig::default(),
             names: names.iter().map(|&name| name.to_owned()).collect(),
@@ -223,6 +224,7 @@ pub(crate) mod tests {
             lidar: scenario.lidar,
             script: scenario.script,
             world: rusty_geometry::apartment().spec().clone(),
+            sensors: rusty_contract::Sensors::default(),
             kidnappings: Vec::new(),
         };
         LogHeader {

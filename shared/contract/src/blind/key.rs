@@ -222,6 +222,7 @@ mod tests {
                     lidar: s.lidar,
                     script: s.script,
                     world: rusty_geometry::places::apartment().spec().clone(),
+                    sensors: crate::Sensors::default(),
                     kidnappings: Vec::new(),
                 },
                 roster: s.participants,

@@ -9,6 +9,7 @@ mod lidar;
 mod robot;
 mod run;
 mod script;
+pub mod sensors;
 
 pub use check::{FieldError, seconds as check_seconds, within as check_within};
 pub(crate) use check::{at_least, seconds, within};
@@ -17,3 +18,4 @@ pub use lidar::LidarConfig;
 pub use robot::{NominalRobot, RobotConfig};
 pub use run::RunConfig;
 pub use script::{PatrolConfig, ScriptConfig, parse_commands};
+pub use sensors::Sensors;

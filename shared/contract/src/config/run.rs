@@ -6,7 +6,9 @@ use rusty_geometry::world_spec::MAX_NAME_CHARS;
 use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
 
-use super::{FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConfig, at_least, within};
+use super::{
+    FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConfig, Sensors, at_least, within,
+};
 
 /// The configuration of a run. A seed, this and the driver's commands
 /// determine every frame.
@@ -29,6 +31,9 @@ pub struct RunConfig {
     pub robot: RobotConfig,
     /// The LiDAR.
     pub lidar: LidarConfig,
+    /// The small sensors.
+    #[serde(default, skip_serializing_if = "Sensors::is_none")]
+    pub sensors: Sensors,
     /// Where the commands come from.
     pub script: ScriptConfig,
     /// The walls.
@@ -80,6 +85,7 @@ impl RunConfig {
         kept("lidar.fov_rad", &a.fov_rad, &b.fov_rad)?;
         kept("lidar.range_max_m", &a.range_max_m, &b.range_max_m)?;
         kept("lidar.sensor_in_body", &a.sensor_in_body, &b.sensor_in_body)?;
+        kept("sensors", &self.sensors, &after.sensors)?;
         let driven = |c: &Self| matches!(c.script, ScriptConfig::Driver {});
         if driven(self) != driven(after) {
             // A driver has, or would need, a place in the roster.
@@ -109,6 +115,7 @@ impl RunConfig {
         within("start.theta_rad", self.start.theta(), -4.0, 4.0)?;
         self.robot.check()?;
         self.lidar.check()?;
+        self.sensors.check()?;
         self.script.check()?;
         Kidnapping::check(&self.kidnappings)?;
         self.world.check().map_err(|e| {
@@ -134,6 +141,7 @@ mod tests {
             lidar: LidarConfig::default(),
             script: ScriptConfig::default(),
             world: rusty_geometry::apartment().spec().clone(),
+            sensors: Sensors::default(),
             kidnappings: Vec::new(),
         }
     }
@@ -158,7 +166,7 @@ mod tests {
             |c| c.script = ScriptConfig::Patrol(PatrolConfig::default()),
         ];
         assert!(free.iter().all(|change| changed(change).is_ok()));
-        let kept: [fn(&mut RunConfig); 16] = [
+        let kept: [fn(&mut RunConfig); 17] = [
             |c| c.scenario.push('x'),
             |c| c.dt_s = 0.1,
             |c| c.scan_every = 4,
@@ -174,6 +182,7 @@ mod tests {
             |c| c.lidar.range_max_m = 9.0,
             |c| c.lidar.sensor_in_body = SE2::new(0.1, 0.0, 0.0),
             |c| c.script = ScriptConfig::Driver {},
+            |c| c.sensors.imu = Some(crate::config::sensors::ImuConfig::default()),
             |c| c.world.walls.truncate(3),
         ];
         for (i, change) in kept.iter().enumerate() {

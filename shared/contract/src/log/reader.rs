@@ -197,7 +197,14 @@ impl<R: std::io::Read> LogReader<R> {
             return Ok(Err(CUT.to_owned()));
         }
         let at_byte = self.at;
+        let entry = entry.map(|entry| match entry {
+            Entry::Sensed(readings, record) => Entry::Tick(TickRecord { readings, ..record }),
+            other => other,
+        });
         let read = match entry {
+            Ok(Entry::Sensed(..)) | Err(_) => {
+                return Ok(Err("a record cannot be decoded".to_owned()));
+            }
             Ok(Entry::Tick(record)) => {
                 if record.tick != self.next_tick && intact {
                     let (found, expected) = (record.tick, self.next_tick);
@@ -219,7 +226,6 @@ impl<R: std::io::Read> LogReader<R> {
                 return Ok(Err(format!("the trailer counts {said} ticks, the log has {found}")));
             }
             Ok(Entry::End(_)) => return Ok(Err("the trailer's checksum fails".to_owned())),
-            Err(_) => return Ok(Err("a record cannot be decoded".to_owned())),
         };
         self.at += (front + 4 + length) as u64;
         Ok(Ok(read))

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::digest::RunDigest;
 use crate::frame::{Frame, MAX_BEAMS};
+use crate::readings::{OwnedReadings, Readings};
 use crate::reply::Reply;
 use crate::truth::TruthKey;
 
@@ -15,6 +16,8 @@ pub enum Entry {
     Tick(TickRecord),
     /// The last line.
     End(Trailer),
+    /// A tick with readings of small sensors: these first.
+    Sensed(OwnedReadings, TickRecord),
 }
 
 /// The same, borrowed, for writing without a copy.
@@ -43,6 +46,10 @@ pub struct TickRecord {
     pub ranges_m: Option<Vec<f64>>,
     /// Replies of the answering participants, in roster order.
     pub replies: Vec<Reply>,
+    /// What the small sensors say. A record without any is written as one of a
+    /// robot that has none.
+    #[serde(skip)]
+    pub readings: OwnedReadings,
 }
 
 /// A [`TickRecord`] in borrowed parts; the same bytes.
@@ -62,6 +69,9 @@ pub struct TickRef<'a> {
     pub ranges_m: Option<&'a [f64]>,
     /// See [`TickRecord::replies`].
     pub replies: &'a [Reply],
+    /// See [`TickRecord::readings`].
+    #[serde(skip)]
+    pub readings: Readings<'a>,
 }
 
 /// The last line of a complete log.
@@ -90,6 +100,7 @@ impl<'a> TickRef<'a> {
             truth: truth.map(|p| [p.x(), p.y(), p.theta()]),
             ranges_m: frame.ranges_m(),
             replies,
+            readings: frame.readings(),
         }
     }
 
@@ -98,8 +109,13 @@ impl<'a> TickRef<'a> {
     /// 8 bytes down as it is, least byte first, and so does this, all at once.
     pub(super) fn encode(&self, body: Vec<u8>) -> postcard::Result<Vec<u8>> {
         // The variant, then all before the scan: parts follow each other bare.
-        let head = (0u32, self.tick, self.stamp_s, self.ticks, self.command, self.truth);
-        let mut body = postcard::to_extend(&head, body)?;
+        let mut body = if self.readings.present().is_empty() {
+            postcard::to_extend(&0u32, body)?
+        } else {
+            postcard::to_extend(&(2u32, self.readings.present(), self.readings.numbers()), body)?
+        };
+        let head = (self.tick, self.stamp_s, self.ticks, self.command, self.truth);
+        body = postcard::to_extend(&head, body)?;
         match self.ranges_m {
             None => body.push(0),
             Some(ranges_m) => {
@@ -112,6 +128,21 @@ impl<'a> TickRef<'a> {
             }
         }
         postcard::to_extend(self.replies, body)
+    }
+}
+
+impl<'a> From<&'a TickRecord> for TickRef<'a> {
+    fn from(record: &'a TickRecord) -> Self {
+        Self {
+            tick: record.tick,
+            stamp_s: record.stamp_s,
+            ticks: record.ticks,
+            command: record.command,
+            truth: record.truth,
+            ranges_m: record.ranges_m.as_deref(),
+            replies: &record.replies,
+            readings: record.readings.get(),
+        }
     }
 }
 
@@ -138,6 +169,7 @@ impl TickRecord {
         if let Some(value) = ranges_m.iter().find(|r| r.is_nan() || **r < 0.0) {
             return Err(format!("a record holds the range {value}, which is no distance"));
         }
+        self.readings.check()?;
         if self.replies.len() > answering {
             let count = self.replies.len();
             return Err(format!("a record has {count} replies of {answering} participants"));
@@ -160,6 +192,8 @@ impl TickRecord {
     /// Writes all of the frame but digest and seal.
     pub fn write_unsealed(&self, frame: &mut Frame, dt_s: f64) {
         frame.begin(self.tick, self.time_s(dt_s), self.ticks, self.command);
+        let readings = self.readings.get();
+        frame.write_readings(readings.present(), readings.numbers());
         if let Some(ranges) = &self.ranges_m {
             let place = frame.write_scan(ranges.len());
             let n = place.len();

@@ -6,7 +6,7 @@ use std::path::Path;
 use rusty_geometry::{EncoderCounts, SE2, Twist};
 
 use super::*;
-use crate::{Estimate, Frame, Reply, RunConfig, RunDigest, Scenario, TruthKey};
+use crate::{Estimate, Frame, OwnedReadings, Reply, RunConfig, RunDigest, Scenario, TruthKey};
 
 const DT_S: f64 = 0.02;
 const TICKS: u64 = 8;
@@ -27,11 +27,23 @@ fn header() -> LogHeader {
             lidar: scenario.lidar,
             script: scenario.script,
             world: rusty_geometry::places::apartment().spec().clone(),
+            sensors: crate::Sensors::default(),
             kidnappings: Vec::new(),
         },
         roster: scenario.participants,
         on_loss: scenario.on_loss,
     }
+}
+
+/// Readings in every third tick.
+fn readings(tick: u64) -> OwnedReadings {
+    let mut frame = Frame::boxed();
+    if tick % 3 == 1 {
+        frame.write_bumper(tick as u16);
+        frame.write_sonars(&[0.5, 10.7]);
+        frame.write_landmarks(&[crate::LandmarkReading::new(None, 2.0, -0.0)]);
+    }
+    frame.readings().into()
 }
 
 /// A tick with everything in it, or next to nothing.
@@ -53,6 +65,7 @@ fn record(tick: u64) -> TickRecord {
         truth: (tick != 3).then_some([pose.x(), pose.y(), pose.theta()]),
         ranges_m: tick.is_multiple_of(2).then(|| vec![1.0, 8.0, 5e-324]),
         replies,
+        readings: readings(tick),
     }
 }
 
@@ -108,11 +121,15 @@ fn a_record_has_the_bytes_that_are_derived_for_it() {
     let mut records: Vec<TickRecord> = (0..TICKS).map(record).collect();
     records.extend(scans.map(|scan| TickRecord { ranges_m: Some(scan), ..record(300) }));
     for r in records {
-        let (tick, stamp_s, ticks, command) = (r.tick, r.stamp_s, r.ticks, r.command);
-        let (truth, ranges_m, replies) = (r.truth, r.ranges_m.as_deref(), &r.replies[..]);
-        let borrowed = TickRef { tick, stamp_s, ticks, command, truth, ranges_m, replies };
-        let derived = postcard::to_stdvec(&Entry::Tick(r.clone())).unwrap();
-        assert_eq!(postcard::to_stdvec(&EntryRef::Tick(borrowed)).unwrap(), derived);
+        let borrowed = TickRef::from(&r);
+        let entry = match r.readings.get().present().is_empty() {
+            true => Entry::Tick(r.clone()),
+            false => Entry::Sensed(r.readings.clone(), r.clone()),
+        };
+        let derived = postcard::to_stdvec(&entry).unwrap();
+        if matches!(entry, Entry::Tick(_)) {
+            assert_eq!(postcard::to_stdvec(&EntryRef::Tick(borrowed)).unwrap(), derived);
+        }
         assert_eq!(borrowed.encode(vec![7; 3]).unwrap(), [&[7; 3], &derived[..]].concat());
     }
 }
@@ -175,9 +192,7 @@ fn memory_follows_the_file_and_not_what_it_claims() {
 fn forged(header: &LogHeader, records: &[TickRecord], ticks: u64) -> Vec<u8> {
     let mut log = LogWriter::new(Vec::new(), Path::new("test.log"), header).unwrap();
     for r in records {
-        let (tick, stamp_s, ticks, command) = (r.tick, r.stamp_s, r.ticks, r.command);
-        let (truth, ranges_m, replies) = (r.truth, r.ranges_m.as_deref(), &r.replies[..]);
-        log.tick(TickRef { tick, stamp_s, ticks, command, truth, ranges_m, replies }).unwrap();
+        log.tick(TickRef::from(r)).unwrap();
     }
     log.finish(Trailer { ticks, run_digest: [0; 16], world_digest: [0; 16] }).unwrap()
 }

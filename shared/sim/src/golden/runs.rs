@@ -6,8 +6,15 @@
 use std::f64::consts::{PI, TAU};
 
 use rusty_contract::config::PatrolConfig;
-use rusty_contract::{LidarConfig, RobotConfig, RunConfig, ScriptConfig};
-use rusty_geometry::{Material, SE2, Twist, WallSpec, World, WorldSpec, apartment, hallway, open};
+use rusty_contract::config::sensors::{
+    BumperConfig, DoorSensorConfig, Identity, ImuConfig, LandmarkSensorConfig, SonarConfig,
+    SonarModel,
+};
+use rusty_contract::{LidarConfig, RobotConfig, RunConfig, ScriptConfig, Sensors};
+use rusty_geometry::{
+    Landmark, Material, SE2, Twist, WallSpec, World, WorldSpec, apartment, hallway, open, trig,
+    wrap_angle,
+};
 
 /// Rusty in a place; for each run to change.
 fn rusty(name: &str, world: &World, start: SE2, script: ScriptConfig) -> RunConfig {
@@ -39,6 +46,7 @@ fn rusty(name: &str, world: &World, start: SE2, script: ScriptConfig) -> RunConf
         },
         script,
         world: world.spec().clone(),
+        sensors: Sensors::default(),
         kidnappings: Vec::new(),
     }
 }
@@ -112,6 +120,62 @@ pub(super) fn apartment_driven() -> RunConfig {
     run
 }
 
+pub(super) fn apartment_sensed() -> RunConfig {
+    let script = ScriptConfig::Straight { v_m_s: 0.5 };
+    // Towards door 0, with door 1 at the edge of the view; the wall stops the robot
+    // after some 200 ticks.
+    let start = SE2::new(2.2, 4.7, -2.98);
+    let mut run = rusty("apartment-sensed", &apartment(), start, script);
+    let posts = (0..24u32).map(|k| {
+        let at = [0.4 + 0.5 * f64::from(k), 0.7 + f64::from(k * 7 % 24) * 0.3];
+        Landmark { id: 100 + k, at }
+    });
+    run.world.landmarks = posts.collect();
+    let mounts = (0..16u32).map(|k| {
+        let bearing_rad = wrap_angle(TAU * f64::from(k) / 16.0);
+        let (s, c) = trig::sin_cos(bearing_rad);
+        SE2::new(0.11 * c, 0.11 * s, bearing_rad)
+    });
+    run.sensors = Sensors {
+        bumper: Some(BumperConfig { sectors: 5, first_bearing_rad: -0.5 * PI, fov_rad: PI }),
+        imu: Some(ImuConfig {
+            gyro_noise_deg_sqrt_h: 0.3,
+            gyro_bias_instability_deg_h: 4.6,
+            gyro_turn_on_bias_deg_h: 30.0,
+            accel_noise_ug_sqrt_hz: 400.0,
+            accel_bias_instability_ug: 36.0,
+            accel_turn_on_bias_ug: 1000.0,
+            bias_time_s: 500.0,
+        }),
+        sonar: Some(SonarConfig {
+            mounts: mounts.collect(),
+            aperture_rad: 0.5,
+            range_max_m: 5.0,
+            range_std_m: 0.01,
+            dropout: 0.1,
+            model: SonarModel::Nearest,
+            every: 3,
+        }),
+        doors: Some(DoorSensorConfig {
+            range_max_m: 5.0,
+            fov_rad: 4.4,
+            hit_rate: 0.6,
+            false_alarm_rate: 0.2,
+            every: 2,
+        }),
+        landmarks: Some(LandmarkSensorConfig {
+            range_max_m: 3.0,
+            fov_rad: 5.0,
+            range_std_m: 0.05,
+            bearing_std_rad: 0.03,
+            dropout: 0.1,
+            identity: Identity::Given,
+            every: 4,
+        }),
+    };
+    run
+}
+
 /// A room without a right angle: four outer walls and a door, and a pane of
 /// glass that stands free in it.
 fn crooked_room() -> WorldSpec {
@@ -123,7 +187,12 @@ fn crooked_room() -> WorldSpec {
         .collect();
     walls[1].material = Material::Door(7);
     walls.push(wall([2.2, 1.9], [2.9, 2.77], Material::Glass));
-    WorldSpec { name: "crooked-room".to_owned(), bounds: [-1.3, -0.4, 7.7, 6.1], walls }
+    WorldSpec {
+        name: "crooked-room".to_owned(),
+        bounds: [-1.3, -0.4, 7.7, 6.1],
+        walls,
+        landmarks: Vec::new(),
+    }
 }
 
 pub(super) fn lopsided() -> RunConfig {
@@ -155,6 +224,7 @@ pub(super) fn lopsided() -> RunConfig {
         },
         script: ScriptConfig::Driver {},
         world: crooked_room(),
+        sensors: Sensors::default(),
         kidnappings: Vec::new(),
     }
 }

@@ -8,10 +8,15 @@
 //!
 //! | source               | stream | first word of tick t | words per tick     | slot                                  |
 //! |----------------------|-------:|---------------------:|-------------------:|---------------------------------------|
-//! | slip ([`SlipNoise`])   |      1 | 4·t                  | 4                  | 0: ε_L, 2: ε_R                        |
+//! | slip ([`TickNoise`])   |      1 | 4·t                  | 4                  | 0: ε_L, 2: ε_R                        |
 //! | LiDAR ([`LidarNoise`]) |      2 | 8192·t               | 8192 = 4·2048      | 4·k: u of beam k, 4·k + 2: ε of beam k |
+//! | IMU                  |      3 | 16·t                 | 16                 | 4·k: walk of axis k (ω, x, y), 4·k + 2: white noise |
+//! | IMU, start           |      4 | 0                    | 16, once           | 2·k: bias of axis k                   |
+//! | sonars               |      5 | 64·t                 | 64 = 4·16          | 4·k: u of sonar k, 4·k + 2: ε          |
+//! | doors                |      6 | 512·t                | 512 = 2·256        | 2·k: u of door number k               |
+//! | landmarks            |      7 | 32768·t              | 32768 = 8·4096     | 8·k: u, 8·k + 2: ε_r, 8·k + 4: ε_φ of the landmark with index k |
 //!
-//! Positions are known to 2⁶⁸ words, so a tick may be any `u64` below 2⁵⁵; the
+//! Positions are known to 2⁶⁸ words, so a tick may be any `u64` below 2⁵³; the
 //! contract stops at 2⁴⁰. A new source takes a new stream number; a number or a
 //! position in this table never changes, because recorded runs depend on it.
 //!
@@ -26,8 +31,8 @@
 //! deviate, so there is nothing to reject and no draw can move another.
 
 mod beams;
-mod slip;
 mod stream;
+mod tick;
 
 pub use beams::{BEAM_SLOTS, BeamDraw, LidarNoise};
-pub use slip::SlipNoise;
+pub use tick::TickNoise;

@@ -15,6 +15,16 @@ pub(super) enum Source {
     Slip = 1,
     /// Dropout and range noise of the LiDAR.
     Lidar = 2,
+    /// Noise of the IMU.
+    Imu = 3,
+    /// Biases of the IMU at the start.
+    ImuStart = 4,
+    /// Dropout and range noise of the sonars.
+    Sonar = 5,
+    /// Reports of doors.
+    Doors = 6,
+    /// Dropout, range and bearing noise of landmarks.
+    Landmarks = 7,
 }
 
 /// The words of one source.

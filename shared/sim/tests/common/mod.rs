@@ -19,6 +19,7 @@ pub fn config(script: ScriptConfig, world: &World, start: SE2) -> RunConfig {
         lidar: LidarConfig::default(),
         script,
         world: world.spec().clone(),
+        sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
     }
 }

@@ -1,6 +1,9 @@
 //! What a client answers to frames as they should be.
 
-use rusty_contract::{AnswerError, LidarConfig, Reply, Role, Scenario};
+use rusty_contract::config::sensors::{
+    BumperConfig, DoorSensorConfig, ImuConfig, LandmarkSensorConfig, SonarConfig,
+};
+use rusty_contract::{AnswerError, LidarConfig, Reply, Role, Scenario, Sensors};
 
 use super::{CheckResult, play};
 use crate::Bench;
@@ -115,11 +118,25 @@ pub(crate) fn scan_shapes(bench: &Bench<'_>) -> CheckResult {
         ..usual()
     };
     let lidar = LidarConfig::default();
+    let sensed = || Setting {
+        scenario: Scenario {
+            sensors: Sensors {
+                bumper: Some(BumperConfig::default()),
+                imu: Some(ImuConfig::default()),
+                sonar: Some(SonarConfig::default()),
+                doors: Some(DoorSensorConfig::default()),
+                landmarks: Some(LandmarkSensorConfig::default()),
+            },
+            ..usual().scenario
+        },
+        ..usual()
+    };
     let shapes = [
         ("scans of 1 beam", shaped(LidarConfig { beams: 1, ..lidar }, 1)),
         ("scans of 1080 beams", shaped(LidarConfig { beams: 1080, ..lidar }, 3)),
         ("scans without a return", shaped(LidarConfig { dropout: 1.0, ..lidar }, 3)),
         ("no scan at all", shaped(lidar, 0)),
+        ("readings of every small sensor", sensed()),
     ];
     for (shape, setting) in shapes {
         let said = play(bench.kit, &setting, FEW, |player, _| player.tick())?;
@@ -127,7 +144,7 @@ pub(crate) fn scan_shapes(bench: &Bench<'_>) -> CheckResult {
             return Ok(Verdict::Fail(format!("{shape}: {fault}")));
         }
     }
-    Ok(Verdict::Pass("it took part to the end of all four".to_owned()))
+    Ok(Verdict::Pass("it took part to the end of all five".to_owned()))
 }
 
 #[cfg(test)]

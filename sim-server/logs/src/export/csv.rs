@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use rusty_contract::Estimate;
 use rusty_contract::log::TickRecord;
+use rusty_contract::{Estimate, LandmarkReading, Sensors};
 use rusty_geometry::SE2;
 
 use super::error::ExportError;
@@ -35,7 +35,9 @@ pub fn export(
     // The truth's columns are called so already.
     let owner = |n: &String| if n == "truth" { "truth.estimate".to_owned() } else { n.clone() };
     let columns = names.iter().map(owner).flat_map(|n| OF_EACH.map(|c| format!(",{n}.{c}")));
-    sheet.head(format_args!("{TICK}{}", columns.collect::<String>()))?;
+    let sensors = walk.header.config.sensors.clone();
+    let sensors = Sensing(&sensors);
+    sheet.head(format_args!("{TICK}{}{}", columns.collect::<String>(), sensors.head()))?;
     let (dt_s, mut ticks_with_truth) = (walk.header.config.dt_s, 0);
     let mut stamps = StampOrder::default();
     let mut said = vec![false; names.len()];
@@ -49,7 +51,7 @@ pub fn export(
             line += &pose(estimate.as_ref().map(|e| &e.pose_in_world));
             line += &variances(estimate.as_ref());
         }
-        sheet.line(format_args!("{line}"))?;
+        sheet.line(format_args!("{line}{}", sensors.line(&record)))?;
     }
     let lines = sheet.lines;
     let files = vec![Written { estimator: None, lines, path: sheet.finish()? }];
@@ -62,6 +64,59 @@ pub fn export(
         files,
         without: silent.map(|(name, _)| name).collect(),
     })
+}
+
+/// The columns of the small sensors that a robot has, the last of a line: doors as
+/// `3;7`, landmarks as `id:range:bearing;…`.
+struct Sensing<'a>(&'a Sensors);
+
+impl Sensing<'_> {
+    fn head(&self) -> String {
+        let Sensors { bumper, imu, sonar, doors, landmarks } = self.0;
+        let sonars = sonar.as_ref().map_or(0, |sonar| sonar.mounts.len());
+        let sonars = (0..sonars).map(|k| format!(",sonar_{k}_m"));
+        let names = [
+            (bumper.is_some(), ",bumper"),
+            (imu.is_some(), ",imu.yaw_rate_rad_s,imu.accel_x_m_s2,imu.accel_y_m_s2"),
+        ];
+        let mut head: String = names.iter().filter(|n| n.0).map(|n| n.1).collect();
+        head.extend(sonars);
+        head += if doors.is_some() { ",doors" } else { "" };
+        head + if landmarks.is_some() { ",landmarks" } else { "" }
+    }
+
+    fn line(&self, record: &TickRecord) -> String {
+        let Sensors { bumper, imu, sonar, doors, landmarks } = self.0;
+        let readings = record.readings.get();
+        let number = |n: Option<f64>| n.map_or_else(|| ",".to_owned(), |n| format!(",{n:?}"));
+        let mut line = String::new();
+        if bumper.is_some() {
+            line += &readings.bumper().map_or_else(|| ",".to_owned(), |bits| format!(",{bits}"));
+        }
+        if imu.is_some() {
+            let read = readings.imu();
+            line += &number(read.map(|imu| imu.yaw_rate_rad_s));
+            line += &number(read.map(|imu| imu.accel_x_m_s2));
+            line += &number(read.map(|imu| imu.accel_y_m_s2));
+        }
+        let ranges_m = readings.sonar_ranges_m().unwrap_or_default();
+        for k in 0..sonar.as_ref().map_or(0, |sonar| sonar.mounts.len()) {
+            line += &number(ranges_m.get(k).copied());
+        }
+        if doors.is_some() {
+            let seen = readings.doors().unwrap_or_default().iter().map(f64::to_string);
+            line += &format!(",{}", seen.collect::<Vec<_>>().join(";"));
+        }
+        if landmarks.is_some() {
+            let text = |seen: &LandmarkReading| {
+                let id = seen.id().map_or_else(|| "?".to_owned(), |id| id.to_string());
+                format!("{id}:{:?}:{:?}", seen.range_m, seen.bearing_rad)
+            };
+            let seen = readings.landmarks().unwrap_or_default().iter().map(text);
+            line += &format!(",{}", seen.collect::<Vec<_>>().join(";"));
+        }
+        line
+    }
 }
 
 fn of_tick(record: &TickRecord, dt_s: f64) -> String {

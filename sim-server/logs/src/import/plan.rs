@@ -51,6 +51,7 @@ pub(super) fn plan(
         lidar: lidar(survey),
         script: ScriptConfig::Commands { file: None, list: Vec::new() },
         world: world(stem, drive.around_m),
+        sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
     };
     config.check().map_err(|error| ImportError::file(input, error))?;
@@ -132,7 +133,7 @@ fn lidar(survey: &Survey) -> LidarConfig {
 fn world(name: String, around_m: [f64; 4]) -> WorldSpec {
     let [x_min, y_min, x_max, y_max] = around_m;
     let bounds = [x_min - MARGIN_M, y_min - MARGIN_M, x_max + MARGIN_M, y_max + MARGIN_M];
-    WorldSpec { name, bounds, walls: Vec::new() }
+    WorldSpec { name, bounds, walls: Vec::new(), landmarks: Vec::new() }
 }
 
 fn report(

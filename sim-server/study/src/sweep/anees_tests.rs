@@ -1,7 +1,7 @@
 //! Covariances that are right, four times too small, four times too large.
 
 use rusty_geometry::SE2;
-use rusty_sim::noise::SlipNoise;
+use rusty_sim::noise::TickNoise;
 
 use super::super::client_figures::ClientFigures;
 use super::super::fixtures::row;
@@ -12,15 +12,15 @@ use super::*;
 const TICKS: u64 = 60;
 
 /// χ² with three degrees of freedom, drawn from a seed.
-fn chi_square_3(noise: &mut SlipNoise, tick: u64) -> f64 {
-    let [a, b] = noise.at(2 * tick);
-    let [c, _] = noise.at(2 * tick + 1);
+fn chi_square_3(noise: &mut TickNoise, tick: u64) -> f64 {
+    let [a, b] = noise.normals::<2>(2 * tick);
+    let [c, _] = noise.normals::<2>(2 * tick + 1);
     a * a + b * b + c * c
 }
 
 /// A run whose squared errors are `factor` times what its covariances say.
 fn run(seed: u64, factor: f64) -> (Row, Track) {
-    let mut noise = SlipNoise::new(seed);
+    let mut noise = TickNoise::slip(seed);
     let nees: Vec<f64> = (0..TICKS).map(|t| factor * chi_square_3(&mut noise, t)).collect();
     let clients = ClientFigures {
         nees_samples: TICKS,
@@ -82,7 +82,7 @@ fn the_interval_holds_what_it_promises() {
     // Groups of 8 seeds, each by itself: once in twenty the verdict is wrong.
     let wrong = (0..400_u64)
         .filter(|group| {
-            let value = |k: u64| chi_square_3(&mut SlipNoise::new(8 * group + k), 0);
+            let value = |k: u64| chi_square_3(&mut TickNoise::slip(8 * group + k), 0);
             let values: Vec<f64> = (0..8).map(value).collect();
             !Average::of(0.1, &values).is_inside()
         })

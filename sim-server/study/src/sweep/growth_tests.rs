@@ -1,7 +1,7 @@
 //! Spreads whose exponent is known are found with it.
 
 use rusty_geometry::{SE2, trig};
-use rusty_sim::noise::SlipNoise;
+use rusty_sim::noise::TickNoise;
 
 use super::super::fixtures::{reckoned, straight_leg, track};
 use super::*;
@@ -49,10 +49,10 @@ fn exact_powers_are_found_exactly() {
 
 /// White heading increments, summed, and summed once more across the track.
 fn walk(seed: u64, ticks: u64) -> Track {
-    let mut noise = SlipNoise::new(seed);
+    let mut noise = TickNoise::slip(seed);
     let (mut heading_rad, mut across_m, mut samples) = (0.0, 0.0, Vec::new());
     for tick in 0..ticks {
-        heading_rad += 1e-3 * noise.at(tick)[0];
+        heading_rad += 1e-3 * noise.normals::<2>(tick)[0];
         across_m += 0.05 * heading_rad;
         if (tick + 1).is_multiple_of(ticks / 50) {
             samples.push(at(0.05 * (tick + 1) as f64, across_m, heading_rad));

@@ -1,6 +1,6 @@
 //! Intervals that can be worked out by hand, and what pairing gains.
 
-use rusty_sim::noise::SlipNoise;
+use rusty_sim::noise::TickNoise;
 
 use super::super::fixtures::row;
 use super::*;
@@ -46,7 +46,7 @@ fn common_noise_gains_and_opposite_noise_loses() {
     let rows = |sign: f64| -> Vec<Row> {
         (0..400)
             .flat_map(|seed| {
-                let [common, own] = SlipNoise::new(seed).at(0);
+                let [common, own] = TickNoise::slip(seed).normals(0);
                 [with(0, seed, 5.0 + common), with(1, seed, 5.2 + sign * common + 0.1 * own)]
             })
             .collect()
@@ -68,7 +68,7 @@ fn the_interval_holds_what_it_promises() {
         .filter(|trial| {
             let rows: Vec<Row> = (0..5)
                 .flat_map(|k| {
-                    let [common, own] = SlipNoise::new(5 * trial + k).at(0);
+                    let [common, own] = TickNoise::slip(5 * trial + k).normals(0);
                     [with(0, k, 9.0 + common), with(1, k, 10.0 + common + own)]
                 })
                 .collect();
@@ -100,7 +100,7 @@ fn the_text_says_what_was_shown() {
     assert!(text(&same).contains("no spread"));
     let one = [with(0, 1, 1.0), with(1, 1, 2.0)];
     assert!(drift(&one).paired_half_width.is_nan() && text(&one).contains("sweep more seeds"));
-    let noise = |seed| SlipNoise::new(seed).at(0);
+    let noise = |seed| TickNoise::slip(seed).normals::<2>(0);
     let apart: Vec<Row> =
         (0..9).flat_map(|s| [with(0, s, noise(s)[0]), with(1, s, noise(s)[1])]).collect();
     assert!(text(&apart).contains("no difference shown"));

@@ -129,7 +129,12 @@ impl Settings {
 
 /// A configuration without its seed, with its world by number.
 fn cell_of(config: &RunConfig, world: usize) -> Result<Value, serde_json::Error> {
-    let open = WorldSpec { name: String::new(), bounds: [0.0; 4], walls: Vec::new() };
+    let open = WorldSpec {
+        name: String::new(),
+        bounds: [0.0; 4],
+        walls: Vec::new(),
+        landmarks: Vec::new(),
+    };
     let mut value = serde_json::to_value(RunConfig { world: open, ..config.clone() })?;
     if let Some(fields) = value.as_object_mut() {
         fields.remove("seed");

@@ -108,6 +108,7 @@ pub fn lap(
         start: SE2::identity(),
         script: ScriptConfig::Driver {},
         world: rusty_geometry::open().spec().clone(),
+        sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
         ..config.clone()
     })?;

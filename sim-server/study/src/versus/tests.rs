@@ -1,6 +1,6 @@
 //! Comparisons of tables whose answer is known.
 
-use rusty_sim::noise::SlipNoise;
+use rusty_sim::noise::TickNoise;
 use serde_json::json;
 
 use super::contents::Run;
@@ -34,7 +34,7 @@ fn contents(path: &str, names: &[&str], runs: Vec<Run>) -> Contents {
 fn two(seeds: u64, gain_m: f64) -> Contents {
     let mut runs = Vec::new();
     for seed in 0..seeds {
-        let [common, own] = SlipNoise::new(seed).at(0);
+        let [common, own] = TickNoise::slip(seed).normals(0);
         let a_m = 0.5 + 0.1 * common;
         runs.push(run(seed, 0, a_m));
         runs.push(run(seed, 1, a_m - gain_m + 0.005 * own));

@@ -24,7 +24,10 @@ pub fn frame(bytes: &[u8]) -> bool {
     let beams = frame.ranges_m().map_or(0, <[f64]>::len);
     assert!(beams <= MAX_BEAMS);
     let observable = frame.observable().len();
-    assert!(observable >= 56 + 8 * beams && observable <= size_of::<Frame>() - OBSERVABLE_FROM);
+    let readings = frame.readings().numbers().len();
+    assert_eq!(observable, 56 + 8 * (readings + beams));
+    assert!(observable <= size_of::<Frame>() - OBSERVABLE_FROM);
+    assert_eq!(frame.readings().named().count(), readings);
     let phase = frame.phase();
     assert_eq!(phase, frame.phase());
 
@@ -53,6 +56,8 @@ fn logged(frame: &Frame, header: &LogHeader) {
         frame.ranges_m().unwrap_or_default().iter().map(|r| r.to_bits()).collect()
     };
     assert_eq!(bits(frame), bits(&again));
+    assert_eq!(frame.readings().present(), again.readings().present());
+    assert_eq!(frame.readings().numbers(), again.readings().numbers());
     assert_eq!(frame.time_s().to_bits(), again.time_s().to_bits());
     assert_eq!(frame.encoders(), again.encoders());
 }

@@ -65,11 +65,7 @@ fn written_again(header: &LogHeader, records: &[TickRecord]) {
     let write = |header: &LogHeader, records: &[TickRecord]| {
         let mut log = LogWriter::new(Vec::new(), Path::new("again"), header).expect("a header");
         for r in records {
-            let (ticks, command, truth) = (r.ticks, r.command, r.truth);
-            let (ranges_m, replies) = (r.ranges_m.as_deref(), &r.replies[..]);
-            let (tick, stamp_s) = (r.tick, r.stamp_s);
-            log.tick(TickRef { tick, stamp_s, ticks, command, truth, ranges_m, replies })
-                .expect("a record that was read fits");
+            log.tick(TickRef::from(r)).expect("a record that was read fits");
         }
         let trailer = rusty_contract::log::Trailer {
             ticks: records.len() as u64,

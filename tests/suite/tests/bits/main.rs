@@ -5,6 +5,7 @@ mod fork;
 mod must_not_matter;
 mod same_bits;
 mod seeds;
+mod sensed;
 mod timing;
 mod verify_clients;
 mod wasm;

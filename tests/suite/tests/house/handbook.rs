@@ -116,7 +116,9 @@ fn base(script: &str) -> Table {
     let more: Table = toml::from_str(&format!(
         "kidnapping = [{{ tick = 5, to = {{ x_m = 0.0, y_m = 0.0, theta_rad = 0.0 }} }}]\n\
          participant = [{{ name = \"a\", compute = {{ scan_s = 0.0 }} }}]\n\
-         script = {{ kind = \"{script}\" }}"
+         script = {{ kind = \"{script}\" }}\n\
+         [sensors]\nbumper = {{}}\nimu = {{}}\ndoors = {{}}\nlandmarks = {{}}\n\
+         sonar = {{ mounts = [{{ x_m = 0.0, y_m = 0.0, theta_rad = 0.0 }}] }}"
     ))
     .unwrap();
     base.extend(more);
@@ -220,7 +222,17 @@ fn number(text: &str) -> f64 {
 
 /// The unit that the name of a field states.
 fn unit_of(field: &str) -> &'static str {
-    let units = [("_m_s", "m/s"), ("_rad_s", "rad/s"), ("_rad", "rad"), ("_m", "m"), ("_s", "s")];
+    let units = [
+        ("_deg_sqrt_h", "°/√h"),
+        ("_deg_h", "°/h"),
+        ("_ug_sqrt_hz", "µg/√Hz"),
+        ("_ug", "µg"),
+        ("_m_s", "m/s"),
+        ("_rad_s", "rad/s"),
+        ("_rad", "rad"),
+        ("_m", "m"),
+        ("_s", "s"),
+    ];
     units.iter().find(|(end, _)| field.ends_with(end)).map_or("", |(_, unit)| unit)
 }
 
@@ -358,7 +370,7 @@ fn the_page_of_world_files_has_every_key_and_an_example_that_can_be_used() {
     let keys = page.lines().filter_map(|line| line.strip_prefix("| `")?.split('`').next());
     let written: BTreeSet<String> = keys.map(str::to_owned).collect();
     let mut real = fields::<WorldSpec>(&base, "").unwrap();
-    real.insert("walls".to_owned());
+    real.extend(["walls", "landmarks"].map(str::to_owned));
     assert_eq!(written, real, "left: docs/worlds.md, right: the code");
 }
 

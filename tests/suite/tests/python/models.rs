@@ -11,7 +11,7 @@ use rusty_tests::*;
 
 /// Runs a script among the tests to its end; gives what it printed.
 #[track_caller]
-fn says(python: &Path, file: &str, args: &[&str]) -> String {
+pub fn says(python: &Path, file: &str, args: &[&str]) -> String {
     Process::spawn(Command::new(python).arg(script(file)).args(args)).wait().expect(0).stdout
 }
 
@@ -134,6 +134,7 @@ fn record(tick: u64, has_truth: bool) -> TickRecord {
                 _ => estimate,
             },
         ],
+        readings: OwnedReadings::default(),
     }
 }
 

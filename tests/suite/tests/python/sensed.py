@@ -1,0 +1,22 @@
+"""Prints the readings of the small sensors: tick by tick, and as a log has them."""
+
+import json
+import sys
+import warnings
+
+import rusty
+
+session = rusty.join(log=sys.argv[1])
+ticks = [
+    {
+        "bumper": tick.bumper,
+        "imu": tick.imu,
+        "sonars": None if tick.sonars is None else tick.sonars.tolist(),
+        "doors": tick.doors,
+        "landmarks": None if tick.landmarks is None else tick.landmarks.tolist(),
+    }
+    for tick in session
+]
+log = rusty.read_log(sys.argv[1])
+rows = {name: readings.tolist() for name, readings in log.readings.items()}
+print(json.dumps({"sensors": session.start.sensors, "ticks": ticks, "rows": rows}))

@@ -1,0 +1,47 @@
+//! The small sensors in Python: the numbers are those of the log.
+
+use std::collections::BTreeMap;
+
+use rusty_contract::LandmarkReading;
+use rusty_contract::log::LogReader;
+use rusty_tests::python::python;
+use rusty_tests::*;
+
+use crate::models::says;
+
+#[test]
+fn readings_are_the_same_in_rust_and_python_tick_by_tick_and_as_rows() {
+    let Some(python) = python() else { return };
+    let place = folder();
+    let scenario = sensed_scenario(place.path(), "all.toml", "imu = {}");
+    let (_out, log) = logged("sensed", &[&scenario]);
+    let said: Value = serde_json::from_str(&says(python, "sensed.py", &[arg(&log)])).unwrap();
+    let records = records(&log);
+    let header = LogReader::open(&log).unwrap().header().clone();
+    assert_eq!(said["sensors"], serde_json::to_value(&header.config.sensors).unwrap());
+    let mut rows: BTreeMap<&str, Vec<Value>> = BTreeMap::new();
+    for (record, said) in records.iter().zip(said["ticks"].as_array().unwrap()) {
+        let (readings, tick) = (record.readings.get(), record.tick as f64);
+        let imu = readings.imu().map(|r| [r.yaw_rate_rad_s, r.accel_x_m_s2, r.accel_y_m_s2]);
+        let id = |seen: &LandmarkReading| seen.id().map_or(-1.0, f64::from);
+        let landmark = |seen: &LandmarkReading| [id(seen), seen.range_m, seen.bearing_rad];
+        let landmarks = readings.landmarks().map(|seen| seen.iter().map(landmark).collect());
+        let landmarks: Option<Vec<[f64; 3]>> = landmarks;
+        let doors = readings.doors().map(|all| all.iter().map(|d| *d as u8).collect::<Vec<_>>());
+        assert_eq!(said["bumper"], json!(readings.bumper()));
+        assert_eq!(said["imu"], json!(imu));
+        assert_eq!(said["sonars"], json!(readings.sonar_ranges_m()));
+        assert_eq!(said["doors"], json!(doors));
+        assert_eq!(said["landmarks"], json!(landmarks));
+        let mut row = |name, numbers: &[f64]| {
+            rows.entry(name).or_default().push(json!([&[tick], numbers].concat()));
+        };
+        row("bumper", &[readings.bumper().unwrap().into()]);
+        row("imu", &imu.unwrap());
+        readings.sonar_ranges_m().into_iter().for_each(|ranges_m| row("sonars", ranges_m));
+        readings.doors().into_iter().flatten().for_each(|door| row("doors", &[*door]));
+        landmarks.into_iter().flatten().for_each(|seen| row("landmarks", &seen));
+    }
+    assert_eq!(said["rows"], json!(rows));
+    assert_eq!(rows.len(), 5, "every sensor said something");
+}
