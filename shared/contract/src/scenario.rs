@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::config::{FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConfig};
-use crate::config::{at_least, seconds};
+use crate::config::{at_least, check_times_and_start, seconds};
 use crate::names::{NameError, check_participant_name};
 use crate::sandbox::Sandbox;
 use crate::suggest::for_message;
@@ -269,6 +269,7 @@ impl Scenario {
     /// [`ScenarioError`] names the first that cannot be used.
     pub fn check(&self) -> Result<(), ScenarioError> {
         at_least("ticks", self.ticks, 1, 1 << 40)?;
+        check_times_and_start(self.dt_s, self.scan_every, self.start)?;
         seconds("answer_timeout_s", self.answer_timeout_s)?;
         seconds("join_timeout_s", self.join_timeout_s)?;
         self.robot.check()?;

@@ -170,7 +170,7 @@ fn read_text(path: &Path) -> std::io::Result<String> {
 /// [`ScenarioError`] names field, value and remedy.
 pub fn read(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
     let scenario = Scenario::from_toml(text)?;
-    if changes.is_empty() { Ok(scenario) } else { changes::change(text, changes) }
+    if changes.is_empty() { Ok(scenario) } else { changes::change(&scenario, changes) }
 }
 
 /// Reads a world: a built-in place by name, or a file by path.
