@@ -3,33 +3,13 @@
 use super::*;
 use crate::Random;
 use nalgebra::Vector3;
-use rusty_contract::LogHeader;
-use rusty_contract::log::Source;
-use rusty_contract::{OnLoss, RunConfig, Scenario};
+use rusty_contract::{LogHeader, Scenario};
 use rusty_geometry::{Scan, World, apartment};
 
 /// What a participant of a run with these beams is told.
 pub(crate) fn start(world: &World, at: SE2) -> Start {
-    let s = Scenario::default();
-    let header = LogHeader {
-        writer: "test".to_owned(),
-        source: Source::Simulated,
-        config: RunConfig {
-            scenario: s.name,
-            seed: 1,
-            ticks: s.ticks,
-            dt_s: s.dt_s,
-            scan_every: s.scan_every,
-            start: at,
-            robot: s.robot,
-            lidar: s.lidar,
-            script: s.script,
-            world: world.spec().clone(),
-            kidnappings: Vec::new(),
-        },
-        roster: s.participants,
-        on_loss: OnLoss::Abort,
-    };
+    let scenario = Scenario { seed: 1, start: at, ..Scenario::default() };
+    let header = LogHeader::simulated("test", &scenario, world.spec().clone());
     Start::new(&header, 0, &header.roster[0])
 }
 

@@ -43,7 +43,6 @@ pub struct Scorer {
     shown: Vec<Shown>,
     meter: Meter,
     held: Option<Held>,
-    seed: Option<u64>,
     blind: bool,
     digest: RunDigest,
     /// Which answers are in effect.
@@ -118,16 +117,9 @@ impl Recorder for Scorer {
         let scores = if unscored.is_none() { scores(&mut self.meter, &trace) } else { Vec::new() };
         trace.digest = self.digest.run_hex();
         let mut report = ScoreReport {
-            scenario: trace.scenario.clone(),
-            seed: self.seed,
-            ticks: whole.ticks,
-            ticks_with_truth: whole.ticks_with_truth,
             blocked_ticks: self.held.as_ref().filter(|_| unscored.is_none()).map(Held::tick_count),
-            digest: trace.digest.clone(),
-            scores,
             unscored,
-            pictures: Vec::new(),
-            report: None,
+            ..trace.report(scores)
         };
         let mut drawn = Ok(());
         if let Some(folder) = &self.folder {
@@ -201,7 +193,6 @@ impl Scorer {
             shown,
             held: Held::of(&brief.header),
             meter: Meter::new(&names, &planned, yardstick),
-            seed: brief.header.seed(),
             digest: RunDigest::default(),
             effects: Effects::of(&brief.header),
             next_tick: 0,

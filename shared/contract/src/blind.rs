@@ -72,29 +72,14 @@ pub fn blind_header(
 mod tests {
     use super::*;
     use crate::join::Start;
-    use crate::{Kidnapping, OnLoss, RunConfig, Scenario};
+    use crate::{Kidnapping, Scenario};
 
     fn header() -> LogHeader {
-        let s = Scenario::default();
-        LogHeader {
-            writer: "test".to_owned(),
-            source: Source::Simulated,
-            config: RunConfig {
-                scenario: s.name,
-                seed: 77,
-                ticks: s.ticks,
-                dt_s: s.dt_s,
-                scan_every: s.scan_every,
-                start: s.start,
-                robot: RobotConfig { radius_bias_right: 0.01, track_bias: 0.02, ..s.robot },
-                lidar: s.lidar,
-                script: s.script,
-                world: rusty_geometry::places::apartment().spec().clone(),
-                kidnappings: vec![Kidnapping { tick: 5, to: SE2::new(2.5, 3.125, 0.1875) }],
-            },
-            roster: s.participants,
-            on_loss: OnLoss::Abort,
-        }
+        let mut scenario = Scenario { seed: 77, ..Scenario::default() };
+        scenario.robot.radius_bias_right = 0.01;
+        scenario.robot.track_bias = 0.02;
+        scenario.kidnappings = vec![Kidnapping { tick: 5, to: SE2::new(2.5, 3.125, 0.1875) }];
+        LogHeader::simulated("test", &scenario, rusty_geometry::places::apartment().spec().clone())
     }
 
     fn told(header: &LogHeader) -> Start {

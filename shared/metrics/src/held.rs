@@ -78,26 +78,12 @@ fn bits(pose: &SE2) -> [u64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rusty_contract::{Kidnapping, RunConfig, Scenario};
+    use rusty_contract::{Kidnapping, Scenario};
 
     /// The header of a run of the first scenario.
     fn header() -> LogHeader {
-        let scenario = Scenario::default();
-        let config = RunConfig {
-            scenario: scenario.name.clone(),
-            seed: scenario.seed,
-            ticks: scenario.ticks,
-            dt_s: scenario.dt_s,
-            scan_every: scenario.scan_every,
-            start: scenario.start,
-            robot: scenario.robot,
-            lidar: scenario.lidar,
-            script: scenario.script,
-            world: rusty_geometry::apartment().spec().clone(),
-            kidnappings: Vec::new(),
-        };
-        let (roster, on_loss) = (scenario.participants, scenario.on_loss);
-        LogHeader { writer: "test".to_owned(), source: Source::Simulated, config, roster, on_loss }
+        let world = rusty_geometry::apartment().spec().clone();
+        LogHeader::simulated("test", &Scenario::default(), world)
     }
 
     const AHEAD: Twist = Twist { v_m_s: 0.5, omega_rad_s: 0.0 };

@@ -231,19 +231,7 @@ impl Loaded {
             })?;
             *list = rusty_contract::config::parse_commands(&text)?;
         }
-        let config = RunConfig {
-            scenario: s.name.clone(),
-            seed: s.seed,
-            ticks: s.ticks,
-            dt_s: s.dt_s,
-            scan_every: s.scan_every,
-            start: s.start,
-            robot: s.robot,
-            lidar: s.lidar,
-            script,
-            world,
-            kidnappings: s.kidnappings.clone(),
-        };
+        let config = RunConfig { script, ..s.config(world) };
         config.check()?;
         Ok(config)
     }

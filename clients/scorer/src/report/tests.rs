@@ -54,18 +54,7 @@ fn report(trace: &RunTrace) -> ScoreReport {
     if let Some(first) = scores.first_mut() {
         first.compute = Some(ComputeTimes { reported: times, observed: times });
     }
-    ScoreReport {
-        scenario: trace.scenario.clone(),
-        seed: trace.seed,
-        ticks: trace.whole().ticks,
-        ticks_with_truth: trace.whole().ticks_with_truth,
-        blocked_ticks: None,
-        digest: trace.digest.clone(),
-        scores,
-        unscored: None,
-        pictures: Vec::new(),
-        report: None,
-    }
+    trace.report(scores)
 }
 
 /// The page, with what must hold of every one.

@@ -1,6 +1,5 @@
 //! What a scorer makes of a log: figures, a picture and a report.
 
-use rusty_contract::ScoreReport;
 use rusty_contract::log::{LogReader, Read};
 use rusty_scorer::report::html;
 use rusty_scorer::scoring::stops::Stops;
@@ -26,18 +25,7 @@ pub fn score(bytes: &[u8]) -> bool {
     assert_eq!(figures.len(), trace.names.len());
     let drawing = svg(&trace, &figures);
     assert!(drawing.starts_with("<svg") && drawing.trim_end().ends_with("</svg>"));
-    let report = ScoreReport {
-        scenario: trace.scenario.clone(),
-        seed: trace.seed,
-        ticks: trace.whole().ticks,
-        ticks_with_truth: trace.whole().ticks_with_truth,
-        blocked_ticks: None,
-        digest: trace.digest.clone(),
-        scores: figures,
-        unscored: None,
-        pictures: Vec::new(),
-        report: None,
-    };
+    let report = trace.report(figures);
     let page = html(reader.header(), &trace, &report);
     assert!(!page.contains("NaN") && page.trim_end().ends_with("</html>"));
     true

@@ -4,9 +4,9 @@
 //! `RUSTY_SHOTS=folder` keeps what the pages looked like there.
 
 use nalgebra::Vector3;
+use rusty_contract::Estimate;
 use rusty_contract::log::{LogHeader, LogReader};
 use rusty_contract::score::{ComputeTimes, Durations};
-use rusty_contract::{Estimate, ScoreReport};
 use rusty_scorer::report::html;
 use rusty_scorer::scoring::trace::Whole;
 use rusty_scorer::scoring::{TraceKeeper, score as scored};
@@ -114,18 +114,7 @@ fn drawn_run_of(header: &LogHeader, names: &[&str], ticks: u32, unsure: f64) -> 
         let (reported, observed) = (times(slow * 2e-6), times(slow * 2e-6 + 5e-6));
         score.compute = Some(ComputeTimes { reported, observed });
     }
-    let scores = ScoreReport {
-        scenario: trace.scenario.clone(),
-        seed: trace.seed,
-        ticks: ticks.into(),
-        ticks_with_truth: ticks.into(),
-        blocked_ticks: None,
-        digest: trace.digest.clone(),
-        scores,
-        unscored: None,
-        pictures: Vec::new(),
-        report: None,
-    };
+    let scores = trace.report(scores);
     html(&header, &trace, &scores)
 }
 
