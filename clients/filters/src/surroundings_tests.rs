@@ -1,4 +1,4 @@
-//! The closed form beside small steps, and the rule beside the walls themselves.
+//! The closed form compared with small steps, and the rule with the walls themselves.
 
 use super::*;
 use crate::Random;
@@ -26,11 +26,11 @@ fn the_closed_form_is_where_small_steps_meet_the_point() {
         };
         let radius_m = between(&mut random, 0.05, 0.4);
         let said_m = clear_along_m(point, curvature_per_m, radius_m);
-        // Whoever is nearer already may not come any nearer.
+        // A robot that is nearer already may not come any nearer.
         let limit_m = radius_m.min(point.coords.norm());
         inside += u32::from(limit_m < radius_m);
         let mut stepped_m = f64::INFINITY;
-        // A circle is a way of its own length, and then begins again.
+        // After one circle the way begins again.
         let round_m = std::f64::consts::TAU / curvature_per_m.abs().max(1e-9);
         let steps = 4000;
         let most_m = round_m.min(2.0);

@@ -1,4 +1,4 @@
-//! How fast a log is written here, beside what the same folder takes at most.
+//! How fast a log is written here, compared with what the folder takes at most.
 //!
 //! The same records three ways, in turn, the best of each counting: as the
 //! logger writes them; as one plain file of the same bytes, which is what the
@@ -32,7 +32,7 @@ pub struct Measure {
     pub ticks: u64,
     /// Beams of the scan in each of them; none: no scan.
     pub beams: usize,
-    /// How often each way is gone.
+    /// Number of measurements of each way.
     pub rounds: usize,
     /// Whether the disk has to have them.
     pub sync: bool,

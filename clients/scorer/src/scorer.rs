@@ -54,13 +54,13 @@ pub struct Scorer {
 /// The files of a score.
 const FILES: [&str; 4] = ["score.json", "report.html", "report.svg", "report.png"];
 
-/// A filter may be so many ticks ahead of a scorer that nobody waits for.
+/// A filter may be this many ticks ahead of a scorer that no process waits for.
 const AHEAD_TICKS: u64 = 1000;
 
 impl Recorder for Scorer {
     fn belief(&mut self, header: &BeliefHeader, poses: &mut Vec<WeightedPose>) {
-        // One that names nobody of this run, or another than has the place, is nobody's;
-        // neither is one of a tick that cannot have been yet.
+        // One that names no participant of this run, or not the one in that slot, is dropped;
+        // so is one of a tick that cannot have been yet.
         let whose = self.header.roster.get(header.participant as usize);
         let name = header.name().filter(|name| whose.is_some_and(|p| p.name == *name));
         let name = name.filter(|_| header.tick <= self.next_tick.saturating_add(AHEAD_TICKS));

@@ -12,8 +12,8 @@
 //! | `robot`         | the nominal robot: no slip, no bias                               |
 //! | `lidar`         | as everyone was told of it at the start                           |
 //! | `script`        | an empty list: a plan says where the robot was to be              |
-//! | `start`         | the origin, unless somebody who answers was told the initial pose |
-//! | `world`         | no walls, unless somebody who answers was given the map           |
+//! | `start`         | the origin, unless a participant that answers was told the initial pose |
+//! | `world`         | no walls, unless a participant that answers was given the map           |
 //!
 //! Name of the scenario, roster with its commands, time step and number of ticks
 //! stay. So do the commands as applied: they are in the frames. With a script that
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(blind.config.start, SE2::identity());
         assert!(blind.config.world.walls.is_empty() && blind.config.world.check().is_ok());
         assert_eq!(told(&blind), told(&hidden));
-        // Someone who comes later cannot be told either.
+        // A participant that comes later cannot be told either.
         blind.roster[0].initial_pose = Access::Given;
         blind.roster[0].map = Access::Given;
         let start = told(&blind);

@@ -27,7 +27,7 @@ pub struct Scenario {
     pub ticks: u64,
     /// Length of a tick, s.
     pub dt_s: f64,
-    /// One scan every so many ticks; 0: none.
+    /// One scan every N ticks; 0: none.
     pub scan_every: u64,
     /// A built-in place: `open`, `hallway`, `apartment`.
     pub world: String,
@@ -82,7 +82,7 @@ pub enum Role {
     Scorer,
     /// Holds the key; writes the log.
     Logger,
-    /// Looks on; is never waited for and may miss frames.
+    /// Observes; is never waited for and may miss frames.
     Observer,
 }
 
@@ -144,7 +144,7 @@ pub struct Participant {
     /// searched next to the server, then on the path. Empty: started by hand.
     #[serde(default)]
     pub command: Vec<String>,
-    /// Whether the run waits for it. If not, it looks on like an observer, and
+    /// Whether the run waits for it. If not, it observes only, and
     /// its answers are no part of the run.
     #[serde(default = "yes")]
     pub required: bool,

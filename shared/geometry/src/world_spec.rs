@@ -45,7 +45,7 @@ pub struct WallSpec {
     pub material: Material,
 }
 
-/// A world as it stands in a file.
+/// A world as it is in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldSpec {

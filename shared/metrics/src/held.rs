@@ -1,8 +1,8 @@
 //! In how many ticks a wall held the robot.
 //!
 //! A simulated robot that would touch a wall stays where it is while its wheels
-//! and their encoders go on ([`rusty_geometry::World::blocks`] decides). Nobody
-//! says so in a frame; but truth and command show it, without a tolerance. A
+//! and their encoders go on ([`rusty_geometry::World::blocks`] decides). No field
+//! of a frame reports it, but truth and command show it, without a tolerance. A
 //! tick that moves sets the pose to pose ⊞ τ, a tick that is blocked does not
 //! touch its bits. So a pose with the same bits as before, under a command from
 //! which the nominal wheels make another pose, is that of a robot that was held.
@@ -105,7 +105,7 @@ mod tests {
             held.push(tick as u64, Some(truth), command);
         }
         assert_eq!(held.tick_count(), 3);
-        // Between unknown truths nobody knows.
+        // Between unknown truths it is unknown.
         held.push(6, None, AHEAD);
         held.push(7, Some(on), AHEAD);
         assert_eq!(held.tick_count(), 3);

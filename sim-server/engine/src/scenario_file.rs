@@ -141,7 +141,7 @@ fn names<'a>(what: &str, word: &str, all: impl Iterator<Item = &'a str>) -> Stri
     format!("; built-in {what}: {}{suggestion}", all.join(", "))
 }
 
-/// A word of a command that names no file where the server works, but one beside
+/// A word of a command that names no file where the server works, but one next to
 /// the scenario: `command = ["python3", "my_filter.py"]` works from anywhere.
 fn beside_the_scenario(folder: &Path, place: usize, word: &str) -> Option<String> {
     // A bare program is looked up elsewhere.

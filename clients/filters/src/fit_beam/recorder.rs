@@ -1,4 +1,4 @@
-//! Collects readings from a log, fits, and says what came of it.
+//! Collects readings from a log, fits, and prints the result.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Collects windows from a log, fits, and says what came of it.
+//! Collects windows from a log, fits, and prints the result.
 
 use clap::Args;
 use rusty_clients::recorder::{Ending, Step};

@@ -15,7 +15,7 @@ fn covariance(k: u32) -> [f64; 9] {
     [variance, 0.0, 0.0, 0.0, 3.0 * variance, 0.0, 0.0, 0.0, variance]
 }
 
-/// A run of the first scenario's header: so many estimators, each with
+/// A run of the first scenario's header: N estimators, each with
 /// covariances if its number is even, along a circle.
 pub(super) fn run(names: &[&str], ticks: u32) -> (LogHeader, RunTrace) {
     let mut header = header();

@@ -21,7 +21,7 @@ pub struct RunConfig {
     pub ticks: u64,
     /// Length of a tick, s.
     pub dt_s: f64,
-    /// One scan every so many ticks, the first in tick 0; 0: no scans.
+    /// One scan every N ticks, the first in tick 0; 0: no scans.
     pub scan_every: u64,
     /// Where the robot starts, world frame.
     pub start: SE2,

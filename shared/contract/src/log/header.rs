@@ -83,7 +83,7 @@ impl LogHeader {
         self.roster.iter().filter(|p| p.answers())
     }
 
-    /// Checks configuration and roster: whoever reads a header builds its world,
+    /// Checks configuration and roster: a reader of a header builds its world,
     /// divides by its beams and makes room for its roster.
     ///
     /// # Errors

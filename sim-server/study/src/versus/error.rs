@@ -34,7 +34,7 @@ pub enum VersusError {
         /// The option that helps.
         option: &'static str,
     },
-    /// An estimator beside itself.
+    /// An estimator compared with itself.
     #[error(
         "A and B are both {name} of {path}: say who else with --b NAME, or give a second table"
     )]

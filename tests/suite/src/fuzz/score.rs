@@ -10,7 +10,7 @@ pub fn score(bytes: &[u8]) -> bool {
     let Ok(mut reader) = LogReader::new(bytes, "fuzzed.log") else { return false };
     let mut trace = RunTrace::new(reader.header());
     let dt_s = reader.header().config.dt_s;
-    // Room for none: of a log that was made up, nobody knows how long it is.
+    // Room for none: of a log that was made up, the length is unknown.
     let mut stops = Stops::new(trace.names.len(), trace.lidar.beams as usize, 0);
     while let Ok(Read::Tick(entry)) = reader.read() {
         let record = entry.record;

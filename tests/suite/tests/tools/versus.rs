@@ -117,7 +117,7 @@ fn what_cannot_be_compared_is_named_with_its_remedy() {
     }
     let said = compare(&[&place.at("nowhere.csv")], &[], 1).stderr;
     assert!(said.contains("nowhere.csv"), "{said}");
-    // A table without what was beside it: rows and ways decide.
+    // A table without what was next to it: rows and ways decide.
     let moved = place.at("moved.csv");
     fs::copy(&slip, &moved).unwrap();
     let said = compare(&[&a, &moved], &[], 2).stderr;
