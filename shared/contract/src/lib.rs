@@ -33,8 +33,8 @@
 //!    `--run NAME --name NAME --wait balanced|spin|block --launcher PID
 //!    --key-stdin`. The first line of its standard input is the participant's key, 64
 //!    hexadecimal digits; scorers and loggers get the key to the truth as the second
-//!    line. Once that process is
-//!    gone there is nothing left to join.
+//!    line. Once that process has
+//!    ended there is nothing left to join.
 //! 2. **Find the run.** Its folder is `/dev/shm/rusty-<uid>/<run>`; the file
 //!    `lock` in it holds `<server pid> <nonce>` and is locked (`flock`) for as
 //!    long as the server lives. The transport is iceoryx2 in its file-based
@@ -62,8 +62,8 @@
 //!    Estimators estimate or abstain, a driver gives a command (without one
 //!    the robot stands), scorers and loggers say taken. What is not asked for
 //!    (a second answer, one to an older tick, one of another run) is counted
-//!    and changes nothing; a wrong digest, a tick yet to come, or a number that
-//!    is none makes the sender count as lost.
+//!    and changes nothing; a wrong digest, a tick yet to come, or an invalid
+//!    number makes the sender count as lost.
 //! 7. **Wake, and be woken.** `sent_ns` and `awake_ns` say when the other side
 //!    may be asleep; a wake-up is sent only then. Wake-ups are hints: after a
 //!    bounded wait look at the data, and at the process in `server_pid`.
