@@ -1,25 +1,13 @@
 //! Changes of the form `robot.slip_std=0.05`: the option `--set`.
 
-use rusty_contract::scenario::ScenarioError;
 use rusty_contract::suggest::for_message;
-use rusty_contract::{FieldError, RunConfig, Scenario};
+use rusty_contract::{FieldError, RunConfig};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 /// The most parts of a `--set` key; no field lies deeper.
 const MAX_KEY_PARTS: usize = 16;
-
-/// Applies `key=value` changes to a scenario and checks it.
-///
-/// # Errors
-/// [`ScenarioError`] names the change that cannot be made, or the first field
-/// that cannot be used.
-pub(super) fn change(scenario: &Scenario, changes: &[String]) -> Result<Scenario, ScenarioError> {
-    let scenario = changed(scenario, changes)?;
-    scenario.check()?;
-    Ok(scenario)
-}
 
 /// Applies `key=value` changes to the configuration of a run.
 ///
@@ -29,9 +17,12 @@ pub fn change_config(config: &RunConfig, changes: &[String]) -> Result<RunConfig
     changed(config, changes)
 }
 
-/// Returns a copy with the changes, which are made in JSON: the integers of TOML
+/// Returns an unchecked copy with the changes, which are made in JSON: the integers of TOML
 /// have a sign, and no room for a seed of 64 bits.
-fn changed<T>(original: &T, changes: &[String]) -> Result<T, FieldError>
+///
+/// # Errors
+/// [`FieldError`] names the change that cannot be made.
+pub(super) fn changed<T>(original: &T, changes: &[String]) -> Result<T, FieldError>
 where
     T: Clone + Serialize + DeserializeOwned,
 {

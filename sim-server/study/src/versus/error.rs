@@ -35,14 +35,14 @@ pub enum VersusError {
         option: &'static str,
     },
     /// An estimator compared with itself.
-    #[error(
-        "A and B are both {name} of {path}: say who else with --b NAME, or give a second table"
-    )]
+    #[error("A and B are both {name} of {path}: {remedy}, or give a second table")]
     Same {
         /// The estimator.
         name: String,
         /// The table.
         path: String,
+        /// What helps, but for a second table.
+        remedy: &'static str,
     },
     /// The settings differ.
     #[error(

@@ -102,7 +102,7 @@ fn what_cannot_be_compared_is_named_with_its_remedy() {
     let scenario = place.at("no.csv");
     fs::write(&scenario, "x,y\n1,2\n").unwrap();
     let cases: [(&[&Path], &[&str], &str); 8] = [
-        (&[&a], &[], "say who else with --b NAME, or give a second table"),
+        (&[&a], &[], "sweep with `--clients --add NAME=COMMAND`, or give a second table"),
         (&[&a, &a], &["--a", "mine"], "has no estimator \"mine\""),
         (&[&a, &slip], &[], "robot.slip_std: 0.02 and 0.05"),
         (&[&a, &later], &[], "share no seed"),
