@@ -1,6 +1,6 @@
 //! `cargo bench -p rusty-filters --bench mcl`: 5,000 particles, 180 beams.
 //!
-//! What a scan costs while the robot is tracked and while it is lost, beside the
+//! What a scan costs while the robot is tracked and while it is lost, compared with the
 //! bare look-up of the same beams for the same particles, in turns; and how that
 //! compares with the 0.1 s in which the next scan comes.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot be set up may stop")]

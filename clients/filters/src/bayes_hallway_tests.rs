@@ -109,7 +109,7 @@ impl Drive {
         Self { pose, filter, random, scan, counts: [0.0; 2], tick: 0 }
     }
 
-    /// So many ticks, its wheels going these ways (m) in each.
+    /// N ticks, the wheels going these ways (m) in each.
     fn go(&mut self, ticks: u64, ways_m: [f64; 2]) {
         let (world, config) = (rusty_geometry::hallway(), LidarConfig::default());
         let mut ranges_m = vec![0.0; config.beams as usize];

@@ -7,7 +7,7 @@
 //! (*rand*, uniform).
 //!
 //! Departures, and why:
-//! * A reading of z_max is an event of its own, with a probability; below z_max
+//! * A reading of z_max is a separate event, with a probability; below z_max
 //!   there is a density. The book calls that a point mass and then draws it as a
 //!   narrow density. Particles are compared at one and the same reading, so the
 //!   two never meet in one sum.
@@ -62,7 +62,7 @@ impl Parts {
 /// The least σ that is believed in, m: a normal density needs some.
 const LEAST_SIGMA_M: f64 = 1e-3;
 
-/// Beyond so many σ a normal law has nothing left that a sum would show.
+/// Beyond this many σ a normal law has nothing left that a sum would show.
 const FAR: f64 = 9.0;
 
 impl BeamModel {
@@ -281,7 +281,7 @@ mod tests {
         let e = model.responsibilities(3.0, 3.0, RANGE_MAX_M);
         // 0.6 · 1.3298, 0.2 · 0.0798, 0.15 / 8, by hand.
         assert!((e.hit - 0.797_885 / (0.797_885 + 0.015_963 + 0.018_75)).abs() < 1e-4, "{e:?}");
-        // Nothing explains these, and nobody panics.
+        // Nothing explains these, and nothing panics.
         for range_m in [-1.0, f64::NAN] {
             assert_eq!(model.responsibilities(range_m, 3.0, RANGE_MAX_M).sum(), 0.0);
         }

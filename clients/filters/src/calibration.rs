@@ -2,7 +2,7 @@
 //!
 //! A wheel that is 1 % too large turns a robot off its way by 60 mrad in every
 //! metre, always to the same side. A motion model with independent errors cannot
-//! say that; whoever believes it is surprised by every scan. Here four numbers
+//! say that; a filter that believes it is surprised by every scan. Here four numbers
 //! are believed in, too, and learned from what the scans say of each motion:
 //!
 //! * the scale of ways, ds → (1 + a) ds,

@@ -1,7 +1,7 @@
 //! A corridor with doors, as a map has it and as a scan shows it.
 //!
 //! A door is a stretch of side wall that lies deeper than the rest. From the map
-//! that is told by rays straight across; from a scan by the points beside the
+//! that is told by rays straight across; from a scan by the points next to the
 //! robot, compared with the line of the wall on that side. Both look at the same
 //! stretch, so that what is measured is what is predicted.
 
@@ -26,7 +26,7 @@ const SIDEWAYS_RAD: f64 = 0.5;
 /// as deep as a door.
 const SURE_M: f64 = 0.025;
 
-/// Whether there are doors beside the robot, as far as that can be told.
+/// Whether there are doors next to the robot, as far as that can be told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Doors {
     /// To its left.
@@ -61,7 +61,7 @@ impl Sides {
         Self { left: nearest(quarter), right: nearest(-quarter) }
     }
 
-    /// The doors beside the robot.
+    /// The doors next to the robot.
     pub fn doors(&self, beams: &Beams, ranges_m: &[f64]) -> Doors {
         let beside = |side: &Option<Segment>| {
             let line = side.as_ref()?.line;

@@ -1,4 +1,4 @@
-//! The EKF on a simple world of its own: errors as large as it says, the same
+//! The EKF on a simple separate world: errors as large as it says, the same
 //! bits twice, and a sane answer to whatever comes.
 
 use nalgebra::{Matrix2, Matrix2x3, Vector2};

@@ -38,7 +38,7 @@ use crate::scan_match::{ScanMatch, ScanMatchOptions};
 use crate::surroundings::Caution;
 use crate::{Beams, Cell, OccupancyGrid, OccupancyMap, OdometryNoise};
 
-/// So many scans are in the map before anything is concluded from it.
+/// Scans in the map before anything is concluded from it.
 const FIRST_SCANS: u32 = 10;
 
 /// The map is looked at again so often, s.

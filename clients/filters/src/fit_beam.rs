@@ -14,7 +14,7 @@
 //!   off at 0 and z_max (the η of equation 6.6), as the model has it. The book's
 //!   √(Σe·r² / Σe) is that of a law without ends. Where walls are about z_max away it
 //!   goes too far or not far enough, and where it stops depends on where it began.
-//! * Beside each number stands its standard error, from the observed information:
+//! * Each number has its standard error, from the observed information:
 //!   the sum of the outer products of the readings' scores (I. Meilijson, *A Fast
 //!   Improvement to the EM Algorithm on its Own Terms*, JRSS B 51, 1989). The
 //!   weights add up to 1, so that of *hit* follows from the others.
@@ -40,7 +40,7 @@ const NO_WEIGHT: f64 = 1e-8;
 const LEAST_LAMBDA: f64 = 1e-3;
 /// σ is looked for from this on, m,
 const LEAST_SIGMA_M: f64 = 1e-5;
-/// and up to so many z_max: a law as wide as that is flat.
+/// and up to this many z_max: a law as wide as that is flat.
 const MOST_SIGMA: f64 = 10.0;
 
 /// When to stop.
@@ -48,7 +48,7 @@ const MOST_SIGMA: f64 = 10.0;
 pub struct Criterion {
     /// Once the mean log likelihood of a reading rises by less than this.
     pub tolerance: f64,
-    /// After so many rounds in any case.
+    /// Maximum number of rounds.
     pub rounds: usize,
 }
 
@@ -91,7 +91,7 @@ pub struct Fitted {
     pub std_error: Option<f64>,
 }
 
-/// What came of a fit.
+/// The result of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BeamFit {
     /// Weight of readings of what the map has.

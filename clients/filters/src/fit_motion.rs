@@ -17,8 +17,8 @@
 //! * Counts of the encoders are whole: two readings at the ends of a window are off
 //!   by up to half a count each, whatever was driven. That is known and taken out.
 //! * The half count at the end of a window is that at the beginning of the next, so
-//!   the errors of neighbours hang together; they are taken as independent. Beside
-//!   what a window of more than some counts slips they are nothing.
+//!   the errors of neighbours hang together; they are taken as independent.
+//!   They are negligible compared with the slip of a window of more than some counts.
 //! * A number that a log does not tell is not made up. A robot that never turns on
 //!   the spot says next to nothing of α₁ and α₄.
 
@@ -72,7 +72,7 @@ impl Systematic {
     }
 }
 
-/// What came of a fit.
+/// The result of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MotionFit {
     /// α₁ to α₄.

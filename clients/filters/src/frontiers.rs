@@ -1,4 +1,4 @@
-//! Where a map ends: free cells beside cells that nobody knows.
+//! Where a map ends: free cells next to unknown cells.
 //!
 //! Source: B. Yamauchi, *A frontier-based approach for autonomous exploration*
 //! (IEEE CIRA 1997): cells at the edge of open space are grouped into regions by
@@ -46,11 +46,11 @@ pub fn frontiers(map: &OccupancyMap, least_cells: usize) -> Vec<Frontier> {
     found
 }
 
-/// Whether a cell is free and has one beside it, not across a corner, that
-/// nobody knows.
+/// Whether a cell is free and has one next to it, not across a corner, that
+/// is unknown.
 pub fn is_edge(map: &OccupancyMap, cell: usize) -> bool {
     let unknown = |step: &(i64, i64)| {
-        // Beyond the map nobody knows anything.
+        // Beyond the map everything is unknown.
         map.frame.beside(cell, *step).is_none_or(|other| map.cells[other] == Cell::Unknown)
     };
     map.cells[cell] == Cell::Free && NEIGHBOURS[..4].iter().any(unknown)

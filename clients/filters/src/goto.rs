@@ -62,7 +62,7 @@ impl FromStr for Waypoint {
 /// within the time of one scan. At the end it prints the number of waypoints reached
 /// and of ticks used. The scenario needs a script of kind "driver"; the role is driver.
 #[derive(Args, Clone, Debug)]
-// Whoever flattens these beside those of a filter has two of this name.
+// A program that flattens these next to those of a filter has two of this name.
 #[group(skip)]
 pub struct Options {
     /// Waypoint in the world frame, m, repeatable

@@ -2,7 +2,7 @@
 //!
 //! The mapping itself is [`crate::occupancy_grid`]. Here is where the poses come
 //! from ([`Poses`]): its own, with which it maps like any estimator, live as on a
-//! log; or somebody's that a log holds, which only one who may read the truth of
+//! log; or those of a participant that a log holds, which only one who may read the truth of
 //! a run is shown. A map from true poses is no result of a robot: it says what
 //! the model and the laser are good for when nothing else is wrong. On a recorded
 //! log the truth is a corrected trajectory, and its map is what others localise
@@ -210,7 +210,7 @@ impl Mapper {
     }
 }
 
-/// Maps with the poses of its own wheels, and answers them.
+/// Maps with the poses of the wheels, and answers them.
 pub struct GridMap {
     mapper: Mapper,
     odometry: Odometry,
@@ -242,7 +242,7 @@ impl Filter for GridMap {
     }
 
     fn finish(self) -> Result<(), ClientError> {
-        // A run that ended before it began is somebody else's failure.
+        // A run that ended before it began is the failure of another process.
         if self.mapper.began_s.is_none() {
             return Ok(());
         }
@@ -267,7 +267,7 @@ impl GridMapOf {
     /// Begins with the poses of `options`.
     ///
     /// # Errors
-    /// Nobody of that name answered, the log is blind, or the poses are the wheels'
+    /// No participant of that name answered, the log is blind, or the poses are the wheels'
     /// own, which are [`GridMap`]'s business.
     pub fn new(start: &Start, brief: &Brief, options: &Options) -> Result<Self, ClientError> {
         let names = || brief.header.answering().map(|p| p.name.as_str());

@@ -1,6 +1,6 @@
 //! The filters everyone compares with.
 //!
-//! Each is a type in a file of its own, written as its book has it, and a
+//! Each is a type in a separate file, written as its book has it, and a
 //! program that takes part in a run (`src/bin`). What they hold about wheels and
 //! beams are *beliefs*: the parametrisation of Thrun, Burgard and Fox,
 //! *Probabilistic Robotics* (2005), not the physics of the simulator, which this

@@ -3,13 +3,13 @@
 //! Source: *Probabilistic Robotics*, §6.4, Table 6.3. A reading is the better,
 //! the nearer its end lies to an obstacle of the map:
 //! p = z_hit · N(d; 0, σ) + z_rand / z_max, with d from a distance field. Readings
-//! of z_max say nothing and are left out. An end in a part of the map that nobody
+//! of z_max say nothing and are left out. An end in a part of the map that no scan
 //! has seen has the probability 1 / z_max (§6.4, towards its end).
 //!
 //! Departures, and why:
 //! * The logarithm of p is kept for every cell, so that a scan is a sum, and in a
 //!   byte, so that all of a building stays in the processor's own memory: ln p is
-//!   `base_log` plus so many steps of `step_log`, 255 of which lead from the
+//!   `base_log` plus a number of steps of `step_log`, 255 of which lead from the
 //!   worst to the best. The sum of a scan is a sum of whole numbers, so it does
 //!   not depend on the order in which it is taken.
 //! * Between the centres of cells ln p is interpolated. A tracked robot's
@@ -18,11 +18,11 @@
 //! * A map of cells is itself wrong by about a cell: its side is a σ that is added
 //!   to the laser's, as squares are. The same goes for a floor plan so large that
 //!   its cells have to be larger than they were wanted (over four million).
-//! * What stands in front of the map, *short* of the beam model, has no place in
+//! * What is in front of the map, *short* of the beam model, has no place in
 //!   Table 6.3; it is as inexplicable here as *rand* and counted with that. The
 //!   mixture is that of readings below z_max, so its weights are divided by
 //!   1 − z_max.
-//! * Beyond the map is nothing where it is a floor plan, and what nobody has seen
+//! * Beyond the map is nothing where it is a floor plan, and what no scan has seen
 //!   where it was drawn from scans.
 //!
 //! Beams next to each other are wrong in the same way wherever the map is, and
@@ -79,7 +79,7 @@ impl Mixture {
     fn new(model: &BeamModel, sigma_m: f64, range_max_m: f64) -> Self {
         // Of the readings that are not z_max.
         let below = (model.z_hit + model.z_short + model.z_rand).max(f64::MIN_POSITIVE);
-        // What stands in front of the map is as inexplicable here as the rest.
+        // What is in front of the map is as inexplicable here as the rest.
         let strange = (model.z_short + model.z_rand) / below;
         let peak = model.z_hit / below / ((2.0 * PI).sqrt() * sigma_m);
         Self { peak, floor: strange.max(1e-6) / range_max_m, sigma_m }
@@ -131,7 +131,7 @@ impl Ends {
 impl LikelihoodField {
     /// The field of a floor plan, in cells of `cell_m` (larger ones, and blurred
     /// by as much, where these would be too many), and with `blur_m` of doubt
-    /// about where the ends are beside the laser's own σ.
+    /// about where the ends are compared with the laser's own σ.
     pub fn of_world(
         world: &World,
         model: &BeamModel,
@@ -219,7 +219,7 @@ impl LikelihoodField {
         self.log_of_steps(self.steps_of_scan(ends, &pose.translation(), s, c), ends.count())
     }
 
-    /// ln p of `count` ends that come to so many 256ths of a step together.
+    /// ln p of `count` ends whose sum is this many 256ths of a step.
     pub fn log_of_steps(&self, steps: u32, count: usize) -> f64 {
         self.base_log * count as f64 + self.step_log / f64::from(PARTS) * f64::from(steps)
     }

@@ -272,7 +272,7 @@ mod tests {
         };
         let right = seen([3.0, 3.9], [4.3, 3.9], &pose);
         assert_eq!(found(&right, &small), Some(3.9));
-        // A wall where none is, 30 cm beside one.
+        // A wall where none is, 30 cm next to one.
         assert_eq!(found(&seen([2.0, 4.2], [4.0, 4.2], &pose), &small), None);
         // On the line of one, but in the doorway.
         assert_eq!(found(&seen([0.9, 3.9], [1.9, 3.9], &pose), &small), None);

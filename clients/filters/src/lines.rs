@@ -13,7 +13,7 @@
 //! Departures, and why:
 //! * "Explained" means that no range is farther from the line's than a few
 //!   standard deviations of the laser, along the beam. A distance across the
-//!   line, as in the sources, lets through what lies beside a wall that is seen
+//!   line, as in the sources, lets through what lies next to a wall that is seen
 //!   at a grazing angle.
 //! * Beams that met nothing are left out before; so a dropout ends no wall.
 //! * Near the corner of two walls a range fits both. Where the two lines predict
@@ -34,10 +34,10 @@ use crate::line_fit::{Line, Ray};
 /// A range farther than this many standard deviations from a line is not its.
 const WORST_SIGMAS: f64 = 4.0;
 /// Where two neighbouring lines tell ranges that differ by less than this many
-/// standard deviations, a point is nobody's.
+/// standard deviations, a point belongs to no line.
 const CORNER_SIGMAS: f64 = 7.0;
 
-/// So many points at each end of a piece are left out.
+/// Points that are left out at each end of a piece.
 const END_POINTS: usize = 2;
 
 /// What a piece of wall must have.

@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn one_step_has_the_spread_of_the_book_s_samples() {
-        // Table 5.6, a hundred thousand times, beside the covariance.
+        // Table 5.6, a hundred thousand times, compared with the covariance.
         let noise = OdometryNoise { alpha1: 0.02, alpha2: 0.01, alpha3: 0.005, alpha4: 0.002 };
         let step = Vector3::new(0.3, 0.0, 0.5);
         let end = SE2::exp(&step);

@@ -11,7 +11,7 @@ pub enum Cell {
     Free,
     /// Something does.
     Occupied,
-    /// Nobody knows.
+    /// Unknown.
     Unknown,
 }
 

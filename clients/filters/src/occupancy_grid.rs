@@ -32,10 +32,10 @@ use crate::{Beams, Cell, GridFrame, OccupancyMap};
 
 /// The most cells of a grid: 290 m square in cells of 5 cm.
 pub const MAX_CELLS: usize = 1 << 25;
-/// No cell is farther from the world's origin than so many: beyond it, whole numbers
+/// No cell is farther from the world's origin than this many: beyond it, whole numbers
 /// of cells no longer tell one from the next.
 const FARTHEST_CELLS: f64 = (1_u64 << 40) as f64;
-/// By so many cells at once a grid grows.
+/// Cells by which a grid grows at once.
 const GROWTH: i64 = 64;
 /// Log odds of 1 in whole numbers.
 const ONE: f64 = 65_536.0;

@@ -4,7 +4,7 @@
 //! The way is followed by pure pursuit ([`crate::pursuit`]). Where the circle to
 //! the next aim is not clear, because the believed pose is off or the map is not
 //! what stands there, the robot turns to a free direction near the aim instead
-//! ([`crate::steering`]); and whatever comes of either is made admissible
+//! ([`crate::steering`]); and the result of either is made admissible
 //! ([`crate::surroundings`]).
 
 use nalgebra::Point2;
@@ -26,7 +26,7 @@ const NEED_M: f64 = 0.35;
 const DETOUR_M: f64 = 0.15;
 const DETOUR_S: f64 = 2.0;
 
-/// Whoever gets no farther along than this in [`STUCK_S`] is stuck, m.
+/// A robot that gets no farther along than this in [`STUCK_S`] is stuck, m.
 const PROGRESS_M: f64 = 0.05;
 /// On ways that are planned anew all the time, this far from where it last got on, m:
 /// more than a detour takes it to and fro.

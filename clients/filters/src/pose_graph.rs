@@ -53,7 +53,7 @@ pub struct Constraint {
     pub kind: Kind,
 }
 
-/// A constraint beside two poses: its residual, and how that changes with them.
+/// A constraint at two poses: its residual, and how that changes with them.
 struct Linear {
     residual: Vector3<f64>,
     of_from: Matrix3<f64>,

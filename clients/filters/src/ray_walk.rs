@@ -12,7 +12,7 @@ use nalgebra::Point2;
 
 use crate::GridFrame;
 
-/// A cell and the part of the line that lies in it.
+/// A cell and the part of the line that is in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
     /// Column of the cell, which may lie outside the grid.

@@ -268,7 +268,7 @@ pub struct ScanMatch {
 }
 
 impl ScanMatch {
-    /// Begins where it is told, or at the origin of a frame of its own.
+    /// Begins where it is told, or at the origin of a separate frame.
     pub fn new(start: &Start, options: &ScanMatchOptions) -> Self {
         Self {
             tracker: Tracker::new(start, options),

@@ -12,7 +12,7 @@
 //! * the graph holds it possible that both scans look at the same walls,
 //! * enough points of the new scan lie on the old one's walls,
 //! * the match is no surprise to the graph (χ²), and
-//! * it stays none beside all other motions: what does not loses weight.
+//! * it stays so next to all other motions: a match that does not loses weight.
 //!
 //! Departures: the answer of a tick is the newest key pose and the motion since
 //! then; earlier answers stay as they were given. Points never move within their
@@ -21,7 +21,7 @@
 //! loop counts for a share of its information accordingly (half).
 //!
 //! How much it holds: every key scan, whose ranges, rays and walls are some 170
-//! bytes for each beam, and a pose and its motions, which are little beside that. It
+//! bytes for each beam, and a pose and its motions, which are little compared with that. It
 //! is the way that counts, not the time: with 180 beams and a key scan every 0.75 m,
 //! 40 MB for each kilometre, even where the robot has been before.
 //!
@@ -133,7 +133,7 @@ pub struct Slam {
 }
 
 impl Slam {
-    /// Begins where it is told, or at the origin of a frame of its own. What it is
+    /// Begins where it is told, or at the origin of a separate frame. What it is
     /// told of walls it does not look at.
     pub fn new(start: &Start, options: &SlamOptions) -> Self {
         Self {
@@ -335,7 +335,7 @@ impl Filter for Slam {
     }
 
     fn finish(self) -> Result<(), ClientError> {
-        // A run that ended before it began is somebody else's failure.
+        // A run that ended before it began is the failure of another process.
         let stem = self.options.save_map.as_ref().filter(|_| self.began_s.is_some());
         let Some(stem) = stem else { return Ok(()) };
         let said = self.write_map(stem)?;

@@ -4,13 +4,13 @@
 //! (left-looking Cholesky) and ch. 7 (minimum degree); for what it does in a pose
 //! graph, F. Dellaert and M. Kaess, *Square Root SAM*, IJRR 2006.
 //!
-//! Why not a crate: what a library multiplies in blocks of its own choosing it
+//! Why not a crate: what a library multiplies in blocks that it chooses it
 //! multiplies with what the processor has, fused or not, and the last bits differ
 //! between machines. Here every sum is written out in one order, on matrices of
 //! fixed size. A graph of a thousand poses needs no more than this.
 //!
 //! The order of elimination is by least degree, ties by number; the last block is
-//! always last, because its covariance then is (L Lᵀ)⁻¹ of its own block alone.
+//! always last, because its covariance then is (L Lᵀ)⁻¹ of that block alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -26,7 +26,7 @@ pub struct BlockMatrix {
 }
 
 impl BlockMatrix {
-    /// A matrix of zeros with so many blocks in a row.
+    /// A matrix of zeros with N blocks in a row.
     pub fn zeros(blocks: usize) -> Self {
         Self { diagonal: vec![Matrix3::zeros(); blocks], below: vec![BTreeMap::new(); blocks] }
     }

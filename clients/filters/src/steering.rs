@@ -80,7 +80,7 @@ pub fn towards(bearing_rad: f64, caution: &Caution) -> Twist {
 }
 
 /// The admissible command into this direction, rad from ahead. A direction may be
-/// free and the arc into it not, as beside the post of a door: then it turns first.
+/// free and the arc into it not, as next to the post of a door: then it turns first.
 pub fn steer(around: &Surroundings, bearing_rad: f64, caution: &Caution) -> Twist {
     let wanted = towards(bearing_rad, caution);
     let given = around.limit(wanted);

@@ -71,7 +71,7 @@ pub struct Surroundings {
     horizon_s: f64,
     /// How many ticks a scan is remembered.
     memory_ticks: u64,
-    /// A scan after so many ticks is overdue.
+    /// Ticks after which a scan is overdue.
     fresh_ticks: u64,
     now: u64,
     last: EncoderCounts,
@@ -131,7 +131,7 @@ impl Surroundings {
         self.points.extend(all.map(|p| Point2::new(x + c * p.x - s * p.y, y + s * p.x + c * p.y)));
     }
 
-    /// Where the odometry has the body, in a frame that is nobody else's.
+    /// Where the odometry has the body, in a frame that no other code uses.
     pub fn pose_in_odometry(&self) -> SE2 {
         self.pose_in_odometry
     }

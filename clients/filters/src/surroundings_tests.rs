@@ -1,36 +1,15 @@
-//! The closed form beside small steps, and the rule beside the walls themselves.
+//! The closed form compared with small steps, and the rule with the walls themselves.
 
 use super::*;
 use crate::Random;
 use nalgebra::Vector3;
-use rusty_contract::LogHeader;
-use rusty_contract::log::Source;
-use rusty_contract::{OnLoss, RunConfig, Scenario};
+use rusty_contract::{LogHeader, Scenario};
 use rusty_geometry::{Scan, World, apartment};
 
 /// What a participant of a run with these beams is told.
 pub(crate) fn start(world: &World, at: SE2) -> Start {
-    let s = Scenario::default();
-    let header = LogHeader {
-        writer: "test".to_owned(),
-        source: Source::Simulated,
-        config: RunConfig {
-            scenario: s.name,
-            seed: 1,
-            ticks: s.ticks,
-            dt_s: s.dt_s,
-            scan_every: s.scan_every,
-            start: at,
-            robot: s.robot,
-            lidar: s.lidar,
-            script: s.script,
-            world: world.spec().clone(),
-            sensors: rusty_contract::Sensors::default(),
-            kidnappings: Vec::new(),
-        },
-        roster: s.participants,
-        on_loss: OnLoss::Abort,
-    };
+    let scenario = Scenario { seed: 1, start: at, ..Scenario::default() };
+    let header = LogHeader::simulated("test", &scenario, world.spec().clone());
     Start::new(&header, 0, &header.roster[0])
 }
 
@@ -47,11 +26,11 @@ fn the_closed_form_is_where_small_steps_meet_the_point() {
         };
         let radius_m = between(&mut random, 0.05, 0.4);
         let said_m = clear_along_m(point, curvature_per_m, radius_m);
-        // Whoever is nearer already may not come any nearer.
+        // A robot that is nearer already may not come any nearer.
         let limit_m = radius_m.min(point.coords.norm());
         inside += u32::from(limit_m < radius_m);
         let mut stepped_m = f64::INFINITY;
-        // A circle is a way of its own length, and then begins again.
+        // After one circle the way begins again.
         let round_m = std::f64::consts::TAU / curvature_per_m.abs().max(1e-9);
         let steps = 4000;
         let most_m = round_m.min(2.0);

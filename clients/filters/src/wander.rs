@@ -2,7 +2,7 @@
 //! other free direction.
 //!
 //! It reacts to what the laser shows and to nothing else: [`crate::steering`]
-//! finds a free direction near the one it wishes for, and [`crate::surroundings`]
+//! finds a free direction near the one it wants, and [`crate::surroundings`]
 //! keeps every command admissible. The wish is a heading in the frame of the
 //! odometry, drawn anew where the way ends and every few seconds: each direction
 //! with a chance in proportion to the square of how far it is free, so that a

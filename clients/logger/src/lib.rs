@@ -1,6 +1,6 @@
 //! The logger: writes the run down as it happens.
 //!
-//! It writes behind: a tick is taken when its record stands in a buffer, and a
+//! It writes behind: a tick is taken when its record is in a buffer, and a
 //! thread writes the buffer out ([`crate::write_behind`]). So a disk that
 //! hesitates holds up no run, a disk that is slower than the run sets its pace,
 //! and a disk that is full ends the logger, at the next tick or at the end. The
@@ -39,7 +39,7 @@ pub struct Logger {
 /// Creates a log.
 fn create(path: &Path, header: &LogHeader) -> Result<LogWriter<WriteBehind>, ClientError> {
     output::create(path).map_err(ClientError::io(path))?;
-    // Always at its end: if somebody cuts it, what follows makes no hole.
+    // Always at its end: if another process cuts it, what follows makes no hole.
     let file = File::options().append(true).open(path).map_err(ClientError::io(path))?;
     let mut writer = behind(file, path, header)?;
     // A logger that is killed now leaves a log that reads: one without ticks.

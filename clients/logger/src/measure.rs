@@ -1,4 +1,4 @@
-//! How fast a log is written here, beside what the same folder takes at most.
+//! How fast a log is written here, compared with what the folder takes at most.
 //!
 //! The same records three ways, in turn, the best of each counting: as the
 //! logger writes them; as one plain file of the same bytes, which is what the
@@ -12,10 +12,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use rusty_contract::frame::MAX_BEAMS;
-use rusty_contract::log::{
-    Ending, LogHeader, LogReader, LogWriter, Read, Source, TickRef, Trailer,
-};
-use rusty_contract::{Frame, RunConfig, RunDigest, Scenario, TruthKey};
+use rusty_contract::log::{Ending, LogHeader, LogReader, LogWriter, Read, TickRef, Trailer};
+use rusty_contract::{Frame, RunDigest, Scenario, TruthKey};
 use rusty_geometry::{EncoderCounts, SE2, Twist};
 use serde::Serialize;
 
@@ -34,7 +32,7 @@ pub struct Measure {
     pub ticks: u64,
     /// Beams of the scan in each of them; none: no scan.
     pub beams: usize,
-    /// How often each way is gone.
+    /// Number of measurements of each way.
     pub rounds: usize,
     /// Whether the disk has to have them.
     pub sync: bool,
@@ -218,27 +216,9 @@ impl Nameless {
 }
 
 pub(super) fn header(ticks: u64) -> LogHeader {
-    let scenario = Scenario::default();
-    LogHeader {
-        writer: concat!("rusty-clients ", env!("CARGO_PKG_VERSION"), " measure").to_owned(),
-        source: Source::Simulated,
-        config: RunConfig {
-            scenario: scenario.name,
-            seed: scenario.seed,
-            ticks: ticks.max(1),
-            dt_s: 0.02,
-            scan_every: 1,
-            start: scenario.start,
-            robot: scenario.robot,
-            lidar: scenario.lidar,
-            script: scenario.script,
-            world: rusty_geometry::apartment().spec().clone(),
-            sensors: rusty_contract::Sensors::default(),
-            kidnappings: Vec::new(),
-        },
-        roster: scenario.participants,
-        on_loss: scenario.on_loss,
-    }
+    let scenario = Scenario { ticks: ticks.max(1), scan_every: 1, ..Scenario::default() };
+    let writer = concat!("logger ", env!("CARGO_PKG_VERSION"), " measure");
+    LogHeader::simulated(writer, &scenario, rusty_geometry::apartment().spec().clone())
 }
 
 impl std::fmt::Display for Measured {

@@ -1,11 +1,11 @@
-//! `WriteBehind`: what is written to it is taken at once, and a thread of its
-//! own hands it on.
+//! `WriteBehind`: what is written to it is taken at once, and a separate
+//! thread hands it on.
 //!
 //! Two buffers of a fixed size change places: one is filled while the other is
 //! written. What is taken goes out when there is enough of it for a large write,
-//! or 200 ms after the first byte of it came, whether or not more comes. Whoever
+//! or 200 ms after the first byte of it came, whether or not more comes. A caller that
 //! fills the buffer before the other one is out waits: nothing is dropped, and
-//! nothing but the two buffers is ever in memory. An error is told to whoever
+//! nothing but the two buffers is ever in memory. An error is reported to the caller that
 //! writes or flushes next; from then on nothing more is taken.
 
 use std::io::{self, Write};
@@ -17,13 +17,13 @@ use std::time::Duration;
 /// scans that is half a second for which a disk may stand still.
 pub const ROOM: usize = 4 << 20;
 
-/// So many bytes are worth a write at once.
+/// Number of bytes that are worth a write at once.
 const ENOUGH: usize = 256 << 10;
 
 /// Nothing waits longer than this for more to come.
 const FLUSH_AFTER: Duration = Duration::from_millis(200);
 
-/// A writer whose work is done by a thread of its own. Dropped, it writes what
+/// A writer whose work is done by a separate thread. Dropped, it writes what
 /// it has taken; [`flush`](Write::flush) says whether that went well.
 pub struct WriteBehind {
     shared: Arc<Shared>,
@@ -45,7 +45,7 @@ struct State {
     filling: Vec<u8>,
     /// The other buffer is being written.
     writing: bool,
-    /// Somebody waits until all is out.
+    /// A caller waits until all is out.
     hurry: bool,
     /// Nothing more will come.
     closing: bool,

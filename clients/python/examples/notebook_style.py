@@ -4,7 +4,7 @@ Cells begin with ``# %%`` (VS Code, Spyder, Jupytext). Run it where ``sim-server
 is on the PATH, or below the folder in which it was built.
 """
 
-# %% A whole run, beside the filter of this folder; ``sys.executable`` is this Python
+# %% A whole run, next to the filter of this folder; ``sys.executable`` is this Python
 import sys
 from pathlib import Path
 
@@ -32,7 +32,7 @@ for name, poses in log.answers.items():
     errors_m = np.hypot(*(poses[:, :2] - log.truth[:, :2]).T)
     print(f"{name:16} worst {np.nanmax(errors_m):.4f} m at {log.time_s[np.nanargmax(errors_m)]:.2f} s")
 
-# %% A model beside the data: what the first scan would be without noise
+# %% A model compared with the data: what the first scan would be without noise
 world, lidar = log.world(), log.header["config"]["lidar"]
 expected_m = world.scan(log.truth[log.scan_ticks[0]], lidar)
 residual_m = (log.ranges[0] - expected_m)[log.ranges[0] < lidar["range_max_m"]]

@@ -34,7 +34,7 @@ def first_particles(rng, start, world):
 
 
 def move(rng, particles, motion):
-    """Table 5.6: turn, drive, turn, each with noise of its own."""
+    """Table 5.6: turn, drive, turn, each with separate noise."""
     x, y, turn = motion
     rot1, drive = (np.arctan2(y, x), np.hypot(x, y)) if np.hypot(x, y) > 1e-3 else (0.0, x)
     if abs(rot1) > np.pi / 2:  # backwards is no half turn

@@ -69,7 +69,7 @@ fn wrong_shape(what: &str, wanted: &str, found: &[usize]) -> PyErr {
     PyValueError::new_err(format!("{what}: an array of shape {wanted} is wanted, not ({found})"))
 }
 
-/// An array of this shape; its numbers lie in `numbers`, the last axis fastest.
+/// An array of this shape; its numbers are in `numbers`, the last axis fastest.
 ///
 /// # Errors
 /// `ValueError` if there are not as many as the shape has room for.

@@ -13,7 +13,7 @@ use crate::se2::pose_of;
 pub struct Beams {
     lidar: LidarConfig,
     fan: Fan,
-    /// Of the fan's beams, one in so many is kept.
+    /// Of the fan's beams, one in N is kept.
     stride: usize,
 }
 

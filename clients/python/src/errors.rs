@@ -37,7 +37,7 @@ pub fn exception(error: ClientError) -> PyErr {
     }
 }
 
-/// Somebody else is at it, or it is over.
+/// The error of a session that another thread uses, or that has ended.
 pub fn misused(text: String) -> PyErr {
     PyRuntimeError::new_err(text)
 }

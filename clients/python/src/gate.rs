@@ -3,8 +3,8 @@
 //! A session and the frames it hands out share reference counts that are not
 //! made for threads. Python objects live on any thread: an array over a frame
 //! may go on one thread while another one waits for the next tick. So all of
-//! them are behind one lock. A frame that is let go while somebody else has the
-//! lock is put on a pile, and whoever gives the lock back clears the pile away.
+//! them are behind one lock. A frame that is let go while another thread has the
+//! lock is put on a pile, and the thread that gives the lock back clears the pile away.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
@@ -56,7 +56,7 @@ pub struct Part {
 /// One session's lock. See the module.
 pub struct Gate {
     part: Mutex<Option<Part>>,
-    /// Frames that were let go while somebody else had the lock.
+    /// Frames that were let go while another thread had the lock.
     returned: Mutex<Vec<Lone<HeldFrame>>>,
     /// How many arrays lie over frames.
     views: AtomicUsize,
@@ -64,7 +64,7 @@ pub struct Gate {
     viewed: Mutex<Vec<Weak<Loan>>>,
     /// Raised by a wish to stop: the session then sends a leave message.
     pub stop: Arc<AtomicBool>,
-    /// Raised before the session leaves: whoever waits in it gives way.
+    /// Raised before the session leaves: a thread that waits in it gives way.
     leaving: AtomicBool,
     /// The process that joined. A fork of it has no part in the run.
     pid: u32,
@@ -99,7 +99,7 @@ impl Gate {
         self.pid != std::process::id()
     }
 
-    /// The lock, if nobody has it: whoever waits for a tick has it.
+    /// The lock, if no thread has it: a thread that waits for a tick has it.
     pub fn turn(&self) -> Option<Turn<'_>> {
         let guard = match self.part.try_lock() {
             Ok(guard) => guard,
@@ -124,7 +124,7 @@ impl Gate {
         turn.end();
     }
 
-    /// Whether somebody has begun to leave the run.
+    /// Whether a thread has begun to leave the run.
     pub fn is_leaving(&self) -> bool {
         self.leaving.load(Ordering::Relaxed)
     }
@@ -139,7 +139,7 @@ impl Gate {
         self.sweep();
     }
 
-    /// Lets go of the frames on the pile, unless somebody has the lock, who
+    /// Lets go of the frames on the pile, unless a thread has the lock, which
     /// then does when giving it back.
     fn sweep(&self) {
         while !lock(&self.returned).is_empty() {

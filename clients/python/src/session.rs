@@ -18,7 +18,7 @@ use crate::gate::{Gate, Loan, Lone, leave_all, pin_all, stop_all};
 use crate::start::{self, Start};
 use crate::tick::Tick;
 
-/// How long a wait lasts before Python is asked whether somebody interrupts it.
+/// How long a wait lasts before Python is asked whether it is interrupted.
 const SLICE: Duration = Duration::from_millis(50);
 
 /// A part in a run, live or on a log: an iterator of its ticks, and a context
@@ -96,7 +96,7 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
-        // Whoever drops it is attached to Python, and nobody else can be waiting
+        // The thread that drops it is attached to Python, and no other can be waiting
         // in it: that would hold a reference.
         self.gate.leave();
     }
@@ -127,7 +127,7 @@ impl Session {
         if let Some(loan) = part.open.take()
             && let Some(frame) = loan.held()
         {
-            // If the server is gone, the next look for a frame says so.
+            // If the server has ended, the next look for a frame says so.
             let _ = part.session.get_mut().answer(frame, rusty_contract::Reply::Abstain);
         }
         turn.reclaim();
@@ -135,7 +135,7 @@ impl Session {
         let session = &mut part.session;
         let arrival = py.detach(|| next_within(session));
         match arrival {
-            // Somebody waits for the lock, to leave.
+            // A thread waits for the lock, to leave.
             Ok(Some(_)) if self.gate.is_leaving() => Ok(Wait::Over),
             Ok(None) if part.session.get().ending().is_none() && self.gate.is_leaving() => {
                 Ok(Wait::Over)
@@ -165,7 +165,7 @@ impl Session {
         }
     }
 
-    /// Asks Python whether somebody interrupts. Ctrl-C leaves the run.
+    /// Asks Python whether there is an interrupt. Ctrl-C leaves the run.
     fn look_around(&self, py: Python<'_>) -> PyResult<()> {
         py.check_signals().inspect_err(|e| {
             if e.is_instance_of::<PyKeyboardInterrupt>(py) {
@@ -195,8 +195,8 @@ fn next_within(
 /// the command line's, too: given here they count for nothing. The script is then
 /// a program that takes part: asked to stop (SIGTERM, Ctrl-C) it leaves the run, and
 /// it prints one line, not a traceback, if it could not join, was dropped, or the
-/// server is gone. With `run`, Ctrl-C in the main thread leaves the run as well.
-/// Signal handlers and an excepthook of its own stay as they are.
+/// server has ended. With `run`, Ctrl-C in the main thread leaves the run as well.
+/// Signal handlers and an excepthook that a program has set stay as they are.
 ///
 /// Args:
 ///     name: name in the roster, unless the command line has `--name`. Default:
@@ -208,7 +208,7 @@ fn next_within(
 ///         ("balanced"), never sleep ("spin"), or sleep at once ("block").
 ///     join_timeout: how long to wait for the run to appear, s.
 ///     argv: read these arguments instead of `sys.argv[1:]`, for a script with
-///         arguments of its own.
+///         other arguments.
 ///
 /// Raises:
 ///     Refused: the server says no.
@@ -239,7 +239,7 @@ fn join(
             run: run
                 .map(|run| run.parse().map_err(|e| argument("run", format!("{e}"))))
                 .transpose()?,
-            // Who asks by an argument has a use of their own for the answers.
+            // Who asks by an argument has another use for the answers.
             out: out.or_else(|| log.as_ref().map(|_| PathBuf::from("/dev/null"))),
             // A script names its own files, and may run again.
             force: true,
@@ -258,7 +258,7 @@ fn join(
     let manners = if as_told { "take_part" } else { "leave_on_interrupt" };
     py.import("rusty._program")?.call_method0(manners)?;
     take_part(py, args).inspect_err(|error| {
-        // For whoever shows it: its way here says nothing.
+        // For the code that prints it: its traceback says nothing.
         let _ = error.value(py).setattr("_joining", true);
     })
 }
@@ -336,7 +336,7 @@ fn join_meanwhile(py: Python<'_>, args: ClientArgs, stop: &Arc<AtomicBool>) -> P
     }
 }
 
-/// Somebody asked this process to stop.
+/// This process was asked to stop.
 #[pyfunction]
 fn _stop_all(py: Python<'_>) {
     py.detach(stop_all);

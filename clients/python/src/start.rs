@@ -133,7 +133,7 @@ impl Start {
         self.told.ticks
     }
 
-    /// One scan every so many ticks; 0: none.
+    /// One scan every N ticks; 0: none.
     #[getter]
     fn scan_every(&self) -> u64 {
         self.told.scan_every

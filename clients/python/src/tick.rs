@@ -15,7 +15,7 @@ use rusty_link::MAX_HELD_FRAMES;
 use crate::errors::{exception, misused};
 use crate::gate::{Gate, Loan, View};
 
-/// So many arrays may lie over frames; the session needs one more for the tick
+/// The most arrays over frames; the session needs one more for the tick
 /// that it waits for.
 const MAX_VIEWS: usize = MAX_HELD_FRAMES - 1;
 
@@ -110,7 +110,7 @@ impl Tick {
     ///
     /// The array lies over the frame in shared memory, without a copy. Kept past its
     /// tick it stays what it was, and so does every slice of it, even when the
-    /// session or the server is gone. While 3 such arrays are kept, those of later
+    /// session or the server has ended. While 3 such arrays are kept, those of later
     /// ticks are copies.
     ///
     /// Arrays that exist at an `os.fork()` stay what they were in the fork, too: for
@@ -127,7 +127,7 @@ impl Tick {
         }
         let array = self.ranges.get_or_try_init(py, || {
             if self.gate.is_foreign() {
-                // Nobody keeps the frame for a fork: the run may write over it.
+                // No process keeps the frame for a fork: the run may write over it.
                 let text = "this process is a fork of the one that joined; read it before the fork";
                 return Err(misused(format!("tick {}: tick.ranges: {text}", self.index)));
             }
@@ -197,7 +197,7 @@ impl Tick {
     ///         of the tick, and how many numbers were measured. None: not reported.
     ///
     /// Raises:
-    ///     ValueError: a number that is none, by name; the tick can be answered again.
+    ///     ValueError: an invalid number, by name; the tick can be answered again.
     ///     RuntimeError: the tick has been answered, or is over.
     #[pyo3(signature = (x = None, y = None, theta = None, covariance = None, command = None, innovation = None))]
     #[allow(clippy::too_many_arguments, reason = "keywords of a Python function")]
@@ -255,13 +255,13 @@ impl Tick {
     }
 }
 
-/// The scan of a frame as an array: over the frame where it lies or, if so many
-/// others do that the next tick would find no place, a copy.
+/// The scan of a frame as an array: over the frame where it lies, or a copy where
+/// the arrays over other frames would leave no place for the next tick.
 fn array(py: Python<'_>, loan: Arc<Loan>, views: usize) -> PyResult<Py<PyArray1<f64>>> {
     let array = if views < MAX_VIEWS {
         let lease = Bound::new(py, Lease { view: loan.viewed() })?;
         let ranges_m = ArrayView1::from(lease.get().view.0.ranges_m().unwrap_or_default());
-        // SAFETY: the ranges lie in a frame that stays where it is, unchanged,
+        // SAFETY: the ranges are in a frame that stays where it is, unchanged,
         // for as long as it is held; the array holds the lease, which holds it.
         unsafe { PyArray1::borrow_from_array(&ranges_m, lease.clone().into_any()) }
     } else {

@@ -43,7 +43,6 @@ pub struct Scorer {
     shown: Vec<Shown>,
     meter: Meter,
     held: Option<Held>,
-    seed: Option<u64>,
     blind: bool,
     digest: RunDigest,
     /// Which answers are in effect.
@@ -55,13 +54,13 @@ pub struct Scorer {
 /// The files of a score.
 const FILES: [&str; 4] = ["score.json", "report.html", "report.svg", "report.png"];
 
-/// A filter may be so many ticks ahead of a scorer that nobody waits for.
+/// A filter may be this many ticks ahead of a scorer that no process waits for.
 const AHEAD_TICKS: u64 = 1000;
 
 impl Recorder for Scorer {
     fn belief(&mut self, header: &BeliefHeader, poses: &mut Vec<WeightedPose>) {
-        // One that names nobody of this run, or another than has the place, is nobody's;
-        // neither is one of a tick that cannot have been yet.
+        // One that names no participant of this run, or not the one in that slot, is dropped;
+        // so is one of a tick that cannot have been yet.
         let whose = self.header.roster.get(header.participant as usize);
         let name = header.name().filter(|name| whose.is_some_and(|p| p.name == *name));
         let name = name.filter(|_| header.tick <= self.next_tick.saturating_add(AHEAD_TICKS));
@@ -118,16 +117,9 @@ impl Recorder for Scorer {
         let scores = if unscored.is_none() { scores(&mut self.meter, &trace) } else { Vec::new() };
         trace.digest = self.digest.run_hex();
         let mut report = ScoreReport {
-            scenario: trace.scenario.clone(),
-            seed: self.seed,
-            ticks: whole.ticks,
-            ticks_with_truth: whole.ticks_with_truth,
             blocked_ticks: self.held.as_ref().filter(|_| unscored.is_none()).map(Held::tick_count),
-            digest: trace.digest.clone(),
-            scores,
             unscored,
-            pictures: Vec::new(),
-            report: None,
+            ..trace.report(scores)
         };
         let mut drawn = Ok(());
         if let Some(folder) = &self.folder {
@@ -201,7 +193,6 @@ impl Scorer {
             shown,
             held: Held::of(&brief.header),
             meter: Meter::new(&names, &planned, yardstick),
-            seed: brief.header.seed(),
             digest: RunDigest::default(),
             effects: Effects::of(&brief.header),
             next_tick: 0,

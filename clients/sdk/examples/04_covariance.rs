@@ -4,7 +4,7 @@
 //! The error τ is that of `Estimate::covariance`: truth = estimate ⊞ τ. When both
 //! move by u, and the truth by a little more, w, then to first order
 //! τ' = Ad(exp(u)⁻¹) τ + w (J. Solà et al., arXiv:1812.01537, eqs. 31 and 63).
-//! What w is nobody tells a filter: it believes in wheels that slip.
+//! No filter is told what w is: it believes in wheels that slip.
 use rusty_clients::nalgebra::{Matrix3, Vector3};
 use rusty_clients::prelude::*;
 

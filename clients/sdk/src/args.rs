@@ -70,9 +70,15 @@ pub struct Usage {
     pub code: i32,
 }
 
+/// Returns the name of a program from the first word of its command line.
+fn program(word: Option<OsString>) -> String {
+    let stem = word.and_then(|w| Some(Path::new(&w).file_stem()?.to_string_lossy().into_owned()));
+    stem.unwrap_or_else(|| "client".to_owned())
+}
+
 /// The command line of a participant with the separate options `O`.
-fn command<O: Args>() -> Command {
-    let command = Command::new(env!("CARGO_PKG_NAME")).version(env!("CARGO_PKG_VERSION"));
+fn command<O: Args>(program: String) -> Command {
+    let command = Command::new(program).version(env!("CARGO_PKG_VERSION"));
     let about = "Take part in a run of sim-server or work on its log";
     O::augment_args(ClientArgs::augment_args(command).about(about))
 }
@@ -89,12 +95,13 @@ impl ClientArgs {
     /// process as [`from_command_line`](Self::from_command_line).
     #[must_use]
     pub fn with_options<O: Args>() -> (Self, O) {
-        let matches = command::<O>().get_matches();
+        let mut command = command::<O>(program(std::env::args_os().next()));
+        let matches = command.get_matches_mut();
         let parsed = Self::from_arg_matches(&matches).and_then(|args| {
             let options = O::from_arg_matches(&matches)?;
             Ok((args, options))
         });
-        parsed.unwrap_or_else(|e| e.format(&mut command::<O>()).exit())
+        parsed.unwrap_or_else(|e| e.format(&mut command).exit())
     }
 
     /// Reads a command line that is not this process's own; the first argument
@@ -104,7 +111,9 @@ impl ClientArgs {
     /// [`Usage`] where [`from_command_line`](Self::from_command_line) would end
     /// the process.
     pub fn parse_from(arguments: impl IntoIterator<Item = OsString>) -> Result<Self, Usage> {
-        let parsed = command::<()>().try_get_matches_from(arguments);
+        let mut arguments = arguments.into_iter().peekable();
+        let command = command::<()>(program(arguments.peek().cloned()));
+        let parsed = command.try_get_matches_from(arguments);
         let args = parsed.and_then(|matches| Self::from_arg_matches(&matches));
         args.map_err(|e| Usage { text: e.render().to_string(), code: e.exit_code() })
     }
@@ -126,11 +135,7 @@ impl ClientArgs {
     /// The name in the roster: `--name`, or the program's.
     #[must_use]
     pub fn name(&self) -> String {
-        self.name.clone().unwrap_or_else(|| {
-            let program = std::env::args().next().map(PathBuf::from);
-            let stem = program.and_then(|p| Some(p.file_stem()?.to_string_lossy().into_owned()));
-            stem.unwrap_or_else(|| "client".to_owned())
-        })
+        self.name.clone().unwrap_or_else(|| program(std::env::args_os().next()))
     }
 }
 
@@ -169,6 +174,8 @@ mod tests {
         assert_eq!(args.run.unwrap().as_str(), "lab");
         let help = parse(&["x.py", "--help"]).unwrap_err();
         assert!(help.code == 0 && help.text.contains("--join-timeout"), "{help}");
+        let version = parse(&["bin/x", "--version"]).unwrap_err();
+        assert_eq!(version.text, concat!("x ", env!("CARGO_PKG_VERSION"), "\n"));
         let both = parse(&["x.py", "--run", "lab", "--beliefs", "b"]).unwrap_err();
         assert!(both.code == 2 && both.text.contains("cannot be used with"), "{both}");
         let files = parse(&["score", "--log", "l", "--beliefs", "a", "--beliefs", "b"]).unwrap();

@@ -18,7 +18,7 @@ pub enum ClientError {
     /// Reading or writing a log.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// An answer that is none.
+    /// An invalid answer.
     #[error("tick {tick}: {error}")]
     Answer {
         /// The tick that was to be answered.
@@ -78,7 +78,7 @@ pub enum ClientError {
         /// What the operating system said.
         error: std::io::Error,
     },
-    /// The log has nobody of this name, or holds something unusable.
+    /// The log has no participant of this name, or holds something unusable.
     #[error("{0}")]
     Unusable(String),
     /// There is nothing to write with `--beliefs`.

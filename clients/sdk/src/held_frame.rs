@@ -1,4 +1,4 @@
-//! `HeldFrame`: a frame for as long as somebody holds it.
+//! `HeldFrame`: a frame for as long as it is held.
 
 use std::ops::Deref;
 use std::rc::Rc;
@@ -24,7 +24,7 @@ impl Deref for FrameHandle {
 }
 
 /// A frame that borrows nothing: it lies where it is, unchanged, for as long as
-/// it is held, even when the session or the server is gone. A session can hold
+/// it is held, even when the session or the server has ended. A session can hold
 /// [`MAX_HELD_FRAMES`](rusty_link::MAX_HELD_FRAMES) of a run at a time, the one
 /// it waits for included.
 pub struct HeldFrame(pub(crate) FrameHandle);

@@ -95,7 +95,7 @@ impl LogSession {
         let reader = LogReader::open(log)?;
         let header = reader.header();
         let place = header.answering().position(|p| p.name == name);
-        // Whoever can read the file can read its truth. The seal keeps one way
+        // A process that can read the file can read its truth. The seal keeps one way
         // of reading frames for runs and logs, no secret.
         let key = TruthKey::from_bytes([0x5A; 32]);
         let start = start(header, name, &key);
@@ -187,7 +187,7 @@ impl LogSession {
                     let tick = entry.record.tick;
                     errln!("tick {tick}: the record's checksum fails; its values are suspect");
                 }
-                // A frame that somebody still holds is left to them.
+                // A frame that is still held stays with its holder.
                 if Rc::get_mut(&mut self.frame).is_none() {
                     self.frame = Rc::from(Frame::boxed());
                 }
@@ -256,7 +256,7 @@ fn start(header: &LogHeader, name: &str, key: &TruthKey) -> Start {
     let participant = slot
         .map(|i| header.roster[i].clone())
         .unwrap_or_else(|| Participant::new(name, Role::Estimator));
-    // Whoever can read the file can read its header, so the brief is for all.
+    // A process that can read the file can read its header, so the brief is for all.
     let brief = Brief { header: header.clone(), out_dir: None };
     let json = serde_json::to_vec(&brief).unwrap_or_default();
     Start {

@@ -39,9 +39,9 @@ pub struct Delay {
     pub observed_ns: u64,
 }
 
-/// Someone who is shown everything and says nothing.
+/// A participant that is shown everything and answers nothing.
 pub trait Recorder: Sized {
-    /// Looks at a belief that somebody showed; scorers get those that came in
+    /// Looks at a belief that a filter showed; scorers get those that came in
     /// time, somewhere between the ticks. Anything may be in it.
     fn belief(&mut self, header: &BeliefHeader, poses: &mut Vec<WeightedPose>) {
         let _ = (header, poses);
@@ -69,7 +69,7 @@ pub enum Ending {
     LogEnd,
     /// The log it reads was cut off.
     LogCut,
-    /// The server is gone without a word, the run went on without this
+    /// The server has ended without an end of run, the run went on without this
     /// participant, or this process was asked to stop.
     Broken,
 }
@@ -175,7 +175,7 @@ struct State {
     tally: Box<Tally>,
 }
 
-/// So many beliefs are taken in a tick: nobody showing without end holds it up.
+/// The most beliefs taken in a tick: a filter that shows without end does not hold it up.
 const BELIEFS_AT_ONCE: usize = 64;
 
 fn complete<W: Recorder>(

@@ -21,7 +21,7 @@ use crate::{ClientArgs, ClientError, Tick};
 const SLICE: Duration = Duration::from_millis(500);
 
 /// One participant's part in a run. Dropped after the last frame, or because
-/// somebody asked this process to stop, it sends a leave message; dropped for any other
+/// this process was asked to stop, it sends a leave message; dropped for any other
 /// reason it tells the server that it failed.
 pub struct Session {
     source: Source,
@@ -146,7 +146,7 @@ impl Session {
     /// without an answer abstains.
     ///
     /// # Errors
-    /// [`ClientError::Link`] if the server is gone.
+    /// [`ClientError::Link`] if the server has ended.
     #[allow(clippy::should_implement_trait)] // a tick borrows the session: no iterator can
     pub fn next(&mut self) -> Result<Option<Tick<'_>>, ClientError> {
         match self.next_frame()? {
@@ -167,10 +167,10 @@ impl Session {
 
     /// Waits for the next tick, for about `at_most`: for a caller that must
     /// look around itself meanwhile. Unlike a [`Tick`], the frame does not
-    /// borrow the session, and nobody abstains for it.
+    /// borrow the session, and nothing abstains for it.
     ///
     /// # Errors
-    /// [`ClientError::Link`] if the server is gone.
+    /// [`ClientError::Link`] if the server has ended.
     pub fn next_within(&mut self, at_most: Duration) -> Result<Arrival, ClientError> {
         if self.ending.is_some() {
             return Ok(Arrival::End);
@@ -211,7 +211,7 @@ impl Session {
     /// answer to it is left aside by the server.
     ///
     /// # Errors
-    /// [`ClientError::Answer`] names a number that is none; the frame is then
+    /// [`ClientError::Answer`] names an invalid number; the frame is then
     /// not answered.
     pub fn answer(&mut self, frame: &HeldFrame, reply: Reply) -> Result<(), ClientError> {
         self.reply(&frame.0, reply)
@@ -281,7 +281,7 @@ impl Session {
         std::iter::from_fn(|| beliefs.next(poses)).find(|header| header.run_id == run_id)
     }
 
-    /// What a log recorded beside the frame that was read last.
+    /// What a log recorded with the frame that was read last.
     pub(crate) fn recorded_replies(&self) -> Option<&[Reply]> {
         match &self.source {
             Source::Live(_) => None,
@@ -319,13 +319,13 @@ impl Drop for Session {
         let told = self.ending.is_some() || self.stop.load(Ordering::Relaxed);
         let well = told && !self.failed && !std::thread::panicking();
         let message = if well { Message::Leave } else { Message::Failed };
-        // If the server is gone nobody misses it.
+        // No process misses it if the server has ended.
         let _ = link.send_raw(rusty_contract::Answer::carrying(&message));
     }
 }
 
 /// Whether a frame is of this run and was not seen before: a tick that is worked
-/// in twice would spoil an estimate. The end of run carries no tick of its own.
+/// in twice would spoil an estimate. The end of run carries no tick.
 fn is_news(frame: &Frame, run_id: u64, last_tick: Option<u64>) -> bool {
     frame.run_id == run_id
         && (frame.phase() != Phase::Tick || last_tick.is_none_or(|last| frame.tick() > last))

@@ -1,7 +1,7 @@
-//! `Showing`: a filter's beliefs, on their way to whoever looks on, or into a
+//! `Showing`: a filter's beliefs, on their way to an observer, or into a
 //! file.
 //!
-//! In a run they go out after the answer, and only while somebody looks: whether
+//! In a run they go out after the answer, and only while a process observes: whether
 //! anybody does changes no bit of it. On a log, `--beliefs` writes those of every
 //! so-manieth scan, at most about [`MOST_MOMENTS`] of a run as long as planned;
 //! which ones depends on the log alone.
@@ -32,11 +32,11 @@ pub(crate) struct Showing {
 }
 
 enum To {
-    /// Whoever looks on at the run.
+    /// The observers of the run.
     Viewers,
     /// A file: one of `every` moments, of which `seen` have passed.
     File { path: PathBuf, writer: BeliefWriter<BufWriter<File>>, every: u64, seen: u64 },
-    /// Nobody: on a log without `--beliefs`, or because the filter panicked.
+    /// Nowhere: on a log without `--beliefs`, or because the filter panicked.
     Nobody,
 }
 
@@ -63,7 +63,7 @@ impl Showing {
     }
 
     /// Whether a tick is one after which a belief is shown: it has a scan, or
-    /// none has had one yet. A file takes one of so many.
+    /// none has had one yet. A file takes one of this many.
     pub(crate) fn moment(&mut self, tick: &Tick<'_>) -> Option<Moment> {
         let has_scan = tick.ranges_m().is_some();
         let is_one = has_scan || !self.has_scanned;

@@ -76,7 +76,7 @@ impl<'a> Tick<'a> {
     /// when all have answered does the next tick happen.
     ///
     /// # Errors
-    /// [`ClientError::Answer`] names a number that is none; the tick then
+    /// [`ClientError::Answer`] names an invalid number; the tick then
     /// abstains.
     pub fn answer(mut self, reply: impl Into<Reply>) -> Result<(), ClientError> {
         self.reply(reply.into())

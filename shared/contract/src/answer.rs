@@ -58,7 +58,7 @@ pub struct Answer {
     kind: u32,
     flags: u32,
     /// The ticket that the sender was given when it joined. An answer with
-    /// another one comes from somebody who does not have the slot (any more).
+    /// another one comes from a process that does not have the slot (any more).
     pub ticket: u32,
     pose: [f64; 3],
     v_m_s: f64,
@@ -178,8 +178,8 @@ impl Answer {
     /// What the answer means, checked.
     ///
     /// # Errors
-    /// [`AnswerError`] names the number that is no number, or the kind that is
-    /// none.
+    /// [`AnswerError`] names the invalid number, or the invalid
+    /// kind.
     pub fn message(&self) -> Result<Message, AnswerError> {
         let [x, y, theta] = self.pose;
         let estimate = Estimate {

@@ -125,7 +125,7 @@ impl Credentials {
         }
     }
 
-    /// Credentials of nobody: the server refuses what is signed with them.
+    /// Credentials of no participant: the server refuses what is signed with them.
     #[must_use]
     pub fn none() -> Self {
         Self { participant: ParticipantKey::from_bytes([0; KEY_BYTES]), truth: None }

@@ -2,7 +2,7 @@
 //!
 //! An answer carries one pose and a covariance. A belief that has several peaks
 //! or no parameters at all does not fit into that: it is shown as poses with
-//! weights, beside the run. Nobody waits for it and no digest knows it.
+//! weights, next to the run. No process waits for it and no digest knows it.
 //!
 //! # The service
 //!
@@ -10,10 +10,10 @@
 //! run's domain, each with a [`BeliefHeader`]. The server creates it and has no
 //! port on it: filters publish there, viewers subscribe, and neither needs the
 //! other. A filter publishes after it has answered, at most once in a tick, and
-//! only while somebody subscribes. Of a reader that is slow or stands still the
+//! only while a process subscribes. Of a reader that is slow or stands still the
 //! oldest slices are dropped; what is read is therefore whatever came in time.
 //!
-//! Both structs have tables of their own ([`tables`]), whose hash is part of the
+//! Both structs have separate tables ([`tables`]), whose hash is part of the
 //! names of their types, and of nothing else: builds that differ in it do not
 //! see each other's beliefs and take part in each other's runs all the same.
 //!
@@ -148,7 +148,7 @@ pub const fn belief_hash() -> u64 {
 }
 
 impl BeliefHeader {
-    /// The name as text; `None` for one that is none.
+    /// The name as text; `None` for an invalid one.
     #[must_use]
     pub fn name(&self) -> Option<&str> {
         let length = self.name.iter().position(|b| *b == 0).unwrap_or(self.name.len());
@@ -156,7 +156,7 @@ impl BeliefHeader {
         crate::names::check_participant_name(name).ok().map(|()| name)
     }
 
-    /// A name as it stands in a header, cut to what has room there.
+    /// A name as it is in a header, cut to what has room there.
     #[must_use]
     pub fn padded(name: &str) -> [u8; 32] {
         let mut padded = [0; 32];
@@ -165,7 +165,7 @@ impl BeliefHeader {
     }
 }
 
-/// Whether a pose can be shown: made of numbers, with a weight that is none
+/// Whether a pose can be shown: made of numbers, with a weight that is not
 /// below 0.
 fn can_be_shown(pose: &WeightedPose) -> bool {
     let WeightedPose { x_m, y_m, theta_rad, weight } = *pose;
@@ -173,7 +173,7 @@ fn can_be_shown(pose: &WeightedPose) -> bool {
 }
 
 /// Makes a belief one that can be shown: takes out what is no pose (a number
-/// that is none, a weight below 0) and thins it evenly to [`MAX_POSES`]. Says
+/// that is not finite, a weight below 0) and thins it evenly to [`MAX_POSES`]. Says
 /// how many poses there were; 0 where nothing is left.
 pub fn tidy(poses: &mut Vec<WeightedPose>) -> u32 {
     let whole = poses.len();

@@ -12,8 +12,8 @@
 //! | `robot`         | the nominal robot: no slip, no bias                               |
 //! | `lidar`         | as everyone was told of it at the start                           |
 //! | `script`        | an empty list: a plan says where the robot was to be              |
-//! | `start`         | the origin, unless somebody who answers was told the initial pose |
-//! | `world`         | no walls, unless somebody who answers was given the map           |
+//! | `start`         | the origin, unless a participant that answers was told the initial pose |
+//! | `world`         | no walls, unless a participant that answers was given the map           |
 //!
 //! Name of the scenario, roster with its commands, time step and number of ticks
 //! stay. So do the commands as applied: they are in the frames. With a script that
@@ -77,30 +77,14 @@ pub fn blind_header(
 mod tests {
     use super::*;
     use crate::join::Start;
-    use crate::{Kidnapping, OnLoss, RunConfig, Scenario};
+    use crate::{Kidnapping, Scenario};
 
     fn header() -> LogHeader {
-        let s = Scenario::default();
-        LogHeader {
-            writer: "test".to_owned(),
-            source: Source::Simulated,
-            config: RunConfig {
-                scenario: s.name,
-                seed: 77,
-                ticks: s.ticks,
-                dt_s: s.dt_s,
-                scan_every: s.scan_every,
-                start: s.start,
-                robot: RobotConfig { radius_bias_right: 0.01, track_bias: 0.02, ..s.robot },
-                lidar: s.lidar,
-                script: s.script,
-                world: rusty_geometry::places::apartment().spec().clone(),
-                sensors: crate::Sensors::default(),
-                kidnappings: vec![Kidnapping { tick: 5, to: SE2::new(2.5, 3.125, 0.1875) }],
-            },
-            roster: s.participants,
-            on_loss: OnLoss::Abort,
-        }
+        let mut scenario = Scenario { seed: 77, ..Scenario::default() };
+        scenario.robot.radius_bias_right = 0.01;
+        scenario.robot.track_bias = 0.02;
+        scenario.kidnappings = vec![Kidnapping { tick: 5, to: SE2::new(2.5, 3.125, 0.1875) }];
+        LogHeader::simulated("test", &scenario, rusty_geometry::places::apartment().spec().clone())
     }
 
     fn told(header: &LogHeader) -> Start {
@@ -143,7 +127,7 @@ mod tests {
         assert_eq!(blind.config.start, SE2::identity());
         assert!(blind.config.world.walls.is_empty() && blind.config.world.check().is_ok());
         assert_eq!(told(&blind), told(&hidden));
-        // Someone who comes later cannot be told either.
+        // A participant that comes later cannot be told either.
         blind.roster[0].initial_pose = Access::Given;
         blind.roster[0].map = Access::Given;
         let start = told(&blind);

@@ -17,7 +17,7 @@ pub enum ControlRequest {
     Status,
     /// No tick after the one that is being worked on.
     Pause,
-    /// So many ticks more, then pause. The reply comes when they are complete.
+    /// N ticks more, then pause. The reply comes when they are complete.
     Step(u64),
     /// On, at the pace it had.
     Resume,

@@ -1,6 +1,6 @@
 //! The bits a run is known by.
 //!
-//! Two chains of XXH3-128 run beside each other. For every tick, in order,
+//! Two chains of XXH3-128 run in parallel. For every tick, in order,
 //! each absorbs little-endian bytes:
 //!
 //! * *world*: previous value (16), tick (8), digest of the frame's observable
@@ -33,7 +33,7 @@ use crate::tally::MAX_PARTICIPANTS;
 /// command.
 const REPLY_BYTES: usize = 1 + 24 + 1 + 72 + 12 + 16;
 
-/// So many replies fit into the short buffer.
+/// Replies that fit into the short buffer.
 const FEW: usize = 3;
 
 /// The two chains of a run.
@@ -153,7 +153,7 @@ impl RunDigest {
         self.run.to_be_bytes()
     }
 
-    /// The digest of frames and truths alone: equal whoever listened.
+    /// The digest of frames and truths alone: equal for all rosters.
     #[must_use]
     pub fn world(&self) -> [u8; 16] {
         self.world.to_be_bytes()

@@ -31,7 +31,7 @@ use crate::timing::ComputeTime;
 /// Times are compared with ticks to this part of a tick: 3 × 0.02 s is 0.06 s.
 const ROUNDING: f64 = 1e-9;
 
-/// What came of a participant's compute times, for reports.
+/// The effects of a participant's compute times, for reports.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Timing {
     /// Name in the roster.
@@ -101,7 +101,7 @@ impl Effects {
         self.pipelines.get(self.driver?)?.in_effect.command()
     }
 
-    /// What came of those whose compute time is modelled.
+    /// The effects on those whose compute time is modelled.
     #[must_use]
     pub fn timings(&self) -> Vec<Timing> {
         let modelled = self.pipelines.iter().filter(|p| !p.compute.is_none());

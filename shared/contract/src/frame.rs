@@ -5,7 +5,7 @@
 //! |      0 |    8 | `run_id`       | u64       | this run, drawn afresh at every start                  |
 //! |      8 |    8 | `published_ns` | u64       | monotonic clock at send: a hint for waiting, no data   |
 //! |     16 |    4 | `phase`        | u32       | 0 tick; otherwise why the run ended, see [`Phase`]     |
-//! |     20 |    4 | `lost`         | u32       | bit k: nobody waits for place k of the roster any more |
+//! |     20 |    4 | `lost`         | u32       | bit k: the run no longer waits for slot k |
 //! |     24 |    8 | `digest`       | u64       | XXH3-64 of the observable part                         |
 //! |     32 |   32 | `sealed`       | `[u8; 32]`  | the true pose and the digest, enciphered               |
 //! |     64 |  128 | `tags`         | `[u64; 16]` | for each slot of the roster: that the server sent this |
@@ -128,7 +128,7 @@ pub enum Phase {
     Tick = 0,
     /// The run is complete.
     Done = 1,
-    /// Somebody asked the server to stop.
+    /// The server was asked to stop.
     Interrupted = 2,
     /// A participant was lost and the scenario says `on_loss = "abort"`.
     Aborted = 3,
@@ -195,7 +195,7 @@ impl Frame {
     }
 
     /// The digest that [`seal`](Self::seal) writes, without sealing a truth: for
-    /// whoever keeps the frame to itself.
+    /// a process that keeps the frame to itself.
     pub fn write_digest(&mut self, truth_known: bool) {
         self.set_truth_known(truth_known);
         self.digest = self.observable_digest();

@@ -125,7 +125,7 @@ pub struct Start {
     pub ticks: u64,
     /// Length of a tick, s.
     pub dt_s: f64,
-    /// One scan every so many ticks; 0: none.
+    /// One scan every N ticks; 0: none.
     pub scan_every: u64,
     /// What the maker says of the robot.
     pub robot: NominalRobot,
@@ -152,7 +152,7 @@ impl Start {
     /// What `participant` of a run with this header may know, on place `slot`:
     /// no brief yet, and of no server. A start travels through memory that
     /// everyone maps; so what only scorers and loggers may know, walls and
-    /// initial pose of their own included, is left to their sealed brief.
+    /// initial pose included, is left to their sealed brief.
     #[must_use]
     pub fn new(header: &LogHeader, slot: usize, participant: &Participant) -> Self {
         let config = &header.config;
@@ -183,7 +183,7 @@ impl Start {
 }
 
 /// How a participant that comes back is given what it missed: the ticks from
-/// the first one on, by a service of its own, then those of everyone.
+/// the first one on, by a separate service, then those of everyone.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CatchUp {
     /// How many ticks come that way, from tick 0.
@@ -202,10 +202,10 @@ pub struct Brief {
     pub out_dir: Option<String>,
 }
 
-/// Why somebody may not take part.
+/// Why a process may not take part.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Error)]
 pub enum Refusal {
-    /// Nobody of that name is in the roster.
+    /// No participant of that name is in the roster.
     #[error("the roster has no participant {name:?}; it has: {}", roster.join(", "))]
     Unknown {
         /// The name asked for.
@@ -213,7 +213,7 @@ pub enum Refusal {
         /// The names there are.
         roster: Vec<String>,
     },
-    /// Somebody has that name already.
+    /// Another process has that name already.
     #[error("{name:?} has joined already (process {pid}); a second one would answer twice")]
     Taken {
         /// The name asked for.

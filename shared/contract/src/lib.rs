@@ -4,7 +4,7 @@
 //!
 //! * [`frame`]: what the world shows each tick, one fixed layout, read where it lies;
 //! * [`answer`]: what a participant says to a frame; the answer is the acknowledgement;
-//! * [`belief`]: what a filter holds possible, for whoever looks on;
+//! * [`belief`]: what a filter holds possible, for observers;
 //! * [`tally`]: the answers of one tick, for those who score and log;
 //! * [`truth`]: the sealed pose, and the key without which it cannot be opened;
 //! * [`digest`]: the bits a run is known by;
@@ -24,7 +24,7 @@
 //!
 //! # The protocol
 //!
-//! From joining to leaving, for whoever writes a client in another language. The
+//! From joining to leaving, for an author of a client in another language. The
 //! bytes are in the modules named; `sim-server layout --json` prints every
 //! offset, and `sim-server conformance -- CLIENT` tests a client against what
 //! follows, each check under the name of its rule.
@@ -33,8 +33,8 @@
 //!    `--run NAME --name NAME --wait balanced|spin|block --launcher PID
 //!    --key-stdin`. The first line of its standard input is the participant's key, 64
 //!    hexadecimal digits; scorers and loggers get the key to the truth as the second
-//!    line. Once that process is
-//!    gone there is nothing left to join.
+//!    line. Once that process has
+//!    ended there is nothing left to join.
 //! 2. **Find the run.** Its folder is `/dev/shm/rusty-<uid>/<run>`; the file
 //!    `lock` in it holds `<server pid> <nonce>` and is locked (`flock`) for as
 //!    long as the server lives. The transport is iceoryx2 in its file-based
@@ -46,7 +46,7 @@
 //! 3. **Ask.** Send a [`JoinRequest`] as JSON. The reply is a [`JoinReply`]:
 //!    a [`Start`], or a [`Refusal`]: print its reason and end, code not 0.
 //!    Where `catch_up` of the `Start` is set, this client comes back into a run:
-//!    the first so many frames (and tallies) come by the services it names, in
+//!    the first N frames (and tallies) come by the services it names, in
 //!    order, and all later ones as usual.
 //! 4. **Ready.** Open the ports on `frames` and `answers` (scorers and loggers:
 //!    `tallies`), then send an answer of kind 7. The first frame is published
@@ -62,8 +62,8 @@
 //!    Estimators estimate or abstain, a driver gives a command (without one
 //!    the robot stands), scorers and loggers say taken. What is not asked for
 //!    (a second answer, one to an older tick, one of another run) is counted
-//!    and changes nothing; a wrong digest, a tick yet to come, or a number that
-//!    is none makes the sender count as lost.
+//!    and changes nothing; a wrong digest, a tick yet to come, or an invalid
+//!    number makes the sender count as lost.
 //! 7. **Wake, and be woken.** `sent_ns` and `awake_ns` say when the other side
 //!    may be asleep; a wake-up is sent only then. Wake-ups are hints: after a
 //!    bounded wait look at the data, and at the process in `server_pid`.
@@ -74,12 +74,12 @@
 //!    more, send kind 5 (leave message), end with 0, or with 3 where something was
 //!    lost. Who cannot go on sends kind 6 (failed). Who is asked to stop
 //!    (SIGINT, SIGTERM) sends kind 5 and ends, at any time.
-//! 10. **If the server's process is gone** nobody will speak again: say so, end
+//! 10. **If the server's process has ended** nothing more comes: say so, end
 //!     with a code other than 0, and sweep folder and memory of the run (take
 //!     the lock first: who holds it may remove both).
 //!
-//! Beside all that, and no part of it: a filter may show what it holds possible
-//! on the service `beliefs` ([`belief`]), after its answer, if somebody
+//! Next to all that, and not part of it: a filter may show what it holds possible
+//! on the service `beliefs` ([`belief`]), after its answer, if a process
 //! subscribes there. Nothing is missed by who leaves it out; its structs are not
 //! part of the layout hash.
 //!

@@ -20,6 +20,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use crate::Exit;
+use crate::replacement::replace;
 
 /// Why the first write to stdout that failed did so.
 static FAILED: OnceLock<io::Error> = OnceLock::new();
@@ -99,12 +100,17 @@ pub fn create(path: &Path) -> io::Result<File> {
     options.open(path)
 }
 
-/// Writes a whole file.
+/// Writes a whole file, or none; a device is written to.
 ///
 /// # Errors
-/// Those of [`create`], and of writing.
+/// Those of [`create`] and of [`replace`], and of writing.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    create(path)?.write_all(bytes)
+    match path.metadata() {
+        Ok(found) if !found.is_file() => create(path)?.write_all(bytes),
+        // A link stays, and its file is replaced.
+        Ok(_) => replace(&path.canonicalize()?, bytes),
+        Err(_) => replace(path, bytes),
+    }
 }
 
 /// The text with its control characters and the invisible characters that change
@@ -157,10 +163,12 @@ mod tests {
         for name in ["pipe", "link"] {
             assert_eq!(write(&at(name), b"x").unwrap_err().kind(), io::ErrorKind::InvalidInput);
         }
-        for text in ["longer", "text"] {
-            write(&at("file"), text.as_bytes()).unwrap();
+        std::os::unix::fs::symlink(at("file"), at("to-file")).unwrap();
+        for (name, text) in [("file", "longer"), ("to-file", "text")] {
+            write(&at(name), text.as_bytes()).unwrap();
         }
         assert_eq!(std::fs::read(at("file")).unwrap(), b"text");
+        assert!(at("to-file").is_symlink());
         write(Path::new("/dev/null"), b"x").unwrap();
     }
 }

@@ -70,11 +70,11 @@ pub struct Present {
     pub bumper: bool,
     /// The IMU was read.
     pub imu: bool,
-    /// So many sonars were read.
+    /// Number of sonars, where they were read.
     pub sonars: Option<u8>,
-    /// So many doors were detected.
+    /// Number of doors that were detected, where they were looked for.
     pub doors: Option<u8>,
-    /// So many landmarks were seen.
+    /// Number of landmarks that were seen, where they were looked for.
     pub landmarks: Option<u8>,
 }
 

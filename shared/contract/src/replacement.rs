@@ -28,6 +28,15 @@ impl Replacement {
         Ok(Self { file: File::create(&partial)?, partial })
     }
 
+    /// Returns the name of the file that a hidden one in its folder was to become, if
+    /// `name` is that of a hidden one: a process that was killed leaves it.
+    #[must_use]
+    pub fn target_of(name: &str) -> Option<&str> {
+        let (target, process) =
+            name.strip_prefix('.')?.strip_suffix(".partial")?.rsplit_once('.')?;
+        process.parse::<u32>().is_ok().then_some(target)
+    }
+
     /// Moves the file to `path` once all of it is on the disk.
     ///
     /// # Errors
@@ -74,7 +83,14 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("file");
         replace(&path, b"one").unwrap();
-        Replacement::of(&path).unwrap().write_all(b"two").unwrap();
+        let mut partial = Replacement::of(&path).unwrap();
+        partial.write_all(b"two").unwrap();
+        let hidden = partial.partial.file_name().unwrap().to_str().unwrap().to_owned();
+        assert_eq!(Replacement::target_of(&hidden), Some("file"));
+        drop(partial);
+        for other in ["file", ".file.partial", ".file.x.partial", ".file.7"] {
+            assert_eq!(Replacement::target_of(other), None, "{other}");
+        }
         assert_eq!(fs::read(&path).unwrap(), b"one");
         replace(&path, b"three").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"three");

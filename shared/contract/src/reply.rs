@@ -1,6 +1,6 @@
 //! What a reply means: an estimate, how sure it is, a command.
 //!
-//! A [`Reply`] has no bytes of its own in shared memory
+//! A [`Reply`] has no separate bytes in shared memory
 //! ([`Answer`](crate::Answer) has). In a log it is written by postcard as a
 //! variant of `Stored`, whose order is part of the format: what came later is
 //! at its end, so that every older log reads as it did.
@@ -9,7 +9,7 @@ use rusty_geometry::{SE2, Twist};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// A pose somebody believes in, and how much.
+/// A pose that a filter believes in, and how much.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Believed pose of the body in the world frame.

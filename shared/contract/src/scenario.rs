@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use rusty_geometry::SE2;
+use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::config::{FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConfig, Sensors};
-use crate::config::{at_least, seconds};
+use crate::config::{FieldError, Kidnapping, LidarConfig, RobotConfig, RunConfig, ScriptConfig};
+use crate::config::{Sensors, at_least, check_times_and_start, seconds};
 use crate::names::{NameError, check_participant_name};
 use crate::sandbox::Sandbox;
 use crate::suggest::for_message;
@@ -27,7 +27,7 @@ pub struct Scenario {
     pub ticks: u64,
     /// Length of a tick, s.
     pub dt_s: f64,
-    /// One scan every so many ticks; 0: none.
+    /// One scan every N ticks; 0: none.
     pub scan_every: u64,
     /// A built-in place: `open`, `hallway`, `apartment`.
     pub world: String,
@@ -85,7 +85,7 @@ pub enum Role {
     Scorer,
     /// Holds the key; writes the log.
     Logger,
-    /// Looks on; is never waited for and may miss frames.
+    /// Observes; is never waited for and may miss frames.
     Observer,
 }
 
@@ -147,7 +147,7 @@ pub struct Participant {
     /// searched next to the server, then on the path. Empty: started by hand.
     #[serde(default)]
     pub command: Vec<String>,
-    /// Whether the run waits for it. If not, it looks on like an observer, and
+    /// Whether the run waits for it. If not, it observes only, and
     /// its answers are no part of the run.
     #[serde(default = "yes")]
     pub required: bool,
@@ -267,12 +267,32 @@ impl Scenario {
         Ok(scenario)
     }
 
+    /// Returns the configuration of the run in a world. A script's file is not read.
+    #[must_use]
+    pub fn config(&self, world: WorldSpec) -> RunConfig {
+        RunConfig {
+            scenario: self.name.clone(),
+            seed: self.seed,
+            ticks: self.ticks,
+            dt_s: self.dt_s,
+            scan_every: self.scan_every,
+            start: self.start,
+            robot: self.robot,
+            lidar: self.lidar,
+            sensors: self.sensors.clone(),
+            script: self.script.clone(),
+            world,
+            kidnappings: self.kidnappings.clone(),
+        }
+    }
+
     /// Checks every field but the files it names.
     ///
     /// # Errors
     /// [`ScenarioError`] names the first that cannot be used.
     pub fn check(&self) -> Result<(), ScenarioError> {
         at_least("ticks", self.ticks, 1, 1 << 40)?;
+        check_times_and_start(self.dt_s, self.scan_every, self.start)?;
         seconds("answer_timeout_s", self.answer_timeout_s)?;
         seconds("join_timeout_s", self.join_timeout_s)?;
         self.robot.check()?;

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::scenario::{Access, Participant};
 
-/// The scores of a run: a document of its own, in SI units and degrees where
+/// The scores of a run: a separate document, in SI units and degrees where
 /// the name says so.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScoreReport {
@@ -109,11 +109,11 @@ pub struct Score {
     /// Relative pose error, all figures.
     #[serde(default)]
     pub rpe: RelativeErrors,
-    /// Errors beside the reported covariances; `None` (unscored) where none was
+    /// Errors compared with the reported covariances; `None` (unscored) where none was
     /// reported, or none that could be used.
     #[serde(default)]
     pub nees: Option<Consistency>,
-    /// Innovations beside their covariances; `None` where none was reported.
+    /// Innovations compared with their covariances; `None` where none was reported.
     #[serde(default)]
     pub nis: Option<Consistency>,
     /// When it found the robot; `None` without a scored tick.
@@ -154,8 +154,8 @@ pub struct PriorKnowledge {
 }
 
 impl PriorKnowledge {
-    /// The alignment that whoever was told this is judged by: who is not told where it
-    /// starts has a frame of its own.
+    /// The alignment by which a participant that was told this is judged: who is not told where it
+    /// starts has a separate frame.
     #[must_use]
     pub fn alignment(self) -> Alignment {
         match self.initial_pose {

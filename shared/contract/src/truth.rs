@@ -4,7 +4,7 @@
 //! bytes of ChaCha20 ciphertext (RFC 8439; nonce: the tick): three doubles and
 //! the digest of the frame they belong to, so that a wrong key, or the truth
 //! of another frame, is noticed and never believed. The key goes to scorers
-//! and loggers by a private channel and never lies in shared memory.
+//! and loggers by a private channel and is never in shared memory.
 //!
 //! Departures from RFC 8439: no Poly1305 tag. Participants map frames
 //! read-only, so the check against the digest is about mistakes, not forgery.
@@ -254,7 +254,7 @@ impl TruthKey {
     }
 
     /// Seals the brief of a scorer or logger: the part of its `Start` that
-    /// nobody else may read. Sixteen bytes of digest go in front.
+    /// no other process may read. Sixteen bytes of digest go in front.
     #[must_use]
     pub fn seal_brief(&self, run_id: u64, brief: &[u8]) -> Vec<u8> {
         let mut bytes = xxhash_rust::xxh3::xxh3_128(brief).to_le_bytes().to_vec();

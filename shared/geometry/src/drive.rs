@@ -96,7 +96,7 @@ impl DiffDrive {
     /// A twist within the limit comes back with its exact bits. The limit holds
     /// exactly, not up to rounding: `wheel_rates` of the result never exceeds
     /// it. A twist whose wheel rates are not finite, or a limit that is NaN or
-    /// negative, gives the twist that stands still, because a command nobody
+    /// negative, gives the twist that stands still, because a command no client
     /// understands must not move a robot. An infinite limit limits nothing.
     #[must_use]
     pub fn limit(&self, twist: Twist, wheel_limit_rad_s: f64) -> Twist {

@@ -174,7 +174,7 @@ fn wall(a: [f64; 2], b: [f64; 2]) -> WallSpec {
     WallSpec { a, b, material: Material::Wall }
 }
 
-/// The walls of one side of a room: none in one of eight, two beside a door in
+/// The walls of one side of a room: none in one of eight, two next to a door in
 /// one of two, otherwise one. Sides 2k and 2k + 1 are the lower and the left
 /// one of room k.
 fn room_side(side: usize, columns: usize, cell_m: f64, dice: &mut Dice) -> Vec<WallSpec> {

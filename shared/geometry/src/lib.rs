@@ -1,4 +1,4 @@
-//! The plane and what stands in it.
+//! The plane and what is in it.
 //!
 //! Poses and motions, a robot with two wheels, its encoders, and a world of
 //! walls that a ray can meet and a body can run into. Everything is plain

@@ -63,7 +63,7 @@ fn normals_of_a_piece(bits: &[u64], z: &mut [f64]) {
         let far;
         (*z, far) = central_normals(bits);
         for (k, far) in far.into_iter().enumerate() {
-            // Without a branch, which nobody could foresee.
+            // Without a branch, which no processor could predict.
             outer[count] = (first + k) as u16;
             count += usize::from(far);
         }

@@ -15,7 +15,7 @@
 //! occlusion culling front to back over a hierarchy (N. Greene, M. Kass,
 //! G. Miller, *Hierarchical Z-buffer visibility*, SIGGRAPH 1993).
 //!
-//! Departures from "one tree for everything": a scan has a tree of its own, whose
+//! Departures from "one tree for everything": a scan has a separate tree, whose
 //! leaves are blocks of eight walls. `parry2d`'s, which single rays and bodies
 //! use, ends in single walls behind an index.
 

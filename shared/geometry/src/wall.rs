@@ -16,7 +16,7 @@
 //!    if t ≥ 0.
 //! 4. Otherwise t = (p_a |s_b| + p_b |s_a|) / (|s_a| + |s_b|), the mean of p
 //!    weighted by the opposite sides. p_a, p_b ≥ 0: a hit. Both < 0: none. Signs
-//!    differ, so o stands beside the wall: c = (a − o) × (b − o) tells which way
+//!    differ, so o is next to the wall: c = (a − o) × (b − o) tells which way
 //!    the wall lies; c = 0 is o on the wall, t = 0; a hit if c and s_b − s_a have
 //!    the same sign.
 //!

@@ -43,7 +43,7 @@ pub(crate) struct Below(u32);
 const BLOCK: u32 = 1 << 31;
 
 impl Below {
-    /// Nothing: the box is NaN, and nobody asks.
+    /// Nothing: the box is NaN, and no ray meets it.
     const NOTHING: Self = Self(u32::MAX);
 
     /// The place of the block, if it is one.

@@ -63,7 +63,7 @@ pub struct Landmark {
     pub at: [f64; 2],
 }
 
-/// A world as it stands in a file.
+/// A world as it is in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldSpec {
@@ -195,7 +195,7 @@ impl WorldSpec {
         Ok(())
     }
 
-    /// The landmarks: not too many, inside the bounds, each with a number of its own.
+    /// The landmarks: not too many, inside the bounds, each with a unique number.
     fn check_landmarks(&self) -> Result<(), WorldError> {
         let count = self.landmarks.len();
         let problem = |landmark: usize, problem: String| {

@@ -44,7 +44,7 @@ fn world_of(walls: &[([f64; 2], [f64; 2])]) -> World {
 }
 
 /// Points of a grid inside the bounds that are not on a wall. `below_y_m` cuts
-/// off the recesses of the Hallway's doors, beside which lies the outside.
+/// off the recesses of the Hallway's doors, next to which lies the outside.
 fn inside_points(world: &World, below_y_m: f64) -> Vec<Point2<f64>> {
     let [x_min, y_min, x_max, y_max] = world.bounds();
     let (n_x, n_y) = (24, 17);

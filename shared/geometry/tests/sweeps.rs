@@ -119,7 +119,7 @@ fn nowhere_is_blocked_and_the_open_plane_is_free() {
 
 #[test]
 fn nearly_straight_arcs_agree_with_the_straight_one() {
-    // Five metres beside a wall, with curvatures down to nothing.
+    // Five metres from a wall, with curvatures down to nothing.
     let beside = wall([-20.0, 0.3], [30.0, 0.3]);
     let short = wall([2.0, 0.3], [2.5, 0.9]);
     let from = SE2::new(0.0, 0.0, 0.0);

@@ -1,4 +1,4 @@
-//! Beliefs for looking at: the way from a filter to whoever looks on.
+//! Beliefs for looking at: the way from a filter to an observer.
 //!
 //! A slice goes into shared memory once and is copied out once by each reader.
 //! Neither end ever waits for the other: the queue of a reader that is slow,
@@ -37,7 +37,7 @@ pub struct Beliefs {
 }
 
 impl Beliefs {
-    /// For one who shows; its port is made when somebody looks.
+    /// For a filter that shows; its port is made when a process observes.
     pub(crate) fn to_show(node: &Node<Ipc>) -> Self {
         let service = services::beliefs(node, false).ok();
         Self { service, publisher: None, subscriber: None, is_closed: false }
@@ -54,7 +54,7 @@ impl Beliefs {
         beliefs
     }
 
-    /// Whether somebody looks on. Cheap: one number in shared memory.
+    /// Whether a process observes. Cheap: one number in shared memory.
     #[must_use]
     pub fn is_watched(&self) -> bool {
         let seen = |service: &BeliefService| service.dynamic_config().number_of_subscribers() > 0;
@@ -105,13 +105,13 @@ fn publisher(service: &BeliefService) -> Option<Publisher<Ipc, [WirePose], WireB
         return None;
     }
     // Of full size from the start: one that grows would have to remove segments,
-    // which a sandbox forbids. Pages that nobody writes take no memory.
+    // which a sandbox forbids. Pages that no process writes take no memory.
     let builder = service.publisher_builder().initial_max_slice_len(MAX_POSES);
     let builder = builder.allocation_strategy(AllocationStrategy::Static).max_loaned_samples(1);
     builder.backpressure_strategy(BackpressureStrategy::DiscardData).create().ok()
 }
 
-/// Somebody who looks on and has no part in the run: nothing of it knows of
+/// An observer that has no part in the run: nothing of it knows of
 /// them.
 pub struct BeliefViewer {
     beliefs: Beliefs,
@@ -121,7 +121,7 @@ pub struct BeliefViewer {
 }
 
 impl BeliefViewer {
-    /// Looks on at a run that is being served.
+    /// Observes a run that is being served.
     ///
     /// # Errors
     /// [`LinkError::Domain`] if there is no such run; [`LinkError::Transport`]

@@ -78,7 +78,7 @@ impl ClientLink {
     /// `credentials` that it was given; without any, those in the run's folder
     /// for one that is started by hand. One
     /// that is started by hand waits for its server to come; `launcher` has
-    /// come, and once it is gone there is nothing to wait for.
+    /// come, and once it has ended there is nothing to wait for.
     ///
     /// # Errors
     /// As [`join`](Self::join); [`LinkError::ServerGone`] if the launcher is.
@@ -102,7 +102,7 @@ impl ClientLink {
                 },
             );
             asked.and_then(|asked| Self::open(lobby, policy, asked)).map_err(|e| match e {
-                // What is missing is what somebody else has swept meanwhile.
+                // What is missing is what another process has swept meanwhile.
                 LinkError::Transport { .. } if server.is_dead() => {
                     LinkError::ServerGone { pid: server.pid() }
                 }
@@ -263,8 +263,8 @@ impl ClientLink {
             None => false,
         };
         let sample = self.frames.receive().map_err(LinkError::transport("receive a frame"))?;
-        // No tick of the run is out while this one catches up, but its last
-        // word may be.
+        // No tick of the run is out while this one catches up, but its end
+        // of run may be.
         let sample = sample.filter(|s| !again || is_end_of_run(&s.payload().0));
         let Some(frame) = sample.map(borrowed) else { return Ok(None) };
         self.check(&frame)?;

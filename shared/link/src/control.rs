@@ -12,7 +12,7 @@ use crate::port::{process_of, respond};
 use crate::services::Ipc;
 use crate::{Domain, Keys, LinkError};
 
-/// Somebody has a wish.
+/// A control request.
 pub struct ControlCall(pub(crate) ActiveRequest<Ipc, [u8], (), [u8], ()>);
 
 impl ControlCall {
@@ -33,7 +33,7 @@ impl ControlCall {
     /// Answers it.
     ///
     /// # Errors
-    /// [`LinkError::Transport`], for instance because the caller is gone.
+    /// [`LinkError::Transport`], for instance because the caller has ended.
     pub fn reply(self, reply: &ControlReply) -> Result<(), LinkError> {
         let json = serde_json::to_vec(reply).map_err(LinkError::transport("write a reply"))?;
         respond(&self.0, &json)

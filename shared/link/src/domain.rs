@@ -50,7 +50,7 @@ pub enum RunState {
         /// The server's process.
         pid: u32,
     },
-    /// Its server is gone; what is left can be swept.
+    /// Its server has ended; what is left can be swept.
     Dead,
 }
 
@@ -73,8 +73,8 @@ impl Domain {
         let nonce = getrandom::u32().unwrap_or_else(|_| std::process::id());
         let folder = base.join(run.as_str());
         let deadline = Instant::now() + SWEEP_TIME;
-        // A sweep beside us may remove folder and lock between two of our
-        // steps; then the lock we hold is on a file that is gone: once more.
+        // A sweep at the same time may remove folder and lock between two of our
+        // steps; then the lock we hold is on a file that is removed: once more.
         loop {
             ensure_own_folder(&folder)?;
             let Some(mut lock) = take_lock(&folder)? else {
@@ -91,7 +91,7 @@ impl Domain {
                 continue;
             }
             let path = folder.join("lock");
-            // Empty first: whoever looks meanwhile sees that nobody serves yet.
+            // Empty first: a process that looks meanwhile sees that no process serves yet.
             lock.set_len(0).map_err(io(&path, "empty the lock"))?;
             sweep_folder(&folder, false)?;
             let mut domain = Self { run: run.clone(), folder, nonce, lock: None };
@@ -183,7 +183,7 @@ impl Domain {
         Self { run: run.clone(), folder, nonce: 0, lock: None }
     }
 
-    /// Sweeps this run if its server is gone, and says whether it did.
+    /// Sweeps this run if its server has ended, and returns whether it did.
     ///
     /// # Errors
     /// [`DomainError::Io`] names what could not be removed.
@@ -198,12 +198,12 @@ impl Domain {
                     sweep_folder(&self.folder, true)?;
                     return Ok(true);
                 }
-                // Somebody else sweeps, perhaps past what came after it looked.
+                // Another process sweeps, perhaps past what came after it looked.
                 Ok(_) if Peer::new(self.server_pid()).is_dead() && Instant::now() < deadline => {
                     std::thread::sleep(Duration::from_millis(1));
                 }
                 Ok(_) => return Ok(false),
-                // Somebody else swept it meanwhile.
+                // Another process swept it meanwhile.
                 Err(_) if !self.folder.exists() => {}
                 Err(e) => return Err(e),
             }
@@ -261,7 +261,7 @@ impl Domain {
         traces
     }
 
-    /// Removes all that a run has on this machine, whoever uses it: for a
+    /// Removes all that a run has on this machine, whatever process uses it: for a
     /// server that must end at once. What cannot be removed stays.
     pub fn remove_traces(run: &RunName) {
         let _ = sweep_folder(&Self::base().join(run.as_str()), true);

@@ -38,7 +38,7 @@ pub enum DomainError {
         /// What it said.
         error: std::io::Error,
     },
-    /// A folder of ours is somebody else's, a link, or open to others.
+    /// A folder of ours belongs to another user, is a link, or is open to others.
     #[error(
         "{path} must be a folder that belongs to you (user {me}) and that nobody else can write \
          to; it belongs to user {owner}, or is a link, or is open to others: remove it"

@@ -35,7 +35,7 @@ pub enum LinkError {
     /// The server said no.
     #[error("refused: {0}")]
     Refused(#[from] Refusal),
-    /// Nobody answered a request.
+    /// No process answered a request.
     #[error(
         "run {run:?}: no answer to the request within {seconds:.0} s; is its server \
          stopped or overloaded? (process {pid})"
@@ -64,7 +64,7 @@ pub enum LinkError {
         /// Its name.
         name: String,
     },
-    /// Somebody asked this process to stop.
+    /// This process was asked to stop.
     #[error("stopped on request")]
     Stopped,
     /// A frame that the server did not send, or not to this participant.

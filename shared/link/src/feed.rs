@@ -1,4 +1,4 @@
-//! The way of its own by which one who comes back into a run is given the
+//! The separate way by which one that comes back into a run is given the
 //! ticks it missed, while all others go on seeing the ticks of the run alone.
 
 use iceoryx2::port::publisher::Publisher;

@@ -24,7 +24,7 @@ const MARK: u32 = u32::MAX;
 /// Longest sleep between two looks.
 const SLICE: Duration = Duration::from_millis(2);
 
-/// A number on a cache line of its own; two, because processors fetch pairs.
+/// A number on a separate cache line; two, because processors fetch pairs.
 #[repr(C, align(128))]
 struct Line(AtomicU32);
 
@@ -70,7 +70,7 @@ impl Mapped {
 
 impl Drop for Mapped {
     fn drop(&mut self) {
-        // SAFETY: this is the mapping that `open` made, and nobody borrows from
+        // SAFETY: this is the mapping that `open` made, and nothing borrows from
         // a value that is being dropped.
         let _ = unsafe { munmap(self.0.as_ptr().cast(), size_of::<Lines>()) };
     }
@@ -107,7 +107,7 @@ fn wait_while(
 }
 
 /// Hands a number over, and wakes who may sleep on the line: always where
-/// nobody stays awake. Otherwise a sleeper looks by itself after a slice.
+/// no process stays awake. Otherwise a sleeper looks by itself after a slice.
 fn hand(line: &Line, value: u32, policy: WaitPolicy) {
     line.0.store(value, Ordering::Release);
     if policy.awake_ns() == 0 {
@@ -158,7 +158,7 @@ impl FloorServer {
 }
 
 /// Hands back what comes, on line `client` (from 0), until the end or until
-/// the server is gone.
+/// the server has ended.
 ///
 /// # Errors
 /// [`LinkError`] if there is no such run or no such line.

@@ -9,9 +9,9 @@
 //! * [`wait`]: look at the data, yield, then block for a bounded while;
 //! * [`server`]: the side that loans frames and collects answers;
 //! * [`feed`]: how one who comes back is given the ticks it missed;
-//! * [`mod@control`]: how somebody else says when ticks may happen;
+//! * [`mod@control`]: how another process decides when ticks may happen;
 //! * [`client`]: the side that borrows frames and answers;
-//! * [`belief`]: what filters show, beside the run, to whoever looks on.
+//! * [`belief`]: what filters show, next to the run, to observers.
 //!
 //! For the bench, without a protocol: [`raw`], the transport alone, and
 //! [`floor`], the machine alone.

@@ -26,7 +26,7 @@ pub(crate) struct Lobby {
 
 impl Lobby {
     /// Looks for the run until it is there, the server that launched this
-    /// process for it is gone, or `deadline` is over.
+    /// process for it has ended, or `deadline` is over.
     pub(crate) fn find(
         run: &RunName,
         launcher: Option<&Peer>,
@@ -130,7 +130,7 @@ impl Lobby {
             waiter.block(&mut fds, RETRY);
             services::drain(&self.woken);
             // A service is there a moment before the server's port on it: a
-            // request that reached nobody is made again.
+            // request that reached no process is made again.
             if pending.number_of_server_connections() == 0 {
                 pending = send()?;
             }

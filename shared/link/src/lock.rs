@@ -10,7 +10,7 @@ use rustix::fs::{FlockOperation, flock};
 
 use crate::domain_error::{DomainError, io};
 
-/// How long somebody may need who looks at a lock or sweeps behind it.
+/// Longest time in which a process looks at a lock or sweeps behind it.
 pub(crate) const SWEEP_TIME: Duration = Duration::from_secs(2);
 
 /// Makes the folder if it is not there, for this user alone.
@@ -24,7 +24,7 @@ pub(crate) fn ensure_own_folder(path: &Path) -> Result<(), DomainError> {
             _ => {}
         }
         match check_own_folder(path) {
-            // Swept beside us between the two steps: once more.
+            // Swept by another between the two steps: once more.
             Err(DomainError::Io { error, .. })
                 if error.kind() == std::io::ErrorKind::NotFound && Instant::now() < deadline => {}
             checked => return checked,
@@ -32,7 +32,7 @@ pub(crate) fn ensure_own_folder(path: &Path) -> Result<(), DomainError> {
     }
 }
 
-/// Refuses what is no folder of this user's own: on a shared machine somebody
+/// Refuses what is no folder of this user's own: on a shared machine another user
 /// else may have put a folder or a link where ours would be.
 pub(crate) fn check_own_folder(path: &Path) -> Result<(), DomainError> {
     let found = fs::symlink_metadata(path).map_err(io(path, "look at the folder"))?;

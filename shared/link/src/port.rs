@@ -16,7 +16,7 @@ pub(crate) fn process_of(port: u128) -> u32 {
     pid.ok().and_then(|pid| u32::try_from(pid.value()).ok()).unwrap_or(0)
 }
 
-/// Sends a reply; fails for instance because the caller is gone.
+/// Sends a reply; fails for instance because the caller has ended.
 pub(crate) fn respond(
     active: &ActiveRequest<Ipc, [u8], (), [u8], ()>,
     json: &[u8],

@@ -142,7 +142,7 @@ impl RawServer {
     }
 }
 
-/// Takes part in the rounds of `run` until they end or the server is gone.
+/// Takes part in the rounds of `run` until they end or the server has ended.
 ///
 /// # Errors
 /// [`LinkError`] if there is no such run or the transport fails.
@@ -207,7 +207,7 @@ impl RawClient {
         Ok(now)
     }
 
-    /// The next frame; `None` once the server is gone.
+    /// The next frame; `None` once the server has ended.
     fn wait(&self, since_ns: u64) -> Result<Option<Sample<Ipc, WireFrame, ()>>, LinkError> {
         let mut waiter = Waiter::new(self.policy, since_ns);
         let mut looks = 0u32;

@@ -55,7 +55,7 @@ const REPLY_COPIES: u64 = 4;
 /// The most answers that are taken in one turn: all ports' full buffers.
 const ANSWERS_AT_ONCE: usize = services::MAX_PORTS * services::BUFFER;
 
-/// A frame in shared memory that nobody else sees yet: write into it, then
+/// A frame in shared memory that no other process sees yet: write into it, then
 /// [`publish`](ServerLink::publish) it.
 pub struct FrameLoan(SampleMutUninit<Ipc, std::mem::MaybeUninit<WireFrame>, ()>);
 
@@ -68,7 +68,7 @@ pub struct ReceivedAnswer {
     pub forged_by: Option<u32>,
 }
 
-/// Somebody asks to join.
+/// A process asks to join.
 pub struct JoinCall {
     active: ActiveRequest<Ipc, [u8], (), [u8], ()>,
 }
@@ -208,7 +208,7 @@ impl ServerLink {
         self.policy
     }
 
-    /// The next request to join, if somebody asks.
+    /// The next request to join, if there is one.
     ///
     /// # Errors
     /// [`LinkError::Transport`].
@@ -285,7 +285,7 @@ impl ServerLink {
         memory::reserve(&self.memory)
     }
 
-    /// A way of its own for one who comes back into the run.
+    /// A separate way for one that comes back into the run.
     ///
     /// # Errors
     /// [`LinkError::Transport`] says what could not be created.
@@ -323,7 +323,7 @@ impl ServerLink {
     /// Takes the answers that are there, and returns how many. Each is copied
     /// out of shared memory once, before anybody looks at it.
     ///
-    /// A sender without end is served a few times in each turn, and nobody
+    /// A sender without end is served a few times in each turn, and no process
     /// waits behind it: the transport lends no more than a buffer's worth of one
     /// sender's answers at once, and they are given back when the turn is over.
     ///
@@ -352,7 +352,7 @@ impl ServerLink {
     }
 
     /// Gives the others time: yields while the awake time lasts, then blocks
-    /// until somebody wakes the server, a process of `peers` (asked for only
+    /// until a process wakes the server, a process of `peers` (asked for only
     /// then) ends, or a slice or `at_most` is over. Says whether it blocked.
     pub fn pause<'p, P>(&mut self, peers: impl FnOnce() -> P, at_most: Duration) -> bool
     where
@@ -387,7 +387,7 @@ impl JoinCall {
     /// Answers the request.
     ///
     /// # Errors
-    /// [`LinkError::Transport`], for instance because the caller is gone.
+    /// [`LinkError::Transport`], for instance because the caller has ended.
     pub fn reply(self, reply: &JoinReply) -> Result<(), LinkError> {
         let json = serde_json::to_vec(reply).map_err(LinkError::transport("write a reply"))?;
         memory::ensure_room(REPLY_COPIES * json.len() as u64)?;

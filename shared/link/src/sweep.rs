@@ -17,7 +17,7 @@ pub(crate) fn sweep_folder(folder: &Path, whole: bool) -> Result<(), DomainError
             continue;
         }
         let is_folder = entry.file_type().is_ok_and(|t| t.is_dir());
-        // Somebody on the way out may still write into a folder being emptied.
+        // A process on the way out may still write into a folder being emptied.
         let mut tries = 0;
         loop {
             let removed =

@@ -99,7 +99,7 @@ impl Waiter {
         Self { awake_until_ns: since_ns.saturating_add(policy.awake_ns()), slice: FIRST_SLICE }
     }
 
-    /// Sleeps from now on: what is waited for is known to be far, and whoever
+    /// Sleeps from now on: what is waited for is known to be far, and a process that
     /// brings it wakes this process in any case. One who never sleeps does not
     /// begin to.
     pub(crate) fn rest(&mut self) {

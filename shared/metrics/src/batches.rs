@@ -10,7 +10,7 @@
 use super::moments::Running;
 
 const MOST: usize = 64;
-/// Of fewer numbers nobody can tell how they depend on each other.
+/// Of fewer numbers it is unknown how they depend on each other.
 const FEWEST: u64 = 16;
 
 /// A row of numbers, in batches.

@@ -11,12 +11,12 @@ use rusty_geometry::trig;
 
 /// Nothing up to [`MANY_DEGREES`] needs as many terms; nothing hangs.
 const MOST_TERMS: u32 = 1 << 22;
-/// Beyond so many degrees quantiles are those of E. Wilson and M. Hilferty (*The
+/// Beyond this many degrees quantiles are those of E. Wilson and M. Hilferty (*The
 /// distribution of chi-square*, PNAS 17, 1931; Abramowitz and Stegun 26.4.17),
 /// right to 10⁻⁹ there.
 const MANY_DEGREES: f64 = 1e6;
 
-/// Probability that χ² with so many degrees of freedom is at most `x`. 0 for
+/// Probability that χ² with N degrees of freedom is at most `x`. 0 for
 /// what is not positive.
 #[must_use]
 pub fn cdf(x: f64, degrees: f64) -> f64 {
@@ -32,7 +32,7 @@ pub fn cdf(x: f64, degrees: f64) -> f64 {
     p.clamp(0.0, 1.0)
 }
 
-/// The value that χ² with so many degrees of freedom (positive) stays below
+/// The value that χ² with N degrees of freedom (positive) stays below
 /// with this probability (between 0 and 1).
 #[must_use]
 pub fn quantile(probability: f64, degrees: f64) -> f64 {
@@ -73,7 +73,7 @@ fn bisected(probability: f64, degrees: f64) -> f64 {
     }
 }
 
-/// χ² of so many degrees lies between these two with probability `level`, and
+/// χ² of N degrees lies between these two with probability `level`, and
 /// as probably below as above.
 #[must_use]
 pub fn band(level: f64, degrees: f64) -> [f64; 2] {

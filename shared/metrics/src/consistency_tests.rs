@@ -101,7 +101,7 @@ impl Normals {
     }
 }
 
-/// Of so many runs the shares called consistent, overconfident, conservative.
+/// Of N runs the shares called consistent, overconfident, conservative.
 /// Errors are three numbers of variance 1 that keep `memory` of themselves from
 /// tick to tick; the estimator says that the variance is `believed`.
 fn rates(runs: u64, ticks: u32, memory: f64, believed: f64) -> [f64; 3] {

@@ -139,7 +139,7 @@ impl Search {
         !self.recoveries.is_empty()
     }
 
-    /// What came of it; `None` without a scored tick.
+    /// The result; `None` without a scored tick.
     #[must_use]
     pub fn convergence(&self) -> Option<Convergence> {
         let Squares { count, position_m2, heading_rad2 } = self.since;

@@ -1,8 +1,8 @@
 //! In how many ticks a wall held the robot.
 //!
 //! A simulated robot that would touch a wall stays where it is while its wheels
-//! and their encoders go on ([`rusty_geometry::World::blocks`] decides). Nobody
-//! says so in a frame; but truth and command show it, without a tolerance. A
+//! and their encoders go on ([`rusty_geometry::World::blocks`] decides). No field
+//! of a frame reports it, but truth and command show it, without a tolerance. A
 //! tick that moves sets the pose to pose ⊞ τ, a tick that is blocked does not
 //! touch its bits. So a pose with the same bits as before, under a command from
 //! which the nominal wheels make another pose, is that of a robot that was held.
@@ -78,27 +78,12 @@ fn bits(pose: &SE2) -> [u64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rusty_contract::{Kidnapping, RunConfig, Scenario};
+    use rusty_contract::{Kidnapping, Scenario};
 
     /// The header of a run of the first scenario.
     fn header() -> LogHeader {
-        let scenario = Scenario::default();
-        let config = RunConfig {
-            scenario: scenario.name.clone(),
-            seed: scenario.seed,
-            ticks: scenario.ticks,
-            dt_s: scenario.dt_s,
-            scan_every: scenario.scan_every,
-            start: scenario.start,
-            robot: scenario.robot,
-            lidar: scenario.lidar,
-            script: scenario.script,
-            world: rusty_geometry::apartment().spec().clone(),
-            sensors: rusty_contract::Sensors::default(),
-            kidnappings: Vec::new(),
-        };
-        let (roster, on_loss) = (scenario.participants, scenario.on_loss);
-        LogHeader { writer: "test".to_owned(), source: Source::Simulated, config, roster, on_loss }
+        let world = rusty_geometry::apartment().spec().clone();
+        LogHeader::simulated("test", &Scenario::default(), world)
     }
 
     const AHEAD: Twist = Twist { v_m_s: 0.5, omega_rad_s: 0.0 };
@@ -120,7 +105,7 @@ mod tests {
             held.push(tick as u64, Some(truth), command);
         }
         assert_eq!(held.tick_count(), 3);
-        // Between unknown truths nobody knows.
+        // Between unknown truths it is unknown.
         held.push(6, None, AHEAD);
         held.push(7, Some(on), AHEAD);
         assert_eq!(held.tick_count(), 3);

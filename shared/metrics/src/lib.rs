@@ -33,7 +33,7 @@ pub mod trajectory;
 pub use errors::Errors;
 pub use held::Held;
 pub use meter::{Given, Meter, Moment, Planned, Yardstick};
-pub use moments::{Moments, Running};
+pub use moments::{Moments, Running, correlation};
 pub use nees::nees;
 pub use paired::Paired;
 pub use path::PathLength;

@@ -41,6 +41,19 @@ impl Moments {
     }
 }
 
+/// Correlation of two series of the same length (Pearson), between −1 and 1; NaN
+/// where one of them has no spread.
+#[must_use]
+pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let [of_a, of_b] = [a, b].map(Moments::of);
+    if !(of_a.standard_deviation > 0.0 && of_b.standard_deviation > 0.0) {
+        return f64::NAN;
+    }
+    let products = a.iter().zip(b).map(|(a, b)| (a - of_a.mean) * (b - of_b.mean));
+    let covariance = products.sum::<f64>() / (a.len() as f64 - 1.0);
+    covariance / (of_a.standard_deviation * of_b.standard_deviation)
+}
+
 /// Sums over numbers that come one by one.
 ///
 /// Source: B. P. Welford, *Note on a method for calculating corrected sums of squares
@@ -138,5 +151,14 @@ mod tests {
         assert_eq!((far.mean, far.standard_deviation), (1e9, 1.0));
         assert_eq!(Moments::of(&[7.0]).standard_deviation, 0.0);
         assert!(Moments::of(&[]).mean.is_nan());
+    }
+
+    #[test]
+    fn a_correlation_is_of_slopes_and_needs_spread() {
+        let a = [1.0, 2.0, 4.0];
+        assert!((correlation(&a, &[-2.0, -4.0, -8.0]) + 1.0).abs() < 1e-15);
+        // Deviations (−4, −1, 5)/3 and (−1, 2, −1): products 3·(−1)/3 of √(14/3 · 6).
+        assert!((correlation(&a, &[0.0, 3.0, 0.0]) + 1.0 / 28.0_f64.sqrt()).abs() < 1e-15);
+        assert!(correlation(&a, &[5.0; 3]).is_nan() && correlation(&[], &[]).is_nan());
     }
 }

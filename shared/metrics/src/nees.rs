@@ -12,8 +12,8 @@ use rusty_geometry::SE2;
 /// Numbers above and below the diagonal may differ by this part of what a
 /// correlation of 1 would be.
 const ASYMMETRY: f64 = 1e-6;
-/// Variance that is left of a component when those before it are known, as part
-/// of its own: with less, the covariance is not of full rank.
+/// Variance that is left of a component when those before it are known, as part of
+/// its variance: with less, the covariance is not of full rank.
 const LEAST_LEFT: f64 = 1e-12;
 /// Larger than this is no sample but an accident.
 pub const GREATEST: f64 = 1e100;
@@ -28,7 +28,7 @@ pub fn nees(truth: &SE2, estimate: &SE2, covariance: &[f64; 9]) -> Option<f64> {
     // Freed of its units, which say nothing of its rank.
     let c = Matrix3::from_fn(|i, j| 0.5 * (p[(i, j)] + p[(j, i)]) / (scale[i] * scale[j]));
     let skew = Matrix3::from_fn(|i, j| (p[(i, j)] - p[(j, i)]).abs() / (scale[i] * scale[j]));
-    // Written so that no number that is none passes.
+    // Written so that NaN does not pass.
     if !skew.iter().all(|part| *part <= ASYMMETRY) {
         return None;
     }

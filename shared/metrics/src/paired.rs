@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::moments::Moments;
+use super::moments::{Moments, correlation};
 use super::sign_test::SignTest;
 use super::student::{half_width, t_two_sided};
 
@@ -56,8 +56,6 @@ impl Paired {
         let paired_half_width = half_width(&of_difference, level);
         let unpaired_half_width = welch_half_width(&of_a, &of_b, level);
         let ratio = unpaired_half_width / paired_half_width;
-        let products = a.iter().zip(&b).map(|(a, b)| (a - of_a.mean) * (b - of_b.mean));
-        let covariance = products.sum::<f64>() / (a.len() as f64 - 1.0);
         Self {
             pairs: differences.len(),
             means: [of_a.mean, of_b.mean],
@@ -65,11 +63,7 @@ impl Paired {
             paired_half_width,
             unpaired_half_width,
             variance_reduction: ratio * ratio,
-            correlation: if of_a.standard_deviation > 0.0 && of_b.standard_deviation > 0.0 {
-                covariance / (of_a.standard_deviation * of_b.standard_deviation)
-            } else {
-                f64::NAN
-            },
+            correlation: correlation(&a, &b),
             missing: [without(0), without(1)],
             signs: SignTest::of(&differences),
         }

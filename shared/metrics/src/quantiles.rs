@@ -11,7 +11,7 @@
 //! IEEE 754 number, whose bits are ordered as the numbers are, so that nothing is
 //! computed to find one.
 
-/// Up to so many numbers percentiles are exact.
+/// Up to this many numbers percentiles are exact.
 pub const MOST_KEPT: usize = 1 << 20;
 
 /// Bits of the mantissa that stay: 2¹² bins to every power of two.

@@ -142,7 +142,7 @@ impl Axes {
         [f.left + right * f.width(), f.bottom - up * f.height()]
     }
 
-    /// Whether a place lies in the frame.
+    /// Whether a place is in the frame.
     #[must_use]
     pub fn holds(&self, [x, y]: Px) -> bool {
         let f = &self.frame;
@@ -295,7 +295,7 @@ fn multiples(range: [f64; 2], list: &[u8]) -> Vec<(f64, String)> {
 fn text(multiple: u8, exponent: i32) -> String {
     match exponent {
         -5..=-1 => format!("0.{}{multiple}", "0".repeat((-exponent - 1) as usize)),
-        // Six digits do not fit beside a chart where its letters are large.
+        // Six digits do not fit next to a chart where its letters are large.
         0..=4 => format!("{multiple}{}", "0".repeat(exponent as usize)),
         _ => format!("{multiple}e{exponent}").replace('-', "−"),
     }

@@ -188,7 +188,7 @@ pub(crate) fn fine(place: Px) -> (i32, i32) {
     (step(place[0]), step(place[1]))
 }
 
-/// Text as it may stand in an element or an attribute of SVG or hypertext.
+/// Text as it may be in an element or an attribute of SVG or hypertext.
 /// Characters that they cannot hold become spaces.
 #[must_use]
 pub fn escaped(text: &str) -> String {

@@ -6,7 +6,7 @@ use crate::axes::Axes;
 use crate::canvas::{Canvas, Px};
 use crate::style::{DOOR, GLASS, INK, RGBColor, WALL, WHITE};
 
-/// Draws walls, glass and doors, as far as they lie in the frame.
+/// Draws walls, glass and doors, as far as they are in the frame.
 pub fn draw_walls(canvas: &mut Canvas, axes: &Axes, walls: &[WallSpec]) {
     // Doors last: a door often shares its ends with a wall.
     for order in 0..3 {

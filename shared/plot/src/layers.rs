@@ -19,7 +19,7 @@ pub struct Drawing {
     frames: Vec<Rect>,
 }
 
-/// How a layer lies in its drawing.
+/// The position of a layer in its drawing.
 #[derive(Clone, Debug, Default)]
 pub struct Layer {
     /// Classes, separated by spaces.

@@ -12,9 +12,9 @@
 //! * [`floor`]: walls, paths and robots, seen from above;
 //! * [`ellipse`]: what holds 95 % of a normal distribution;
 //! * [`page`]: titles, legends and rows of figures;
-//! * [`mod@png`]: a page in pixels, with a font of its own.
+//! * [`mod@png`]: a page in pixels, with a built-in font.
 //!
-//! Whoever has something to show draws it with these: the scorer a run, a sweep
+//! All drawings are made with these: the scorer a run, a sweep
 //! what became of many. Nothing here reads a clock, a file or a font of the
 //! machine: the same calls give the same bytes.
 

@@ -9,7 +9,7 @@ use crate::canvas::{Px, Rect};
 
 /// Most points a line is drawn with.
 pub const MOST_POINTS: usize = 2000;
-/// Deviation from the true line that nobody sees, units of the page.
+/// Largest invisible deviation from the true line, units of the page.
 const UNSEEN: f64 = 0.25;
 /// Points that [`thin`] looks at together.
 const PIECE: usize = 512;
@@ -120,7 +120,7 @@ pub fn envelope(curve: &[[f64; 2]], bucket: usize) -> Vec<[f64; 2]> {
     kept
 }
 
-/// The parts of a line that lie in `frame`, cut at its edges.
+/// The parts of a line that are in `frame`, cut at its edges.
 #[must_use]
 pub fn clip(line: &[Px], frame: &Rect) -> Vec<Vec<Px>> {
     let mut parts: Vec<Vec<Px>> = Vec::new();

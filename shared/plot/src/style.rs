@@ -2,7 +2,7 @@
 //!
 //! Source of the colours: M. Okabe and K. Ito, *Color Universal Design* (2008),
 //! a set that people with any of the usual colour deficiencies tell apart. A
-//! colour is never alone: every estimator also has a mark of its own.
+//! colour is never alone: every estimator also has a separate mark.
 
 pub use crate::canvas::RGBColor;
 

@@ -1,10 +1,10 @@
 //! Break it on purpose: one random generator for the whole world.
 //!
 //! Almost every simulator starts like this: one generator, seeded once, and
-//! whoever needs a number takes the next. It repeats itself perfectly. But add
+//! code that needs a number takes the next. It repeats itself perfectly. But add
 //! one beam to the LiDAR, and the *wheels* slip differently, because the beam
 //! took a number that would have been theirs. Rusty's world gives every source
-//! of noise a stream of its own and every tick a place in it.
+//! of noise a separate stream and every tick a place in it.
 //!
 //! ```sh
 //! cargo run --example 01_one_generator -p rusty-sim
@@ -55,7 +55,7 @@ fn distance_m(a: &SE2, b: &SE2) -> f64 {
     trig::hypot(d.x, d.y)
 }
 
-/// The broken world: whoever needs a number takes the next.
+/// The broken world: code that needs a number takes the next.
 fn with_one_generator(beams: u32) -> Result<Path, SimError> {
     let config = config(beams);
     let world = World::new(config.world.clone())?;

@@ -4,7 +4,7 @@
 //! every source of noise, every kind of wall and every odd number a
 //! configuration may hold. Each has a world digest (see
 //! [`RunDigest::world`](rusty_contract::RunDigest::world)) that was computed
-//! once and is written down here. Whoever computes another one, on whatever
+//! once and is written down here. A program that computes another one, on whatever
 //! machine, in whatever build, in WebAssembly, does not simulate this world.
 //!
 //! The table is one and is asked from many sides: by `cargo test` in the

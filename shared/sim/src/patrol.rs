@@ -1,4 +1,4 @@
-//! The patrol: up and down a corridor on a timetable, nobody looking.
+//! The patrol: up and down a corridor on a timetable, open loop.
 //!
 //! A first straight, then for ever: stand, turn in place, a long straight. A
 //! straight of n ticks drives v·(q + 1)/(ramp + 1) in tick j while

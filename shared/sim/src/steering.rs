@@ -13,7 +13,7 @@
 //!
 //! Source: the usual tracking law for a unicycle (Y. Kanayama et al., *A stable
 //! tracking control method for an autonomous mobile robot*, ICRA 1990), made
-//! linear in e_θ, with gains of its own.
+//! linear in e_θ, with other gains.
 
 use rusty_geometry::{SE2, Twist, wrap_angle};
 

@@ -42,7 +42,7 @@ fn digest(config: RunConfig) -> [u8; 16] {
 }
 
 /// The kinds of script there are, from the one who must know all: the reader
-/// of scenarios, when it is given a kind that is none.
+/// of scenarios, when it is given an invalid kind.
 fn script_kinds() -> BTreeSet<String> {
     let error = serde_json::from_str::<ScriptConfig>(r#"{ "kind": "none" }"#).unwrap_err();
     let text = error.to_string();

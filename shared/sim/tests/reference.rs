@@ -1,4 +1,4 @@
-//! The noise beside the well-known crates: `rand_distr` drawing from the same
+//! The noise compared with the well-known crates: `rand_distr` drawing from the same
 //! kind of generator must not be told apart from ours.
 
 #![allow(clippy::unwrap_used)]

@@ -36,10 +36,10 @@ fn label(run: &str, process: &str) -> String {
 }
 
 /// Watches a paused run and one at the pace of real time, each for `seconds`.
-/// `None` if somebody wanted it to stop.
+/// `None` if it was asked to stop.
 ///
 /// # Errors
-/// [`BenchError`] if a run cannot be set up or loses somebody.
+/// [`BenchError`] if a run cannot be set up or loses a participant.
 pub fn measure(
     run: &RunName,
     wait: WaitPolicy,
@@ -88,7 +88,7 @@ fn processes() -> Vec<String> {
 }
 
 /// Cores' worth of time of this process and of `pids`, while `seconds` pass;
-/// `None` if somebody wants it to stop, or the kernel does not say.
+/// `None` if it was asked to stop, or the kernel does not say.
 fn watch(pids: &[u32], seconds: f64, stage: &Stage<'_>) -> Option<Vec<f64>> {
     sleep(SETTLED, stage)?;
     let all = || {

@@ -1,4 +1,4 @@
-//! Speed, measured: each bench in a file or room of its own, and what all of
+//! Speed, measured: each bench in a separate file or folder, and what all of
 //! them share.
 //!
 //! * [`machine`]: on what it was measured;
@@ -14,7 +14,7 @@
 //! The benches: [`latency`], a tick; [`scan`], a beam; [`step`], the parts of a
 //! tick; [`mod@log`], a record; [`sweep`], many runs; [`idle`], waiting; [`start`], a launch.
 //!
-//! A bench never decides what is fast: it measures beside something else in the
+//! A bench never decides what is fast: it measures next to something else in the
 //! same run and prints the ratio. Times are read from the monotonic clock and
 //! reach no digest.
 

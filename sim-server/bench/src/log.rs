@@ -1,6 +1,6 @@
-//! `bench log`: how fast a run is written down, beside what its folder takes.
+//! `bench log`: how fast a run is written down, compared with what its folder takes.
 //!
-//! `logger measure` does the work, in a process of its own as in a run: the same
+//! `logger measure` does the work, in a separate process as in a run: the same
 //! records as the logger writes them, as a plain file of the same length, and
 //! encoded to nowhere. Each repetition is a process; between them the machine is
 //! looked at.
@@ -17,7 +17,7 @@ use super::results::{Results, Row};
 use crate::error::BenchError;
 use rusty_engine::run::{RunError, find_program};
 
-/// Numbers of beams that are measured if nobody asks for others; 0: no scan.
+/// Numbers of beams that are measured by default; 0: no scan.
 pub const BEAMS: [usize; 3] = [0, 180, 1080];
 
 /// What to measure.

@@ -2,7 +2,7 @@
 //!
 //! A fixed piece of work, always the same chain of integer operations, is
 //! timed again and again before, between and after the measurements: on a
-//! machine that is left alone it always takes the same time. Beside it stands
+//! machine that is left alone it always takes the same time. Next to it is
 //! what the kernel counts: the time that other processes had, the time that a
 //! hypervisor took away, and how often this process was put off its core while
 //! it did that work.

@@ -4,7 +4,7 @@ use rusty_metrics::percentile;
 use serde::{Deserialize, Serialize};
 
 /// Quantiles of durations, ns. They are exact: each is one of the durations,
-/// the smallest that so many of them do not exceed (nearest rank).
+/// the smallest that this share of them does not exceed (nearest rank).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quantiles {
     /// How many durations.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::{Display, Formatter};
 
+use rusty_contract::TextTable;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -201,7 +202,7 @@ impl Display for Results {
             writeln!(f, "{name:width$}  {}", fact_text(value))?;
         }
         for columns in &self.tables {
-            write!(f, "{}", text_table(&self.grid(columns, true)))?;
+            write!(f, "{}", text_table(self.grid(columns, true)))?;
         }
         Ok(())
     }
@@ -226,21 +227,12 @@ pub fn markdown_table(grid: &[Vec<String>]) -> String {
 
 /// Returns a table for a terminal after an empty line; all columns but the first
 /// to the right.
-fn text_table(grid: &[Vec<String>]) -> String {
-    let columns = grid.first().map_or(0, Vec::len);
-    let cell_width = |row: &Vec<String>, column: usize| row[column].chars().count();
-    let width = |column| grid.iter().map(|row| cell_width(row, column)).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let mut text = String::new();
-    for (i, row) in grid.iter().enumerate() {
-        text.push_str(if i == 0 { "\n" } else { "" });
-        text.push_str(&format!("{:1$}", row[0], widths[0]));
-        for (cell, width) in row.iter().zip(&widths).skip(1) {
-            text.push_str(&format!("  {cell:>width$}"));
-        }
-        text.push('\n');
-    }
-    text
+fn text_table(grid: Vec<Vec<String>>) -> String {
+    let mut rows = grid.into_iter();
+    let Some(heads) = rows.next() else { return String::new() };
+    let mut table = TextTable::new(&heads.join("  >"));
+    rows.for_each(|row| table.push(row));
+    format!("\n{table}\n")
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Where every repetition takes place: a domain of its own, real processes.
+//! Where every repetition takes place: a separate domain, real processes.
 
 use std::cell::RefCell;
 use std::fs;
@@ -57,7 +57,7 @@ impl Bare {
     }
 }
 
-/// So many dead reckonings.
+/// N dead reckonings.
 #[must_use]
 pub fn estimators(count: usize) -> Vec<Participant> {
     let one = |i: usize| {
@@ -79,10 +79,10 @@ pub fn mix() -> Vec<Participant> {
 
 impl Stage<'_> {
     /// One run of `config` with the participants of `roster`: its ticks.
-    /// `None` if somebody wanted it to stop.
+    /// `None` if it was asked to stop.
     ///
     /// # Errors
-    /// [`BenchError`] if it cannot be set up, or somebody was lost in it.
+    /// [`BenchError`] if it cannot be set up, or a participant was lost in it.
     pub fn ticks(
         &self,
         config: &RunConfig,
@@ -140,7 +140,7 @@ impl Stage<'_> {
         }
     }
 
-    /// As many rounds without a protocol. `None` if somebody wanted it to stop.
+    /// As many rounds without a protocol. `None` if it was asked to stop.
     ///
     /// # Errors
     /// [`BenchError`] if it cannot be set up, or a process was lost in it.

@@ -34,7 +34,7 @@ impl Stamps {
         Self { warm_up, rounds, stamps_ns, pids, before: None, after: None }
     }
 
-    /// Counts what these processes use, beside this one.
+    /// Counts what these processes use, in addition to this one.
     pub fn watch(&mut self, pids: Vec<u32>) {
         self.pids = pids;
     }

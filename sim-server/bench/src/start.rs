@@ -23,7 +23,7 @@ pub fn rows() -> Vec<String> {
     UNTIL.map(str::to_owned).to_vec()
 }
 
-/// Launches so many runs, one after the other. `None` if somebody wanted it to
+/// Launches N runs, one after the other. `None` if it was asked to
 /// stop.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! `bench step`: what a tick costs before it is sent, part by part.
 //!
 //! One tick of the world without a scan and with one, the digest of a frame and
-//! its seal, beside two things that everyone has an idea of: copying a frame and
+//! its seal, compared with two things that are well known: copying a frame and
 //! taking a sine and a cosine.
 
 use std::hint::black_box;

@@ -1,8 +1,8 @@
 //! `bench sweep`: how fast a sweep simulates, on one core and on all.
 //!
-//! Sweeps without clients, the table kept in memory, beside the bare world: the
+//! Sweeps without clients, the table kept in memory, compared with the bare world: the
 //! same runs stepped one after the other, with nothing reckoned, digested or
-//! kept. Whoever sweeps pays the difference.
+//! kept. A sweep pays the difference.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;

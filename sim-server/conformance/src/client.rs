@@ -16,7 +16,7 @@ use rusty_engine::run::{ChildProcess, Groups, RunError, Spawn};
 /// The most of its words that are kept, bytes.
 const WORDS: u64 = 1 << 16;
 
-/// The process under test, in a process group of its own, which is killed when
+/// The process under test, in a separate process group, which is killed when
 /// this goes.
 pub(super) struct Client {
     child: Option<ChildProcess>,
@@ -119,7 +119,7 @@ impl Client {
         }
         let target = if self.is_of_group(joined) { joined } else { self.pid() };
         if let Some(pid) = i32::try_from(target).ok().and_then(Pid::from_raw) {
-            // One that is gone shows by not answering.
+            // One that has ended shows by not answering.
             let _ = kill_process(pid, signal);
         }
     }

@@ -1,4 +1,4 @@
-//! A server that is killed: this program once more, as a process of its own.
+//! A server that is killed: this program once more, as a separate process.
 //!
 //! To a client a server is dead when its process is, so the server has to be
 //! another process than the kit. It plays five ticks, says so, and waits to be
@@ -25,7 +25,7 @@ const TICKS: u64 = 5;
 /// What the server says when they are over.
 const PLAYED: &str = "played";
 
-/// A server in a process of its own, and the client on it.
+/// A server in a separate process, and the client on it.
 pub(super) struct DyingServer<'k> {
     kit: &'k Kit,
     client: Client,
@@ -94,7 +94,7 @@ impl<'k> DyingServer<'k> {
         }
     }
 
-    /// Kills the server, as nobody can be told of.
+    /// Kills the server, without a warning.
     pub(super) fn kill(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -110,7 +110,7 @@ impl<'k> DyingServer<'k> {
             }
             std::thread::sleep(Duration::from_millis(2));
         }
-        // Somebody else's sweep of dead runs may be at it just now.
+        // Another process's sweep of dead runs may be at it just now.
         loop {
             let left = Domain::traces(&self.run);
             if left.is_empty() || Instant::now() >= until {
@@ -154,7 +154,7 @@ pub fn serve_until_killed(kit: &Kit, run: &RunName) -> Result<(), Halt> {
     player.gather()?;
     player.ticks(TICKS)?;
     outln!("{PLAYED}");
-    // The kit's end ends this: nobody else holds the other end of the pipe.
+    // The kit's end ends this: no other process holds the other end of the pipe.
     let _ = lines.read_to_end(&mut Vec::new());
     Ok(())
 }

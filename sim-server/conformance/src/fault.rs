@@ -65,14 +65,14 @@ pub enum Fault {
     NeverEnded(Duration),
 }
 
-/// Why a check came to no verdict of its own.
+/// Why a check came to no verdict.
 #[derive(Debug)]
 pub enum Halt {
     /// The client failed: that is a verdict.
     Client(Fault),
     /// The kit cannot work.
     Kit(Box<RunError>),
-    /// Somebody asked the kit to stop.
+    /// The kit was asked to stop.
     Stopped,
 }
 

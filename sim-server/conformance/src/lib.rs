@@ -1,9 +1,9 @@
 //! The conformance kit: plays a server that tests a client.
 //!
 //! A client is a program that takes part in runs, written in any language. The
-//! kit starts it again and again, each time in a little run of its own, and
+//! kit starts it again and again, each time in a separate short run, and
 //! plays the server by the book or, on purpose, not by the book: late, twice,
-//! damaged, killed. What the rules are stands in the documentation of
+//! damaged, killed. The rules are in the documentation of
 //! `rusty_contract` ("The protocol"); each check names its rule.
 //!
 //! In reading order:
@@ -53,20 +53,20 @@ pub struct Kit {
     pub role: Role,
     /// Its name in the roster.
     pub name: String,
-    /// Program and arguments; empty where somebody else starts it.
+    /// Program and arguments; empty where another process starts it.
     pub command: Vec<String>,
     /// How everyone waits.
     pub wait: WaitPolicy,
     /// The longest wait for anything the client must do.
     pub patience: Duration,
-    /// Raised when somebody asks the kit to stop.
+    /// Raised when the kit is asked to stop.
     pub stop: Arc<AtomicBool>,
 }
 
 /// What all checks can look at.
 pub struct Bench<'k> {
     kit: &'k Kit,
-    /// Two runs that nobody disturbed, of the same frames.
+    /// Two undisturbed runs, of the same frames.
     undisturbed: [Transcript; 2],
 }
 
@@ -89,7 +89,7 @@ impl Kit {
         Participant { command: self.command.clone(), ..Participant::new(&self.name, self.role) }
     }
 
-    /// A run name that nobody else has.
+    /// A run name that no other run has.
     fn fresh_run(&self) -> Result<RunName, RunError> {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let n = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -111,13 +111,13 @@ impl Kit {
             .map_err(RunError::io(&std::env::temp_dir()))
     }
 
-    /// Fails once somebody has asked the kit to stop.
+    /// Fails once the kit was asked to stop.
     fn go_on(&self) -> Result<(), Halt> {
         if self.stop.load(Ordering::Relaxed) { Err(Halt::Stopped) } else { Ok(()) }
     }
 
-    /// Makes `wanted` checks, `jobs` at a time, and says what came of each, in
-    /// the same order; fewer where somebody asked the kit to stop.
+    /// Makes `wanted` checks, `jobs` at a time, and returns the result of each, in
+    /// the same order; fewer where the kit was asked to stop.
     ///
     /// # Errors
     /// [`RunError`] if the kit itself cannot work: no shared memory, no such

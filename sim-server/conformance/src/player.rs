@@ -1,6 +1,6 @@
 //! `Player`: a server of one little run that can misbehave on purpose.
 //!
-//! Whoever plays with it decides which steps there are: a frame can be shown
+//! A check decides which steps there are: a frame can be shown
 //! twice, late, damaged, or not at all. No wait outlasts the kit's patience.
 
 mod close;
@@ -26,7 +26,7 @@ use super::spoilt;
 use super::transcript::{Response, Transcript};
 use rusty_engine::run::RunIdentity;
 
-/// How long an observer, whom nobody waits for, is listened to.
+/// How long an observer, that no process waits for, is listened to.
 const OBSERVER_TIME: Duration = Duration::from_millis(10);
 
 /// The server of one little run. What it leaves is removed when it goes.
@@ -69,7 +69,7 @@ impl<'k> Player<'k> {
         Ok(player)
     }
 
-    /// Opens a run for a client that somebody else starts.
+    /// Opens a run for a client that another process starts.
     pub(super) fn serve(
         kit: &'k Kit,
         setting: &Setting,
@@ -330,7 +330,7 @@ impl<'k> Player<'k> {
         self.close()
     }
 
-    /// So many ticks as they should be.
+    /// N ticks as they should be.
     pub(super) fn ticks(&mut self, count: u64) -> Result<(), Halt> {
         (0..count).try_for_each(|_| self.tick())
     }

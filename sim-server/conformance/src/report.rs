@@ -1,4 +1,4 @@
-//! What came of the checks, as a table and as JSON.
+//! The results of the checks, as a table and as JSON.
 
 use rusty_contract::{Exit, Role};
 use serde::Serialize;

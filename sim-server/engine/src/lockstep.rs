@@ -18,7 +18,7 @@
 //!
 //! Where losses are made good (`on_loss = "restart"`), time stands still while
 //! a slot is away: its program is started again, joins, is fed every tick from
-//! the first one on by a way of its own, and answers each (`lockstep/catch_up.rs`).
+//! the first one on by a separate way, and answers each (`lockstep/catch_up.rs`).
 
 mod catch_up;
 mod receive;
@@ -57,9 +57,9 @@ pub struct Lockstep {
     /// Digest of the frame of that tick.
     digest: u64,
     phase: Phase,
-    /// Whoever was there has been told how the run ends.
+    /// All present clients have been told how the run ends.
     end_of_run_is_sent: bool,
-    /// What happened and nobody was told yet.
+    /// What happened and was not reported yet.
     unsaid: VecDeque<Step>,
 }
 
@@ -87,7 +87,7 @@ impl Lockstep {
         &self.slots
     }
 
-    /// Places of those who are lost: whoever is among them is told so by the
+    /// Places of those who are lost: a participant among them is told so by the
     /// next frame, should it still be there.
     pub(crate) fn lost(&self) -> impl Iterator<Item = usize> {
         self.slots.iter().enumerate().filter(|(_, s)| s.loss().is_some()).map(|(i, _)| i)
@@ -120,7 +120,7 @@ impl Lockstep {
         matches!(self.state, State::Gathering { .. })
     }
 
-    /// Somebody asks to join. Gives it its slot, and a ticket that its answers
+    /// A process asks to join. Gives it its slot, and a ticket that its answers
     /// must carry.
     ///
     /// # Errors
@@ -164,7 +164,7 @@ impl Lockstep {
         Ok(slot)
     }
 
-    /// Somebody asks the run to stop.
+    /// The run is asked to stop.
     pub(crate) fn interrupt(&mut self) {
         self.end(Phase::Interrupted);
     }

@@ -99,6 +99,18 @@ pub fn add_estimator(roster: &mut Vec<Participant>, text: &str) {
 /// # Errors
 /// [`SetupError`] names file, field, value and remedy.
 pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
+    let loaded = load_unchecked(which, changes)?;
+    let checked = loaded.scenario.check();
+    checked.map_err(|error| SetupError::Scenario { path: which.to_owned(), error })?;
+    Ok(loaded)
+}
+
+/// As [`load`], for a caller that changes the scenario further and checks it then: a
+/// change may fit only the roster that results.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_unchecked(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
     let built_in = BUILT_IN.iter().find(|(name, _)| *name == which);
     let (text, folder) = match built_in {
         Some((_, text)) => ((*text).to_owned(), PathBuf::new()),
@@ -114,7 +126,7 @@ pub fn load(which: &str, changes: &[String]) -> Result<Loaded, SetupError> {
             (text, path.parent().map(Path::to_owned).unwrap_or_default())
         }
     };
-    let mut scenario = read(&text, changes).map_err(|error| {
+    let mut scenario = read_unchecked(&text, changes).map_err(|error| {
         let path = which.to_owned();
         match parse_world(Path::new(which), &text) {
             Ok(_) => SetupError::WorldGiven { path },
@@ -141,7 +153,7 @@ fn names<'a>(what: &str, word: &str, all: impl Iterator<Item = &'a str>) -> Stri
     format!("; built-in {what}: {}{suggestion}", all.join(", "))
 }
 
-/// A word of a command that names no file where the server works, but one beside
+/// A word of a command that names no file where the server works, but one next to
 /// the scenario: `command = ["python3", "my_filter.py"]` works from anywhere.
 fn beside_the_scenario(folder: &Path, place: usize, word: &str) -> Option<String> {
     // A bare program is looked up elsewhere.
@@ -169,8 +181,14 @@ fn read_text(path: &Path) -> std::io::Result<String> {
 /// # Errors
 /// [`ScenarioError`] names field, value and remedy.
 pub fn read(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
-    let scenario = Scenario::from_toml(text)?;
-    if changes.is_empty() { Ok(scenario) } else { changes::change(text, changes) }
+    let scenario = read_unchecked(text, changes)?;
+    scenario.check()?;
+    Ok(scenario)
+}
+
+/// Reads and checks the text of a scenario, and applies changes that are not checked.
+fn read_unchecked(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
+    Ok(changes::changed(&Scenario::from_toml(text)?, changes)?)
 }
 
 /// Reads a world: a built-in place by name, or a file by path.
@@ -231,20 +249,7 @@ impl Loaded {
             })?;
             *list = rusty_contract::config::parse_commands(&text)?;
         }
-        let config = RunConfig {
-            scenario: s.name.clone(),
-            seed: s.seed,
-            ticks: s.ticks,
-            dt_s: s.dt_s,
-            scan_every: s.scan_every,
-            start: s.start,
-            robot: s.robot,
-            lidar: s.lidar,
-            sensors: s.sensors.clone(),
-            script,
-            world,
-            kidnappings: s.kidnappings.clone(),
-        };
+        let config = RunConfig { script, ..s.config(world) };
         config.check()?;
         Ok(config)
     }
@@ -263,6 +268,15 @@ mod tests {
             assert_eq!(loaded.scenario.name, name);
             loaded.config().unwrap();
         }
+    }
+
+    #[test]
+    fn a_change_may_fit_only_the_roster_that_results() {
+        let set = ["script.kind=patrol".to_owned()];
+        assert!(matches!(load("driver", &set), Err(SetupError::Scenario { .. })));
+        let mut scenario = load_unchecked("driver", &set).unwrap().scenario;
+        scenario.participants.retain(|p| p.role != Role::Driver);
+        scenario.check().unwrap();
     }
 
     #[test]

@@ -29,7 +29,7 @@ pub struct Comparison {
     pub other_roster: bool,
 }
 
-/// One participant's replies beside the recorded ones.
+/// One participant's replies compared with the recorded ones.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Compared {
     /// Whose.

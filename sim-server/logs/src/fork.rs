@@ -76,7 +76,7 @@ impl ForkError {
     }
 }
 
-/// What became of a fork, beside its original.
+/// A fork compared with its original.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Fork {
     /// The original's log.

@@ -72,9 +72,9 @@ pub struct Sealed {
     pub ticks_with_truth: u64,
     /// Observable digest of log and blind log.
     pub observable_digest: String,
-    /// The initial pose stays: somebody who answers was told it.
+    /// The initial pose stays: a participant that answers was told it.
     pub start_known: bool,
-    /// The walls stay: somebody who answers was given them.
+    /// The walls stay: a participant that answers was given them.
     pub world_known: bool,
     /// The log had its end. If not, the blind one has none either.
     pub complete: bool,

@@ -13,7 +13,7 @@ use super::arguments::Output;
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
 No control request changes a bit of the run. `step` replies when its ticks are
-complete.")]
+complete. The log gets a tick when the next one begins or the run ends.")]
 pub struct ControlArgs {
     /// Name of the run, as in the first line of the server
     pub run: RunName,
@@ -57,7 +57,11 @@ pub fn run(args: &ControlArgs) -> Result<Exit> {
     };
     match rusty_link::control(&args.run, request, Duration::from_secs_f64(args.timeout))? {
         ControlReply::Status(status) => Output { json: args.json }.print_with(&status, || {
-            let how = if status.paused { "paused" } else { "running" };
+            let how = match args.request {
+                ControlVerb::Stop => "stopping",
+                _ if status.paused => "paused",
+                _ => "running",
+            };
             outln!("{}: {how}, {} of {} ticks", status.run, status.ticks_done, status.ticks);
         }),
         ControlReply::Refused(why) => {

@@ -29,7 +29,7 @@ pub fn serve(args: &LaunchArgs) -> Result<Exit> {
 
 fn simulate(args: &LaunchArgs, starting: Starting) -> Result<Exit> {
     let LaunchArgs { scenario: which, run } = args;
-    let mut loaded = scenario_file::load(&which.scenario, &which.changes)?;
+    let mut loaded = scenario_file::load_unchecked(&which.scenario, &which.changes)?;
     let scenario = &mut loaded.scenario;
     scenario.seed = which.seed.unwrap_or(scenario.seed);
     scenario.ticks = which.ticks.unwrap_or(scenario.ticks);

@@ -46,7 +46,7 @@ fn read(from: Option<impl Read>) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// Waits for the server's end and kills whoever it left in its group. Its
+/// Waits for the server's end and kills the processes that it left in its group. Its
 /// number is not given to another process before that is done.
 fn end(server: &mut Child, stop: &Stop) -> std::io::Result<ExitStatus> {
     let leader = Pid::from_child(server);

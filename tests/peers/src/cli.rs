@@ -14,11 +14,11 @@ use crate::error::BenchError;
 use crate::output::{print, say};
 use crate::{client, ours, raw, server, tour};
 
-/// The tick of sim-server beside the same tick over ZeroMQ, Zenoh and Unix sockets
+/// The tick of sim-server compared with the same tick over ZeroMQ, Zenoh and Unix sockets
 ///
 /// A server makes a frame (8760 bytes), sends it to its clients, waits for an
 /// answer (184 bytes) from each, and makes the next. Server and clients are
-/// processes of their own and do the same work whoever carries the bytes; only
+/// separate processes and do the same work for all transports; only
 /// frames and answers travel otherwise. The run digest of all must be equal.
 #[derive(Parser)]
 #[command(
@@ -67,7 +67,7 @@ pub struct TourArgs {
           value_parser = value_parser!(u32).range(1..=1000))]
     pub repetitions: u32,
 
-    /// Who is measured beside ours
+    /// Transports to compare with ours
     #[arg(long, value_delimiter = ',', default_value = "zmq,zenoh,uds,raw", value_name = "WHO,…")]
     pub peers: Vec<Contender>,
 
@@ -214,7 +214,7 @@ fn serve(plan: &ServerPlan) -> Result<(), BenchError> {
         Contender::Raw => raw::measure(plan),
         _ => server::measure(plan),
     };
-    // Should the parent be gone, nobody else removes it.
+    // If the parent has ended, no other process removes it.
     let _ = fs::remove_dir_all(&plan.cell.folder);
     let text = serde_json::to_string(&measured?).map_err(BenchError::of("serde_json", "write"))?;
     print(text);

@@ -20,7 +20,7 @@ pub fn main(plan: &ClientPlan) -> Result<(), BenchError> {
 /// Has the kernel send this process `signal` when its parent ends.
 pub fn end_with_parent(parent: u32, signal: Signal) -> Result<(), BenchError> {
     // A kernel that cannot do this leaves the process to its transport, which
-    // fails when the other side is gone.
+    // fails when the other side has ended.
     let _ = set_parent_process_death_signal(Some(signal));
     match getppid().map(|pid| pid.as_raw_nonzero().get().unsigned_abs()) {
         Some(living) if living == parent => Ok(()),

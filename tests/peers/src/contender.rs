@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use rusty_link::WaitPolicy;
 use serde::{Deserialize, Serialize};
 
-/// Somebody who carries frames and answers.
+/// A transport for frames and answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contender {

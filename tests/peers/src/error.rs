@@ -39,7 +39,7 @@ pub enum BenchError {
         /// What is wrong with it.
         problem: String,
     },
-    /// An answer has a number that is none.
+    /// An answer has an invalid number.
     #[error("tick {tick}: {error}")]
     Number {
         /// The frame that is out.

@@ -1,6 +1,6 @@
 //! The processes of `sim-server`, in the same program: the real lockstep, real
 //! clients, the real shared memory. What `sim-server launch` does for a
-//! scenario with so many estimators and without scorer and logger, with a stamp
+//! scenario with N estimators and without scorer and logger, with a stamp
 //! where each frame is begun.
 
 use std::cell::RefCell;

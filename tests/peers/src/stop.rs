@@ -30,7 +30,7 @@ impl Stop {
         Ok(stop)
     }
 
-    /// Whether somebody wants to stop.
+    /// Whether the program was asked to stop.
     pub fn is_raised(&self) -> bool {
         self.flag.load(Ordering::SeqCst)
     }

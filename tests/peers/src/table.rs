@@ -9,13 +9,13 @@ use crate::cli::TourArgs;
 use crate::contender::{Contender, Wait};
 use crate::meter::Measured;
 
-/// What is aimed at: the median tick of these, with so many clients, is so many
-/// times ours.
+/// The goal: the median tick of these, with this many clients, is this many times
+/// ours.
 const GOAL: f64 = 20.0;
 const GOAL_CLIENTS: u32 = 3;
 const GOAL_PEERS: [Contender; 2] = [Contender::Zmq, Contender::Zenoh];
 
-/// One contender, waiting in one way, with so many clients, measured again and
+/// One contender, waiting in one way, with N clients, measured again and
 /// again.
 pub struct Case {
     pub contender: Contender,
@@ -136,7 +136,7 @@ impl Row {
     }
 }
 
-/// Somebody who could not take part.
+/// A contender that could not take part.
 #[derive(Clone, Debug)]
 pub struct Absent {
     pub contender: Contender,
@@ -167,7 +167,7 @@ impl Settings {
     }
 }
 
-/// What was aimed at, and what came of it.
+/// A goal, and the result.
 #[derive(Clone, Debug)]
 pub struct Goal {
     pub contender: Contender,
@@ -245,7 +245,7 @@ impl Results {
             .fact("goals", goals.collect::<Vec<_>>())
     }
 
-    /// Whether somebody was given up.
+    /// Whether a contender was given up.
     pub fn has_failures(&self) -> bool {
         self.rows.iter().any(|row| row.failure.is_some())
     }

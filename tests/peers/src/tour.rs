@@ -101,7 +101,7 @@ impl<'a> Tour<'a> {
         Self { args, stop, cases, bar }
     }
 
-    /// Everyone in turn, so often as is wished, or until somebody stops it.
+    /// Everyone in turn, as often as wanted, or until it is stopped.
     fn go(&mut self, meter: &mut NoiseMeter) {
         for repetition in 0..self.args.repetitions {
             self.say(&format!("repetition {} of {}", repetition + 1, self.args.repetitions));
@@ -148,7 +148,7 @@ impl<'a> Tour<'a> {
     }
 }
 
-/// One measurement in a folder of its own.
+/// One measurement in a separate folder.
 fn measure(
     args: &TourArgs,
     contender: Contender,

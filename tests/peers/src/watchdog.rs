@@ -13,7 +13,7 @@ use crate::output::say;
 const BETWEEN_LOOKS: Duration = Duration::from_millis(500);
 /// Looks without a tick after which nothing will come.
 const PATIENCE: u32 = 60;
-/// The same when somebody wants it to stop.
+/// The same when it is asked to stop.
 const SHORT_PATIENCE: u32 = 3;
 
 /// The clients of a server, and what the watchdog must know.
@@ -27,7 +27,7 @@ pub struct Watched {
 
 impl Watched {
     /// The clients, which are watched from now on. `stop` is raised when
-    /// somebody wants the server to stop.
+    /// the server is asked to stop.
     pub fn new(stop: Arc<AtomicBool>) -> std::io::Result<Self> {
         let watched = Self { stop, ..Self::default() };
         let looking = watched.clone();
@@ -47,7 +47,7 @@ impl Watched {
         self.ticks.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Whether somebody wants the server to stop.
+    /// Whether the server is asked to stop.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

@@ -3,7 +3,7 @@
 //! The server's half is that of `sim-server` around its transport: the world
 //! moves by a tick, the frame is sealed, the run's digest absorbs it, answers
 //! are checked and absorbed. The client's half is the client `dead-reckoning`.
-//! So a run has the same digest whoever carries it, and that digest is the one
+//! So a run has the same digest for all transports, and that digest is the one
 //! of `sim-server launch`.
 
 use rusty_clients::dead_reckoning::DeadReckoning;
@@ -37,7 +37,7 @@ pub struct World {
 }
 
 impl World {
-    /// The world before its first tick, with so many clients.
+    /// The world before its first tick, with N clients.
     pub fn new(config: RunConfig, clients: usize) -> Result<Self, BenchError> {
         Ok(Self {
             sim: Sim::new(config)?,

@@ -53,7 +53,7 @@ fn left_in(temp: &Path) -> Vec<String> {
 }
 
 /// Files of Zenoh's shared memory. Other programs on this machine may have some
-/// of their own, so only what is new counts.
+/// of theirs, so only what is new counts.
 fn shared_memory() -> BTreeSet<String> {
     fs::read_dir("/dev/shm")
         .unwrap()

@@ -2,7 +2,7 @@
 //!
 //! It is Chromium without a window, spoken to in its DevTools protocol through
 //! a pair of pipes: <https://chromedevtools.github.io/devtools-protocol/>. It has
-//! a profile of its own, which goes with it, and is told to ask nobody for
+//! a separate profile, which goes with it, and is told to ask no server for
 //! anything.
 
 use std::collections::VecDeque;
@@ -47,7 +47,7 @@ pub struct Browser {
     child: Child,
     input: ChildStdin,
     messages: Receiver<Value>,
-    /// Events that nobody has waited for yet.
+    /// Events that no call has waited for yet.
     events: VecDeque<Value>,
     asked: u64,
     session: Option<String>,
@@ -231,7 +231,7 @@ impl Browser {
 
     /// What went wrong up to now, and who was asked for something over a network.
     pub fn complaints(&mut self) -> Vec<String> {
-        // Whatever was to come of what was done has come when this is answered.
+        // When this is answered, all effects of earlier calls have come.
         self.value("0");
         let complaint = |event: &Value| {
             let params = &event["params"];

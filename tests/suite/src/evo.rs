@@ -44,12 +44,12 @@ fn prepare() -> Result<PathBuf, String> {
     // Tests of several processes come here at once.
     let lock = File::create(place.join("lock")).unwrap();
     lock.lock().unwrap();
-    // A dependency may have got one of its own since: then all of them.
+    // A dependency may have more dependencies by now: then all of them.
     let few = [&[EVO, "--no-deps"], &NEEDED[..]].concat();
     environment(&place, ("ready", EVO), TRIED, &[&few, &[EVO]], run)
 }
 
-/// What evo says of an estimate beside the truth, both as files that it reads:
+/// What evo says of an estimate compared with the truth, both as files that it reads:
 /// the fields `ate` and `rpe` of a score.
 #[track_caller]
 pub fn measure(python: &Path, truth: &Path, estimate: &Path) -> Value {

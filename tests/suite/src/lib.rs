@@ -1,5 +1,5 @@
-//! What tests that span processes share: the real binaries, runs with names of
-//! their own, a watchdog, and a look at what was left behind.
+//! What tests that span processes share: the real binaries, runs with separate
+//! names, a watchdog, and a look at what was left behind.
 //!
 //! A test never asserts on wall time. The watchdog ends what hangs, and the
 //! test then fails with everything the run had printed.
@@ -59,7 +59,7 @@ pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
 }
 
-/// Real logs and maps that lie beside the repository on some machines. `None`,
+/// Real logs and maps next to the repository on some machines. `None`,
 /// with a printed reason, where they do not.
 pub fn real_data(file: &str) -> Option<PathBuf> {
     let path = repository().join("../shared/data").join(file);

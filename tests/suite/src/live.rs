@@ -94,7 +94,7 @@ pub struct After {
 }
 
 impl After {
-    /// The run ended in this way after so many ticks.
+    /// The run ended in this way after N ticks.
     #[track_caller]
     pub fn ended(&self, how: &str, ticks: u64) {
         assert_eq!((text(&self.report, "ended"), &self.report["ticks"]), (how, &ticks.into()));
@@ -142,7 +142,7 @@ impl After {
         verdict
     }
 
-    /// All ticks happened, with the frames of a run that nobody disturbed, and
+    /// All ticks happened, with the frames of an undisturbed run, and
     /// the estimator's replies are missing from some tick on.
     #[track_caller]
     pub fn went_on_without_the_estimator(&self) {

@@ -154,7 +154,7 @@ pub fn run_to(tag: &str, out: &Path, args: &[&str]) -> Ended {
     ended
 }
 
-/// A whole run by `launch --json` in a folder of its own, exit code 0
+/// A whole run by `launch --json` in a separate folder, exit code 0
 /// expected; fails if it leaves anything behind.
 #[track_caller]
 pub fn launch(tag: &str, out: &Path, args: &[&str]) -> Value {
@@ -202,7 +202,7 @@ pub fn about(verb: &str, log: &Path, args: &[&str]) -> Ended {
 }
 
 /// Fails if the run has left anything in shared memory or its folder. Another
-/// server that starts, or `clean`, sweeps beside it: one that looks at a folder
+/// server that starts, or `clean`, sweeps at the same time: one that looks at a folder
 /// in the moment in which it goes makes it once more, takes its lock, and
 /// removes it. What is still there after that was left.
 #[track_caller]

@@ -25,7 +25,7 @@ pub fn processes_of(run: &RunName) -> Vec<(u32, Vec<String>)> {
 }
 
 /// The processes of a run but its server: those that are told `--run NAME`
-/// and a name of their own, or are called by their program.
+/// and a separate name, or are called by their program.
 pub fn participants(run: &RunName) -> Vec<(u32, String)> {
     let clients = processes_of(run).into_iter().filter(|(_, w)| !w[0].ends_with("sim-server"));
     let name = |words: Vec<String>| {

@@ -22,7 +22,7 @@ pub(crate) fn or_skipped(found: &Result<PathBuf, String>) -> Option<&Path> {
     found.as_deref().inspect_err(|reason| skipped(reason)).ok()
 }
 
-/// A script that lies beside the tests.
+/// A script next to the tests.
 pub fn script(name: &str) -> String {
     let path = repository().join("tests/suite/tests/python").join(name);
     path.to_str().unwrap().to_owned()
@@ -79,7 +79,7 @@ pub(crate) fn environment(
     Ok(python)
 }
 
-/// Copies a file unless it is there. Whoever uses the old one keeps it.
+/// Copies a file unless it is there. A process that uses the old one keeps it.
 fn refresh(from: &Path, to: &Path) {
     let bytes = fs::read(from).unwrap();
     if fs::read(to).is_ok_and(|there| there == bytes) {

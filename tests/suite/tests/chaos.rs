@@ -29,7 +29,7 @@ struct Chaos {
     /// Longest sleep before an answer of every second estimator, µs.
     slow_us: u64,
     scorer: bool,
-    /// It begins paused, and goes so many ticks before it is let go.
+    /// It begins paused, and goes N ticks before it is let go.
     steps: Option<u64>,
     /// Who is killed then, and comes back.
     killed: Option<&'static str>,
@@ -116,7 +116,7 @@ impl Chaos {
         });
     }
 
-    /// Goes some ticks, loses somebody there, and is let go.
+    /// Goes some ticks, loses a participant there, and is let go.
     fn step_by_step(&self, live: &Live, steps: u64) {
         until("the run takes steps", || live.control(&["step", &steps.to_string()]));
         if let Some(who) = self.killed {
@@ -152,7 +152,7 @@ impl Chaos {
     }
 }
 
-/// Arguments for so many estimators: dead reckoning, and others after it of
+/// Arguments for N estimators: dead reckoning, and others after it of
 /// which every second one may be slow.
 fn roster(estimators: usize, slow_us: u64) -> Vec<String> {
     let slow = format!("slow --sleep-us {slow_us}");
@@ -164,7 +164,7 @@ fn roster(estimators: usize, slow_us: u64) -> Vec<String> {
     (2..=estimators).flat_map(one).collect()
 }
 
-/// World digest and run digest of an undisturbed run with so many estimators.
+/// World digest and run digest of an undisturbed run with N estimators.
 fn calm(estimators: usize) -> &'static (String, String) {
     static CALM: [OnceLock<(String, String)>; MOST] = [const { OnceLock::new() }; MOST];
     CALM[estimators - 1].get_or_init(|| digests(folder().path(), estimators, &[]))

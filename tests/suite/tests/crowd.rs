@@ -1,4 +1,4 @@
-//! Twenty runs at once and a sweeper beside them: nobody disturbs anybody, and
+//! Twenty runs at once and a sweeper next to them: no run disturbs another, and
 //! what a dead run left goes while the living go on.
 
 use std::collections::BTreeSet;
@@ -9,7 +9,7 @@ use rusty_tests::*;
 
 const CROWD: usize = 20;
 
-/// A run that was killed with all its participants: nobody could sweep.
+/// A run that was killed with all its participants: no process could sweep.
 fn dead_run() -> RunName {
     let live = Live::under_way("dead", &[&LONG]);
     let all = participants(&live.run);

@@ -3,7 +3,7 @@
 
 use rusty_tests::*;
 
-/// Runs a script in which `/dev/shm` is a file system of its own of `size`, with
+/// Runs a script in which `/dev/shm` is a separate file system of `size`, with
 /// the arguments of a launch as `"$@"`; `None`, with a printed reason, where that
 /// is not allowed.
 fn with_memory(size: &str, script: &str, launch: &[&str]) -> Option<(Ended, Folder)> {

@@ -1,4 +1,4 @@
-//! What a laser read, beside what a map says it should have.
+//! Readings of a laser, compared with what a map predicts.
 
 use nalgebra::Point2;
 use rusty_geometry::{SE2, Scan, World};
@@ -43,7 +43,7 @@ pub enum Expected {
 impl Expected {
     /// Adds to `readings` the ranges (m, one a beam) read from the pose `robot`.
     /// Left out are ranges that are no numbers or below 0, and beams about which
-    /// the map says nothing: they go through cells that nobody knows.
+    /// the map says nothing: they go through cells that are unknown.
     pub fn add(&mut self, readings: &mut Readings, robot: &SE2, ranges_m: &[f64], beams: &Beams) {
         if !robot.is_finite() {
             return;

@@ -1,11 +1,11 @@
-//! Collects readings from a log, fits, and says what came of it.
+//! Collects readings from a log, fits, and prints the result.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use rusty_clients::recorder::{Ending, Step};
 use rusty_clients::{ClientError, Recorder};
-use rusty_contract::{Brief, Exit, LidarConfig, Start, errln, outln};
+use rusty_contract::{Brief, Exit, LidarConfig, Start, TextTable, errln, outln};
 use rusty_geometry::{Scan, World};
 
 use super::{BeamFit, Criterion, Expected, Fitted, Readings, Round, fit};
@@ -164,12 +164,7 @@ impl Recorder for FitBeam {
 fn page(fit: &BeamFit, lidar: &LidarConfig, scans: u64, verbose: bool) -> String {
     let mut lines = Vec::new();
     if verbose {
-        lines.push(
-            "round  log likelihood      hit    short      max     rand   sigma m  lambda 1/m"
-                .to_owned(),
-        );
-        lines.extend(fit.rounds.iter().enumerate().map(|(i, round)| line_of(i, round)));
-        lines.push(String::new());
+        lines.push(format!("{}\n", table_of(&fit.rounds)));
     }
     let ended = if fit.converged { "converged" } else { "NOT converged: give more --rounds" };
     lines.push(format!(
@@ -177,7 +172,7 @@ fn page(fit: &BeamFit, lidar: &LidarConfig, scans: u64, verbose: bool) -> String
         fit.readings,
         fit.rounds.len() - 1
     ));
-    lines.push(format!("{:8} {:>12} {:>12} {:>12}", "", "value", "std. error", "data sheet"));
+    let mut table = TextTable::new("parameter  >value  >std. error  >data sheet");
     let sheet = [None, None, Some(lidar.dropout), None, Some(lidar.range_std_m), None];
     let rows = [
         ("z_hit", fit.z_hit),
@@ -191,9 +186,9 @@ fn page(fit: &BeamFit, lidar: &LidarConfig, scans: u64, verbose: bool) -> String
         let figure = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| format!("{v:.6}"));
         // What no reading depends on has no value either.
         let value = std_error.map(|_| value);
-        let (value, error) = (figure(value), figure(std_error));
-        lines.push(format!("{name:8} {value:>12} {error:>12} {:>12}", figure(sheet)));
+        table.row(&[&name, &figure(value), &figure(std_error), &figure(sheet)]);
     }
+    lines.push(table.to_string());
     lines.push(format!(
         "for mcl: --sigma-m {:.4} --z-short {:.4} --z-max {:.4} --z-rand {:.4}",
         fit.sigma_hit_m.value, fit.z_short.value, fit.z_max.value, fit.z_rand.value
@@ -201,12 +196,18 @@ fn page(fit: &BeamFit, lidar: &LidarConfig, scans: u64, verbose: bool) -> String
     lines.join("\n")
 }
 
-fn line_of(number: usize, round: &Round) -> String {
-    let [hit, short, max, rand] = round.weights;
-    format!(
-        "{number:5} {:15.9} {hit:8.6} {short:8.6} {max:8.6} {rand:8.6} {:9.6} {:11.6}",
-        round.log_likelihood, round.sigma_hit_m, round.lambda_short_per_m
-    )
+/// Returns the rounds as a table.
+fn table_of(rounds: &[Round]) -> TextTable {
+    let heads = ">round  >log likelihood  >hit  >short  >max  >rand  >sigma m  >lambda 1/m";
+    let mut table = TextTable::new(heads);
+    for (number, round) in rounds.iter().enumerate() {
+        let mut cells = vec![number.to_string(), format!("{:.9}", round.log_likelihood)];
+        let sigma_and_lambda = [round.sigma_hit_m, round.lambda_short_per_m];
+        let figures = round.weights.iter().chain(&sigma_and_lambda);
+        cells.extend(figures.map(|figure| format!("{figure:.6}")));
+        table.push(cells);
+    }
+    table
 }
 
 #[cfg(test)]

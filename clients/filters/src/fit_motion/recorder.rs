@@ -1,9 +1,9 @@
-//! Collects windows from a log, fits, and says what came of it.
+//! Collects windows from a log, fits, and prints the result.
 
 use clap::Args;
 use rusty_clients::recorder::{Ending, Step};
 use rusty_clients::{ClientError, Recorder};
-use rusty_contract::{Brief, Exit, Start, errln, outln};
+use rusty_contract::{Brief, Exit, Start, TextTable, errln, outln};
 
 use super::{Alpha, Identifiability, MotionFit, Systematic, Windows, fit};
 
@@ -113,10 +113,11 @@ const OF: [(&str, &str); 4] = [
 fn page(fit: &MotionFit, verbose: bool) -> String {
     let mut lines = Vec::new();
     if verbose {
-        lines.push("round  log likelihood".to_owned());
-        let rounds = fit.rounds.iter().enumerate();
-        lines.extend(rounds.map(|(i, value)| format!("{i:5} {value:15.6}")));
-        lines.push(String::new());
+        let mut table = TextTable::new(">round  >log likelihood");
+        for (number, value) in fit.rounds.iter().enumerate() {
+            table.row(&[&number, &format!("{value:.6}")]);
+        }
+        lines.push(format!("{table}\n"));
     }
     let left = fit.left;
     lines.push(format!(
@@ -129,6 +130,7 @@ fn page(fit: &MotionFit, verbose: bool) -> String {
         fit.rounds.len() - 1,
         if fit.converged { "converged" } else { "NOT converged" },
     ));
+    let mut table = TextTable::new("parameter  value ± std. error  quantity  remark");
     for (i, (Alpha { value, std_error, told }, (what, lacks))) in
         fit.alphas.iter().zip(OF).enumerate()
     {
@@ -140,8 +142,9 @@ fn page(fit: &MotionFit, verbose: bool) -> String {
             }
             _ => ("–".to_owned(), format!("not told: no {lacks}, or always together with others")),
         };
-        lines.push(format!("alpha{}  {figures:24} {what:24} {word}", i + 1).trim_end().to_owned());
+        table.row(&[&format!("alpha{}", i + 1), &figures, &what, &word]);
     }
+    lines.push(table.to_string());
     let systematic = [
         ("ahead", fit.ahead_per_m, "m per m"),
         ("heading", fit.turn_per_m, "rad per m"),

@@ -8,7 +8,7 @@ use super::{Alpha, Identifiability, MotionFit, Systematic, Window, Windows};
 /// It stops once no α moves by more than this of its standard error.
 const SETTLED: f64 = 1e-6;
 const MOST_ROUNDS: usize = 200;
-/// Two α of which only a sum is told apart this badly: their errors are so many
+/// Two α of which only a sum is told apart this badly: their errors are this many
 /// times those that each would have alone.
 const ENTANGLED: f64 = 1e3;
 

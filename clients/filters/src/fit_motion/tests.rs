@@ -22,7 +22,7 @@ impl Drive {
         Self { drive, counts: EncoderCounts::default(), pose: SE2::identity(), windows }
     }
 
-    /// The wheels turn by so many counts; `slips` says where that leads.
+    /// The wheels turn by these counts; `slips` says where that leads.
     fn tick(&mut self, left: i64, right: i64, slips: impl FnOnce(SE2, [f64; 2]) -> SE2) {
         let lambda_m = tick_length(&self.drive);
         self.counts.left += left;

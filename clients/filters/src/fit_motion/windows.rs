@@ -14,7 +14,7 @@ pub struct Window {
     pub error: Vector2<f64>,
     /// Covariance of that for each α, were it 1 and the others 0.
     pub of_alpha: [Matrix2<f64>; 4],
-    /// Covariance that comes of counting in whole numbers.
+    /// Covariance that results from counting in whole numbers.
     pub of_counts: Matrix2<f64>,
     /// Way ahead, m, and round, rad, that the counts say.
     pub driven: Vector2<f64>,

@@ -117,7 +117,7 @@ pub enum NoMatch {
         /// Size of the last step.
         deviations: f64,
     },
-    /// A number that is none.
+    /// An invalid number.
     #[error("the equations have no solution: a range or the guess is no number")]
     NoSolution,
 }
@@ -172,7 +172,7 @@ pub fn match_scans(
     let share = enough(surface, rays, &now, sure, options.least_share)?;
     let squares: f64 = pairs.iter().map(|p| p.surprise() * p.surprise()).sum();
     // In deviations: 1 for what the models say, more where walls are not what they
-    // were, which is a noise of its own.
+    // were, which is separate noise.
     let misfit = (squares / pairs.len() as f64).sqrt();
     let mut evidence = Evidence::of(surface, rays, &pairs, &now, true);
     evidence.noise *= (misfit * misfit).max(1.0);

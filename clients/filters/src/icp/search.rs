@@ -20,7 +20,7 @@ const STEP_M: f64 = 0.25;
 const STEP_RAD: f64 = 0.08;
 /// A point this far from every wall scores nothing, m.
 const REACH_M: f64 = 0.35;
-/// So many of the best poses are begun from.
+/// Number of best poses from which a match begins.
 const STARTS: usize = 4;
 /// Steps to each side at most: a window is never wider than 1.5 m and 0.48 rad to
 /// each side, however unsure the guess. One that wide takes 2197 poses.

@@ -12,7 +12,7 @@ use super::laser::{Laser, Ray, View};
 const WINDOWS: [usize; 6] = [25, 17, 11, 7, 5, 3];
 /// No piece of wall is longer, m: what is longer is seen in several.
 const LONGEST_M: f64 = 2.0;
-/// So many beams without an end may lie between two neighbours.
+/// The most beams without an end between two neighbours.
 const MISSING_BEAMS: usize = 2;
 /// A direction less certain than this (rad, one deviation) is none.
 const WORST_TILT_RAD: f64 = 0.15;

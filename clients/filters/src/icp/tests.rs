@@ -47,7 +47,7 @@ impl Eye {
         Surface::new(&self.laser, &rays, IcpOptions::default().roughness_m)
     }
 
-    /// The scan from `then` beside the scan from `then ∘ moved`, begun at `guess`.
+    /// The scan from `then` compared with the scan from `then ∘ moved`, begun at `guess`.
     fn matched(&mut self, then: &SE2, moved: &SE2, guess: &SE2) -> Result<Match, NoMatch> {
         let options = IcpOptions::default();
         let surface = self.surface(then);
@@ -155,7 +155,7 @@ fn a_corridor_says_nothing_along_itself() {
 #[test]
 fn what_is_known_is_counted_from_the_pose_that_it_is_about() {
     // A measurement of 3 m and some turn from where it was linearised; what a pose
-    // beside the one that comes out costs, by the measurement itself.
+    // compared with the one that comes out costs, by the measurement itself.
     let tau = Vector3::new(3.0, 0.1, 0.3);
     let root = Matrix3::new(40.0, 3.0, -8.0, 0.0, 70.0, 20.0, 0.0, 0.0, 90.0);
     let gain = root.transpose() * root;
@@ -201,7 +201,7 @@ fn scans_that_are_none_are_named() {
         let rays = surface.rays();
         assert_eq!(with(&nothing, rays, &SE2::identity()), Err(NoMatch::FewPieces { found: 0 }));
     }
-    // Another room, and a guess that is none.
+    // Another room, and a useless guess.
     let away = with(&surface, surface.rays(), &SE2::new(30.0, 0.0, 0.0));
     assert!(matches!(away, Err(NoMatch::FewPairs { pairs: 0, .. })), "{away:?}");
     let none = with(&surface, surface.rays(), &SE2::new(f64::NAN, 0.0, 0.0));

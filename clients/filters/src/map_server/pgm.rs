@@ -9,7 +9,7 @@ use rusty_contract::FieldError;
 /// large building has some 10⁶.
 pub const MAX_PIXELS: usize = 1 << 26;
 
-/// A picture as it lies in the file: the first row is the uppermost.
+/// A picture as it is in the file: the first row is the uppermost.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     /// Pixels in a row.

@@ -79,7 +79,7 @@ impl Cloud {
         self.since = SE2::identity();
     }
 
-    /// Moves all particles, each by a motion of its own.
+    /// Moves all particles, each by a separate motion.
     pub fn move_by(&mut self, motion: &Motion) {
         self.particles.move_by(motion, &mut self.motions);
         self.since = self.since.compose(&motion.now_in_then);
@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(few.particles.count(), sample_size(2, EPSILON, QUANTILE));
         many.spread = (0.1, 0.1);
         many.draw(&options);
-        // As many as the bins ask for that they lie in, or a little less: a larger
+        // As many as the occupied bins ask for, or a little less: a larger
         // sample reaches a few bins more.
         let bins = many.bins.fill(many.particles.poses());
         let needed = sample_size(bins, EPSILON, QUANTILE) as f64;

@@ -65,7 +65,7 @@ impl FreeSpace {
         Some(SE2::new(x, y, PI - 2.0 * PI * random.uniform()))
     }
 
-    /// Adds so many of them to the particles.
+    /// Adds this many of them to the particles.
     pub fn fill(&self, particles: &mut Particles, count: usize, random: &mut Random) {
         let poses = (0..count).filter_map(|_| self.pose(random));
         poses.for_each(|pose| particles.push(&pose));

@@ -87,7 +87,7 @@ impl Particles {
         }
     }
 
-    /// Moves each by a motion of its own, drawn from what is believed of this
+    /// Moves each by a separate motion, drawn from what is believed of this
     /// one (Table 8.2, line 4).
     pub fn move_by(&mut self, motion: &Motion, random: &mut Random) {
         let root = root(&motion.covariance);

@@ -3,8 +3,8 @@
 //! Table 8.3 of *Probabilistic Robotics* mixes particles from everywhere with
 //! those that there are. With a laser that cannot work: a stranger a hand's
 //! breadth from the truth explains a scan worse than a particle that fits some
-//! other room to the millimetre, though not quite, and is gone with the next
-//! drawing. So the strangers are a cloud of their own that localises globally
+//! other room to the millimetre, though not quite, and is lost with the next
+//! drawing. So the strangers are a separate cloud that localises globally
 //! as at the beginning, from the first scan that arouses suspicion on. When it
 //! has settled, the two are compared at one and the same scan: the one that
 //! explains it better is the belief. If that is the old one, the suspicion is
@@ -19,10 +19,10 @@ use crate::{Motion, Random};
 
 /// By how much better a beam has to be explained elsewhere.
 const BETTER: f64 = 1.02;
-/// A search that has not settled after so many scans has failed. The belief of a
+/// A search that has not settled after this many scans has failed. The belief of a
 /// robot that does not know where it begins is one, too.
 pub(super) const MOST_SCANS: u32 = 50;
-/// One that has settled is watched for so many scans before it is believed.
+/// One that has settled is watched for this many scans before it is believed.
 const LEAST_SCANS: u32 = 10;
 
 /// What a scan did for a search.

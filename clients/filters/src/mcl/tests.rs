@@ -278,6 +278,6 @@ fn a_map_of_cells_serves_as_well() {
     let mut mcl = Mcl::new(drive.robot, Map::Cells(cells), None, &Options::default()).unwrap();
     (0..60).for_each(|_| drive.step(&mut mcl));
     let tau = error(&mcl, &drive.truth).unwrap();
-    // Half a cell: on which side of its wall a cell lies nobody can know.
+    // Half a cell: on which side of its wall a cell lies is unknown.
     assert!(tau.norm() < 0.06, "{tau}");
 }

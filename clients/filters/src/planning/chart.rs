@@ -6,7 +6,7 @@ use super::routes::nearest_free;
 use super::{Clearance, Room, Routes, Unknown, straighten};
 use crate::OccupancyMap;
 
-/// Whoever stands in a place without enough room is led off it, if room is this
+/// A robot in a place without enough room is led off it, if room is this
 /// near, m.
 const LED_OFF_M: f64 = 0.5;
 

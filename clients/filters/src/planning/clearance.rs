@@ -1,5 +1,5 @@
 //! How far the nearest wall is, for every cell of a map, as one who looks for ways
-//! sees it: what nobody knows may count as a wall. The distances are those of
+//! sees it: what is unknown may count as a wall. The distances are those of
 //! [`crate::distance_field`].
 
 use nalgebra::Point2;
@@ -7,7 +7,7 @@ use nalgebra::Point2;
 use crate::distance_field::squares_to;
 use crate::{Cell, GridFrame, OccupancyMap};
 
-/// What a cell is that nobody knows.
+/// How an unknown cell counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
     /// Not to be entered; but the body may hang over it, as at the edge of what
@@ -28,7 +28,7 @@ pub struct Clearance {
 
 impl Clearance {
     /// From the cells that are occupied, and as `unknown` has it from those that
-    /// nobody knows.
+    /// is unknown.
     pub fn of_map(map: &OccupancyMap, unknown: Unknown) -> Self {
         let frame = map.frame;
         let squares = squares_to(map, |cell| match cell {

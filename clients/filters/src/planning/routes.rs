@@ -33,7 +33,7 @@ pub struct Room {
     pub needed_m: f64,
     /// From here on, no more room makes a way any better, m.
     pub liked_m: f64,
-    /// At `needed_m` a step costs so many times its length more.
+    /// At `needed_m` a step costs this many times its length more.
     pub dislike: f64,
 }
 

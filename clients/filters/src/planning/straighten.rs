@@ -11,7 +11,7 @@ use nalgebra::Point2;
 use super::{Clearance, Room};
 
 /// Two costs this near are the same: a straight line is summed up from more
-/// pieces than the steps beside it.
+/// pieces than the steps next to it.
 const SLACK: f64 = 1.0 + 1e-6;
 
 /// The corners of a way through the centres of these cells, both ends included.

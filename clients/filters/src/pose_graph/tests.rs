@@ -148,7 +148,7 @@ fn covariances_between_poses_are_those_of_the_dense_inverse() {
 
 #[test]
 fn covariances_are_those_of_noise_that_is_drawn() {
-    // A chain and a loop with noise of their own covariance, a thousand times.
+    // A chain and a loop with noise of that covariance, a thousand times.
     let information = Matrix3::from_diagonal(&Vector3::new(1e4, 4e4, 2.5e4));
     let deviations = Vector3::new(0.01, 0.005, 1.0 / 158.113_883);
     let (side, corners) = (SE2::new(1.0, 0.0, 1.2), 6);

@@ -113,7 +113,7 @@ fn uncertainty_grows_with_the_way() {
     }
     assert!(volumes.len() > 4, "{volumes:?}");
     assert!(volumes.windows(2).all(|pair| pair[1] >= pair[0]), "{volumes:?}");
-    // Without a start it begins at the origin of a frame of its own.
+    // Without a start it begins at the origin of a separate frame.
     let (pose, _) = ScanMatch::new(&start(&robot.lidar, None), &ScanMatchOptions::default()).pose();
     assert_eq!(pose, SE2::identity());
 }

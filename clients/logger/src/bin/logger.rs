@@ -11,7 +11,12 @@ use rusty_logger::{Logger, measure::Measure};
 ///
 /// The log of a run is run.log in the run's folder or in --out.
 #[derive(Parser)]
-#[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(
+    name = "logger",
+    version,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true
+)]
 struct Cli {
     #[command(flatten)]
     args: ClientArgs,

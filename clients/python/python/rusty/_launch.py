@@ -203,7 +203,7 @@ def _outcome(code: int, printed: str, said: str, allow_loss: bool) -> Run:
         return made
     lines = said.strip().splitlines()
     if made is not None:
-        # The first line is the run's; whoever was lost is both told and remarked.
+        # The first line is the run's; a participant that was lost is both told and remarked.
         lines = lines[1:]
         for remark in made.report["remarks"]:
             if remark.split(": ", 1)[-1] not in "\n".join(lines):
@@ -308,7 +308,7 @@ def _run(words: list[str], quiet: bool) -> tuple[int, str, str]:
             if not quiet:
                 sys.stderr.write(line)
 
-    # In a session of its own: Ctrl-C on a terminal would reach it a second time.
+    # In a separate session: Ctrl-C on a terminal would reach it a second time.
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     server = subprocess.Popen(
         words,

@@ -98,7 +98,7 @@ class Start:
         """How many ticks the run has."""
     @property
     def scan_every(self) -> int:
-        """One scan every so many ticks; 0: none."""
+        """One scan every N ticks; 0: none."""
     @property
     def robot(self) -> Robot:
         """What the maker says of the robot."""
@@ -149,7 +149,7 @@ class Tick:
 
         The array lies over the frame in shared memory, without a copy. Kept past
         its tick it stays what it was, and so does every slice of it, even when
-        the session or the server is gone. While 3 such arrays are kept, those of
+        the session or the server has ended. While 3 such arrays are kept, those of
         later ticks are copies.
 
         Arrays that exist at an ``os.fork()`` stay what they were in the fork, too:
@@ -208,7 +208,7 @@ class Tick:
                 None: not reported.
 
         Raises:
-            ValueError: a number that is none, by name; the tick can be answered
+            ValueError: an invalid number, by name; the tick can be answered
                 again.
             RuntimeError: the tick has been answered, or is over.
         """
@@ -271,8 +271,8 @@ def join(
     ``join_timeout`` are then the command line's, too: given here they count for
     nothing. The script is then a program that takes part: asked to stop (SIGTERM,
     Ctrl-C) it leaves the run, and it prints one line, not a traceback, if it could
-    not join, was dropped, or the server is gone. With ``run``, Ctrl-C in the main
-    thread leaves the run as well. Signal handlers and an excepthook of its own stay
+    not join, was dropped, or the server has ended. With ``run``, Ctrl-C in the main
+    thread leaves the run as well. Signal handlers and an excepthook that a program has set stay
     as they are.
 
     Args:
@@ -285,7 +285,7 @@ def join(
             ("balanced"), never sleep ("spin"), or sleep at once ("block").
         join_timeout: how long to wait for the run to appear, s.
         argv: read these arguments instead of ``sys.argv[1:]``, for a script with
-            arguments of its own.
+            other arguments.
 
     Raises:
         Refused: the server says no.

@@ -19,7 +19,7 @@ use serde::Serialize;
 /// it, and it misses beliefs if it is too slow. Filters with a single pose publish
 /// no belief; their covariance is in their answers.
 #[derive(Parser)]
-#[command(version)]
+#[command(name = "belief", version)]
 struct Cli {
     /// Run to observe
     #[arg(long, value_name = "NAME")]

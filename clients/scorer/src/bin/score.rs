@@ -16,7 +16,7 @@ use rusty_scorer::scorer::Scorer;
 ///
 /// The robot is found if the errors stay within --within-m and --within-deg for --hold-s.
 #[derive(Parser)]
-#[command(version)]
+#[command(name = "score", version)]
 struct Cli {
     #[command(flatten)]
     args: ClientArgs,

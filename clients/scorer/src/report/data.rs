@@ -25,7 +25,7 @@ use crate::scoring::stops::Stop;
 use crate::scoring::timeline::Timeline;
 use crate::scoring::trace::RunTrace;
 
-/// All scans of a page together take at most so many bytes.
+/// All scans of a page together take at most this many bytes.
 const MOST_SCAN_BYTES: usize = 640 << 10;
 
 /// The scans that are kept: which stops have them, and how far a beam can tell.
@@ -128,7 +128,7 @@ fn place_s(time: &Timeline, stop: &Stop) -> f64 {
     (place_s * 1e4).round() / 1e4 + 0.0
 }
 
-/// The words of a stop that stand beside the slider; its time is its place on
+/// The words of a stop next to the slider; its time is its place on
 /// the time axis, as everywhere on the page.
 pub(super) fn now(trace: &RunTrace, time: &Timeline, stop: usize) -> String {
     trace.stops.get(stop).map_or_else(
@@ -179,7 +179,7 @@ pub(super) fn json(
         }),
     };
     // Numbers, and names of letters, digits, '-' and '_': nothing in it can end
-    // the element that it stands in.
+    // the element that it is in.
     serde_json::to_string(&data).unwrap_or_default()
 }
 

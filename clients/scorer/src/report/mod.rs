@@ -11,7 +11,7 @@
 //!   drawn to the tick that a slider chooses. Without them the page is complete:
 //!   it then shows the end of the run.
 //!
-//! The page asks nobody for anything: its policy forbids it. Names that others
+//! The page requests nothing: its policy forbids it. Names that others
 //! chose are shown, never run. The same run gives the same bytes.
 
 mod beliefs;
@@ -63,7 +63,7 @@ pub fn html(header: &LogHeader, trace: &RunTrace, scores: &ScoreReport) -> Strin
     page
 }
 
-/// What the page's own script is known by. Whoever chose a name in this run
+/// What the page's own script is known by. A person who chose a name in this run
 /// could not know the digest.
 fn nonce(trace: &RunTrace) -> String {
     let digest = trace.digest.chars().filter(char::is_ascii_hexdigit);

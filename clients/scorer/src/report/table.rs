@@ -17,7 +17,7 @@ use crate::scoring::trace::RunTrace;
 /// What stands where there is nothing to say.
 const UNSCORED: &str = "unscored";
 
-/// So many estimators fit beside each other on paper.
+/// The most estimators that fit next to each other on paper.
 const MOST_COLUMNS: usize = 6;
 
 /// A cell: its text (of our own making, so it is not escaped), and the number in

@@ -15,7 +15,7 @@ fn covariance(k: u32) -> [f64; 9] {
     [variance, 0.0, 0.0, 0.0, 3.0 * variance, 0.0, 0.0, 0.0, variance]
 }
 
-/// A run of the first scenario's header: so many estimators, each with
+/// A run of the first scenario's header: N estimators, each with
 /// covariances if its number is even, along a circle.
 pub(super) fn run(names: &[&str], ticks: u32) -> (LogHeader, RunTrace) {
     let mut header = header();
@@ -54,18 +54,7 @@ fn report(trace: &RunTrace) -> ScoreReport {
     if let Some(first) = scores.first_mut() {
         first.compute = Some(ComputeTimes { reported: times, observed: times });
     }
-    ScoreReport {
-        scenario: trace.scenario.clone(),
-        seed: trace.seed,
-        ticks: trace.whole().ticks,
-        ticks_with_truth: trace.whole().ticks_with_truth,
-        blocked_ticks: None,
-        digest: trace.digest.clone(),
-        scores,
-        unscored: None,
-        pictures: Vec::new(),
-        report: None,
-    }
+    trace.report(scores)
 }
 
 /// The page, with what must hold of every one.

@@ -6,7 +6,7 @@ use rusty_contract::{BeliefKind, WeightedPose};
 use super::tests::{page, run};
 use crate::scoring::{BeliefKeeper, BeliefMoment};
 
-/// Beliefs of these filters at every fifth of so many ticks.
+/// Beliefs of these filters at every fifth of N ticks.
 fn shown(names: &[&str], ticks: u64, poses: usize, kind: BeliefKind) -> BeliefKeeper {
     let mut keeper = BeliefKeeper::default();
     for tick in (0..ticks).step_by(5) {

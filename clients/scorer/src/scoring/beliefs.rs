@@ -1,4 +1,4 @@
-//! Beliefs that somebody showed, as they are drawn: a bounded number of moments,
+//! Beliefs that a filter showed, as they are drawn: a bounded number of moments,
 //! of each a bounded number of poses, in memory that does not grow with the run.
 //!
 //! What came is kept as it came. Of more moments than there is room for every
@@ -9,7 +9,7 @@ use rusty_contract::{BeliefKind, WeightedPose};
 
 pub use rusty_clients::showing::MOST_MOMENTS;
 
-/// A belief comes at most so many ticks after the frame that it was held after.
+/// A belief comes at most this many ticks after the frame that it was held after.
 const RECENT_FRAMES: usize = 32;
 /// The most poses of a belief that are drawn.
 pub const MOST_MARKS: usize = 400;
@@ -70,7 +70,7 @@ pub struct BeliefKeeper {
 #[derive(Clone, Debug)]
 struct Keeping {
     track: BeliefTrack,
-    /// One of so many moments is kept.
+    /// One of this many moments is kept.
     stride: u64,
     /// Moments taken.
     taken: u64,
@@ -198,7 +198,7 @@ impl BeliefKeeper {
         }
     }
 
-    /// Gives up what came of one filter.
+    /// Gives up the result of one filter.
     pub fn forget(&mut self, name: &str) {
         self.keepings.retain(|keeping| keeping.track.name != name);
     }

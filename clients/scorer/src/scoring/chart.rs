@@ -16,7 +16,7 @@ const LARGEST_M: f64 = 1e12;
 /// The least that an axis spans, so that rounding does not look like drift.
 const LEAST_M: f64 = 1e-3;
 const LEAST_DEG: f64 = 0.05;
-/// A band may make an axis so many times as long as the errors do.
+/// A band may make an axis this many times as long as the errors do.
 const BAND_SHARE: f64 = 3.0;
 /// What a NEES axis spans at least and at most.
 const NEES_LEAST: [f64; 2] = [0.1, 20.0];

@@ -26,7 +26,7 @@ pub struct TraceKeeper {
     /// The tick of each entry of the trace.
     kept: Vec<u64>,
     most: usize,
-    /// One of so many ticks is kept.
+    /// One of this many ticks is kept.
     stride: u64,
     /// Ticks seen.
     ticks: u64,

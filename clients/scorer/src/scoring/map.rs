@@ -70,7 +70,7 @@ impl View {
         Axes::equal(frame, self.x_m, self.y_m, 10.0)
     }
 
-    /// Draws the scan as far as it lies in the map.
+    /// Draws the scan as far as it is in the map.
     pub fn draw_scan(&self, canvas: &mut Canvas, axes: &Axes) {
         for at in self.scan.iter().map(|&at| axes.px(at)).filter(|&at| axes.holds(at)) {
             draw_echo(canvas, at);
@@ -169,7 +169,7 @@ pub(crate) fn draw_possible(canvas: &mut Canvas, look: &Look, at: Px, mark: &Mar
     canvas.wash(&HEAD.map(corner), &look.ink, 0.4)
 }
 
-/// Draws the last belief of each filter that showed any, as far as it lies in
+/// Draws the last belief of each filter that showed any, as far as it is in
 /// the map.
 pub(crate) fn draw_beliefs(canvas: &mut Canvas, axes: &Axes, trace: &RunTrace) {
     for (k, track) in trace.beliefs.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Beside the map: what is what, and the scores in a table.
+//! Next to the map: the legend, and the scores in a table.
 
 use rusty_contract::score::{Score, degrees, metres, seconds};
 use rusty_plot::page::Rows;
@@ -11,12 +11,12 @@ use super::timeline::Timeline;
 use super::trace::RunTrace;
 
 const LEGEND_ROW: f64 = 24.0;
-/// Longest entry that somebody else chose a part of, characters.
+/// Longest entry with a part that a user chose, characters.
 const LONGEST_ENTRY: usize = 21;
 const TABLE_HEAD: f64 = 62.0;
 const NOTES: f64 = 88.0;
 const TABLE_ROW: f64 = 22.0;
-/// Rows of a table that would not fit beside the largest map.
+/// Rows of a table that would not fit next to the largest map.
 const NARROW_ROW: f64 = 17.0;
 
 /// The panel: entries of the legend, and where its parts begin.

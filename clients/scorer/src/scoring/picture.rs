@@ -1,4 +1,4 @@
-//! A run on one page: map, legend, scores, and the errors over time; beside
+//! A run on one page: map, legend, scores, and the errors over time; next to
 //! them what the covariances promised, where any were reported.
 //!
 //! A white card with dark ink, 1200 units wide and up to about 1250 high; wide
@@ -130,7 +130,7 @@ fn draw_charts(canvas: &mut Canvas, charts: &[(Rect, Chart<'_>)], trace: &RunTra
 }
 
 /// Names and marks in the line above a plot, from its right edge, as long as
-/// they leave room for the title; the table beside the map has them all.
+/// they leave room for the title; the table next to the map has them all.
 fn draw_legend(canvas: &mut Canvas, frame: &Rect, trace: &RunTrace) {
     let total: f64 = trace.names.iter().map(|name| Legend::width(name)).sum();
     if total > frame.width() - 200.0 {

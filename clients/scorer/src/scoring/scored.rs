@@ -23,7 +23,7 @@ pub fn score(trace: &RunTrace) -> Vec<Score> {
         ticks: trace.tick_count() as u64,
         start: trace.start,
         kidnapped_at: trace.kidnapped_at.clone(),
-        // What has no seed has stamps of its own.
+        // What has no seed has separate stamps.
         began_s: trace.seed.map(|_| 0.0),
     };
     let mut meter = Meter::new(&trace.names, &planned, Yardstick::default());

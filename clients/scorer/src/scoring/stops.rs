@@ -1,5 +1,5 @@
 //! `Stops`: a bounded number of ticks of a run with all that is known of them,
-//! covariances and scans included, for whoever wants to look at one tick after
+//! covariances and scans included, for a reader who looks at one tick after
 //! the other.
 //!
 //! Where there are more ticks than room, one of every two goes, as
@@ -12,7 +12,7 @@ use rusty_geometry::SE2;
 
 /// The most stops that are kept; it is even.
 pub const MOST_STOPS: usize = 1536;
-/// With many estimators there are fewer stops: so many estimates in all.
+/// With many estimators there are fewer stops: this many estimates in all.
 const MOST_ESTIMATES: usize = 14_336;
 
 /// One tick. Poses are in the world frame and made of numbers.
@@ -39,7 +39,7 @@ pub struct Stops {
     /// How many of them count; the rest is room.
     count: usize,
     most: usize,
-    /// One of so many ticks is kept.
+    /// One of this many ticks is kept.
     stride: u64,
     ticks: u64,
     /// The tick seen last, and the last with a scan.
@@ -78,7 +78,7 @@ impl Stop {
 }
 
 impl Stops {
-    /// A run of which no tick has been seen: so many estimators, beams and
+    /// A run of which no tick has been seen: N estimators, beams and
     /// ticks to come. Seeing those allocates nothing.
     #[must_use]
     pub fn new(estimators: usize, beams: usize, planned: u64) -> Self {

@@ -2,7 +2,7 @@
 
 use rusty_contract::config::LidarConfig;
 use rusty_contract::log::LogHeader;
-use rusty_contract::score::PriorKnowledge;
+use rusty_contract::score::{PriorKnowledge, Score, ScoreReport};
 use rusty_geometry::{SE2, WorldSpec};
 use rusty_metrics::PathLength;
 
@@ -140,6 +140,24 @@ impl RunTrace {
         })
     }
 
+    /// Returns the report of the run, without pictures.
+    #[must_use]
+    pub fn report(&self, scores: Vec<Score>) -> ScoreReport {
+        let whole = self.whole();
+        ScoreReport {
+            scenario: self.scenario.clone(),
+            seed: self.seed,
+            ticks: whole.ticks,
+            ticks_with_truth: whole.ticks_with_truth,
+            blocked_ticks: None,
+            digest: self.digest.clone(),
+            scores,
+            unscored: None,
+            pictures: Vec::new(),
+            report: None,
+        }
+    }
+
     /// How many ticks there are.
     #[must_use]
     pub fn tick_count(&self) -> usize {
@@ -212,28 +230,8 @@ pub(crate) mod tests {
 
     /// The header of a run of the first scenario.
     pub(crate) fn header() -> LogHeader {
-        let scenario = rusty_contract::Scenario::default();
-        let config = rusty_contract::RunConfig {
-            scenario: scenario.name.clone(),
-            seed: scenario.seed,
-            ticks: scenario.ticks,
-            dt_s: scenario.dt_s,
-            scan_every: scenario.scan_every,
-            start: scenario.start,
-            robot: scenario.robot,
-            lidar: scenario.lidar,
-            script: scenario.script,
-            world: rusty_geometry::apartment().spec().clone(),
-            sensors: rusty_contract::Sensors::default(),
-            kidnappings: Vec::new(),
-        };
-        LogHeader {
-            writer: "test".to_owned(),
-            source: rusty_contract::log::Source::Simulated,
-            config,
-            roster: scenario.participants,
-            on_loss: scenario.on_loss,
-        }
+        let world = rusty_geometry::apartment().spec().clone();
+        LogHeader::simulated("test", &rusty_contract::Scenario::default(), world)
     }
 
     #[test]

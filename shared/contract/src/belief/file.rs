@@ -93,7 +93,7 @@ pub enum Found<'a> {
     },
     /// The end: nothing is missing.
     End,
-    /// The file ends where no end was written: whoever wrote it was cut short.
+    /// The file ends where no end was written: its writer was cut short.
     Cut,
 }
 

@@ -194,8 +194,7 @@ impl BlindKey {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::Source;
-    use crate::{RunConfig, Scenario, TruthKey};
+    use crate::{Scenario, TruthKey};
     use rusty_geometry::{EncoderCounts, Twist};
 
     fn frame(tick: u64) -> Box<Frame> {
@@ -206,28 +205,10 @@ mod tests {
     }
 
     fn key() -> BlindKey {
-        let s = Scenario::default();
+        let scenario = Scenario { seed: u64::MAX, dt_s: 0.1 + 0.2, ..Scenario::default() };
+        let world = rusty_geometry::places::apartment().spec().clone();
         let mut key = BlindKey {
-            header: LogHeader {
-                writer: "test".to_owned(),
-                source: Source::Simulated,
-                config: RunConfig {
-                    scenario: s.name,
-                    seed: u64::MAX,
-                    ticks: s.ticks,
-                    dt_s: 0.1 + 0.2,
-                    scan_every: s.scan_every,
-                    start: s.start,
-                    robot: s.robot,
-                    lidar: s.lidar,
-                    script: s.script,
-                    world: rusty_geometry::places::apartment().spec().clone(),
-                    sensors: crate::Sensors::default(),
-                    kidnappings: Vec::new(),
-                },
-                roster: s.participants,
-                on_loss: s.on_loss,
-            },
+            header: LogHeader::simulated("test", &scenario, world),
             run_digest: Some([1; 16]),
             world_digest: None,
             observable_digest: [0; 16],

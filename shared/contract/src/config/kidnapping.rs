@@ -9,7 +9,7 @@ use super::{FieldError, at_least, within};
 const MOST: usize = 1000;
 
 /// The robot is lifted at the start of a tick and put down elsewhere; its wheels
-/// do not turn meanwhile, and nobody is told. The *kidnapped robot problem* of
+/// do not turn meanwhile, and no participant is told. The *kidnapped robot problem* of
 /// Thrun, Burgard, Fox, *Probabilistic Robotics*, §7.1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -17,5 +17,6 @@ pub use kidnapping::Kidnapping;
 pub use lidar::LidarConfig;
 pub use robot::{NominalRobot, RobotConfig};
 pub use run::RunConfig;
+pub(crate) use run::check_times_and_start;
 pub use script::{PatrolConfig, ScriptConfig, parse_commands};
 pub use sensors::Sensors;

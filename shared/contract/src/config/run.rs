@@ -23,7 +23,7 @@ pub struct RunConfig {
     pub ticks: u64,
     /// Length of a tick, s.
     pub dt_s: f64,
-    /// One scan every so many ticks, the first in tick 0; 0: no scans.
+    /// One scan every N ticks, the first in tick 0; 0: no scans.
     pub scan_every: u64,
     /// Where the robot starts, world frame.
     pub start: SE2,
@@ -108,11 +108,7 @@ impl RunConfig {
             return Err(FieldError::new("name", value, problem, remedy));
         }
         at_least("ticks", self.ticks, 1, 1 << 40)?;
-        within("dt_s", self.dt_s, 1e-6, 10.0)?;
-        at_least("scan_every", self.scan_every, 0, 1 << 40)?;
-        within("start.x_m", self.start.x(), -1e6, 1e6)?;
-        within("start.y_m", self.start.y(), -1e6, 1e6)?;
-        within("start.theta_rad", self.start.theta(), -4.0, 4.0)?;
+        check_times_and_start(self.dt_s, self.scan_every, self.start)?;
         self.robot.check()?;
         self.lidar.check()?;
         self.sensors.check()?;
@@ -122,6 +118,20 @@ impl RunConfig {
             FieldError::new("world", &self.world.name, e.to_string(), "mend the world file")
         })
     }
+}
+
+/// Checks the fields that a scenario and a configuration share outside of robot,
+/// LiDAR and script.
+pub(crate) fn check_times_and_start(
+    dt_s: f64,
+    scan_every: u64,
+    start: SE2,
+) -> Result<(), FieldError> {
+    within("dt_s", dt_s, 1e-6, 10.0)?;
+    at_least("scan_every", scan_every, 0, 1 << 40)?;
+    within("start.x_m", start.x(), -1e6, 1e6)?;
+    within("start.y_m", start.y(), -1e6, 1e6)?;
+    within("start.theta_rad", start.theta(), -4.0, 4.0)
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ const MAX_COMMANDS: usize = 1_000_000;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ScriptConfig {
-    /// Up and down a corridor, open loop: nobody looks where the robot is.
+    /// Up and down a corridor, open loop, without the robot's pose.
     Patrol(PatrolConfig),
     /// The same, steered by the server on the true pose, so that the robot
     /// stays in the corridor. The commands go into frame and log, so everyone

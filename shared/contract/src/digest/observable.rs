@@ -1,4 +1,4 @@
-//! The digest of what could be seen, whoever sealed the truth away.
+//! The digest of what could be seen, also of a log whose truth is sealed.
 
 use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 

@@ -65,13 +65,25 @@ pub enum Source {
 }
 
 impl LogHeader {
+    /// Returns the header of a simulated run of a scenario in a world.
+    #[must_use]
+    pub fn simulated(writer: &str, scenario: &Scenario, world: WorldSpec) -> Self {
+        Self {
+            writer: writer.to_owned(),
+            source: Source::Simulated,
+            config: scenario.config(world),
+            roster: scenario.participants.clone(),
+            on_loss: scenario.on_loss,
+        }
+    }
+
     /// The roster's answering participants, in order: whose replies are part of
     /// the run.
     pub fn answering(&self) -> impl Iterator<Item = &Participant> {
         self.roster.iter().filter(|p| p.answers())
     }
 
-    /// Checks configuration and roster: whoever reads a header builds its world,
+    /// Checks configuration and roster: a reader of a header builds its world,
     /// divides by its beams and makes room for its roster.
     ///
     /// # Errors

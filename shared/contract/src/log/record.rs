@@ -9,7 +9,7 @@ use crate::readings::{OwnedReadings, Readings};
 use crate::reply::Reply;
 use crate::truth::TruthKey;
 
-/// What stands in a record, owned.
+/// The content of a record, owned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Entry {
     /// A tick.

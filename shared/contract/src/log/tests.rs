@@ -12,27 +12,10 @@ const DT_S: f64 = 0.02;
 const TICKS: u64 = 8;
 
 fn header() -> LogHeader {
-    let scenario = Scenario::default();
-    LogHeader {
-        writer: "test".to_owned(),
-        source: Source::Simulated,
-        config: RunConfig {
-            scenario: scenario.name,
-            seed: u64::MAX,
-            ticks: TICKS,
-            dt_s: DT_S,
-            scan_every: 2,
-            start: SE2::new(0.1, 0.2, 0.3),
-            robot: scenario.robot,
-            lidar: scenario.lidar,
-            script: scenario.script,
-            world: rusty_geometry::places::apartment().spec().clone(),
-            sensors: crate::Sensors::default(),
-            kidnappings: Vec::new(),
-        },
-        roster: scenario.participants,
-        on_loss: scenario.on_loss,
-    }
+    let (seed, ticks, start) = (u64::MAX, TICKS, SE2::new(0.1, 0.2, 0.3));
+    let scenario =
+        Scenario { seed, ticks, dt_s: DT_S, scan_every: 2, start, ..Scenario::default() };
+    LogHeader::simulated("test", &scenario, rusty_geometry::places::apartment().spec().clone())
 }
 
 /// Readings in every third tick.

@@ -1,4 +1,4 @@
-//! What a scenario file may say, and how its errors read.
+//! Tests of the scenario file.
 
 use super::*;
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Normalised squared errors (NEES) or innovations (NIS) of one run, beside
+/// Normalised squared errors (NEES) or innovations (NIS) of one run, compared with
 /// what they would be if the estimator's covariances were right.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Consistency {
@@ -20,14 +20,14 @@ pub struct Consistency {
     pub last: f64,
     /// Degrees of freedom of the last.
     pub last_degrees: f64,
-    /// Share of the samples in the two-sided band of their own degrees, at
+    /// Share of the samples in the two-sided band of their degrees, at
     /// `level`.
     pub share_within: f64,
     /// As many independent samples would be as uncertain as these are together:
     /// estimated for errors, which drag on from tick to tick; all of them for
     /// innovations, which a right filter makes independent.
     pub effective_samples: f64,
-    /// The mean lies in here with probability `level` if all is right.
+    /// The mean is in here with probability `level` if all is right.
     pub interval: [f64; 2],
     /// Probability of the interval and of the band, e.g. 0.95.
     pub level: f64,
@@ -35,7 +35,7 @@ pub struct Consistency {
     pub verdict: Verdict,
 }
 
-/// What an estimator says of its errors, beside what they are.
+/// What an estimator says of its errors, compared with what they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {

@@ -62,7 +62,7 @@ fn cell(value: Option<f64>, number: fn(f64) -> String, unit: &str) -> String {
 /// A head, and what is below it.
 type Column = (String, fn(&Score) -> String);
 
-/// The columns of the second table: those in which somebody has something, and
+/// The columns of the second table: those in which a participant has something, and
 /// what is asked first of an estimator.
 fn columns(scores: &[Score]) -> Vec<Column> {
     let any = |known: fn(&Score) -> bool| scores.iter().any(known);
@@ -94,7 +94,7 @@ fn columns(scores: &[Score]) -> Vec<Column> {
     columns
 }
 
-/// "consistent 1.02": the verdict, and the mean beside what is expected of it.
+/// "consistent 1.02": the verdict, and the mean compared with what is expected of it.
 fn consistency(found: Option<&Consistency>) -> String {
     let Some(c) = found else { return "unscored".to_owned() };
     let ratio = c.sum / c.degrees;

@@ -33,7 +33,7 @@ pub(super) struct Stream {
     rng: ChaCha8Rng,
 }
 
-/// The generator cannot be copied, so that nobody uses a key twice by accident;
+/// The generator cannot be copied, so that no code uses a key twice by accident;
 /// here the same words are wanted.
 impl Clone for Stream {
     fn clone(&self) -> Self {

@@ -2,7 +2,7 @@
 //! [`rusty_contract::readings`].
 //!
 //! To add one: its configuration in `rusty_contract::config::sensors`, its place in
-//! `rusty_contract::readings`, a stream with slots of its own in [`crate::noise`],
+//! `rusty_contract::readings`, a separate stream with slots in [`crate::noise`],
 //! and a file here that cites its model.
 
 mod bumper;

@@ -1,8 +1,8 @@
-//! How many system calls a tick makes, counted by `strace` in runs of their
-//! own: two lengths of the same run, so that what starting and ending take
+//! How many system calls a tick makes, counted by `strace` in separate
+//! runs: two lengths of the same run, so that what starting and ending take
 //! cancels out.
 //!
-//! `sched_yield` is left out. It blocks nobody, and with a filter in the kernel
+//! `sched_yield` is left out. It blocks no process, and with a filter in the kernel
 //! (`--seccomp-bpf`) the calls that are not counted are not slowed down either,
 //! so everyone waits as without `strace`.
 

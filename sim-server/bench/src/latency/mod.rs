@@ -1,4 +1,4 @@
-//! `bench latency`: a tick of the protocol beside the transport alone and the
+//! `bench latency`: a tick of the protocol compared with the transport alone and the
 //! machine alone.
 //!
 //! For each number of clients, beams and scans there are repetitions; each is a
@@ -30,7 +30,7 @@ pub struct Plan {
     pub clients: Vec<usize>,
     /// Numbers of beams.
     pub beams: Vec<u32>,
-    /// A scan in every so-manyth tick; 0: none.
+    /// A scan in every Nth tick; 0: none.
     pub scan_every: Vec<u64>,
     /// Also server, estimator, scorer and logger.
     pub mix: bool,
@@ -82,10 +82,10 @@ struct Case {
 }
 
 impl Plan {
-    /// Measures. `None` if somebody wanted it to stop.
+    /// Measures. `None` if it was asked to stop.
     ///
     /// # Errors
-    /// [`BenchError`] if a run cannot be set up or loses somebody.
+    /// [`BenchError`] if a run cannot be set up or loses a participant.
     pub fn measure(
         &self,
         run: &RunName,
@@ -179,7 +179,7 @@ impl Plan {
     /// Counts the system calls of a tick of `launch`, as these arguments
     /// have it.
     fn system_calls(&self, stage: &Stage<'_>, launch: &[String]) -> Result<Calls, BenchError> {
-        // Its folder goes with the domain; the runs have a name of their own.
+        // Its folder goes with the domain; the runs have separate names.
         let domain = Domain::create(stage.run)?;
         let folder = domain.folder().join("out");
         let mut args = launch.to_vec();

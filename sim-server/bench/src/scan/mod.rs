@@ -1,4 +1,4 @@
-//! `bench scan`: what a beam costs, beside a ray for each beam.
+//! `bench scan`: what a beam costs, compared with a ray for each beam.
 //!
 //! `ways` has the ways to scan that are compared.
 //!
@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(cases, expected.collect::<Vec<_>>());
         assert_eq!(results.facts["beams_that_differ"], 0);
         assert_eq!(results.facts["beams_compared"], 9 * 32 * 180);
-        // Parry has a formula of its own; walls that meet at a corner it may see
+        // Parry has a different formula; walls that meet at a corner it may see
         // from the other side, but not often.
         let parry = results.facts["parry_differs"].as_u64().unwrap();
         assert!(parry * 1000 < 9 * 32 * 180, "{parry}");

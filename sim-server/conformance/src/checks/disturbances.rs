@@ -28,7 +28,7 @@ pub(crate) fn late(bench: &Bench<'_>) -> CheckResult {
         player.rest(awake.saturating_mul(2).clamp(LATE[0], LATE[1]))?;
         player.make();
         player.show()?;
-        // In the second half nobody wakes it.
+        // In the second half no process wakes it.
         if tick < 12 {
             player.wake();
         }

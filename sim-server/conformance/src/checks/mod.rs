@@ -39,12 +39,12 @@ fn play(
     Ok(said)
 }
 
-/// A run that nobody disturbs.
+/// An undisturbed run.
 pub(super) fn undisturbed(kit: &Kit) -> Result<Transcript, Halt> {
     play(kit, &Setting::usual(kit.role), TICKS, |player, _| player.tick())
 }
 
-/// A run that `tick` disturbs, compared with one that nobody did.
+/// A run that `tick` disturbs, compared with an undisturbed one.
 fn disturbed(
     bench: &Bench<'_>,
     tick: impl FnMut(&mut Player<'_>, u64) -> Result<(), Halt>,

@@ -39,7 +39,7 @@ pub struct Cell {
     pub run: RunName,
     /// The program it is to become.
     pub program: PathBuf,
-    /// What it may read beside.
+    /// What it may read in addition.
     pub files: Vec<PathBuf>,
     /// Where it may write, if anywhere.
     pub own_folder: Option<PathBuf>,
@@ -97,7 +97,7 @@ impl ConfineError {
     }
 }
 
-/// Confines this thread and all that comes of it. There is no way back.
+/// Confines this thread and all that it starts. There is no way back.
 pub(super) fn apply(cell: &Cell) -> Result<(), ConfineError> {
     let status = rules(cell)?.restrict_self()?;
     if cell.sandbox == Sandbox::Required && status.ruleset != RulesetStatus::FullyEnforced {
@@ -151,7 +151,7 @@ fn allow(
 
 /// Takes from root what makes it more than any other user.
 fn drop_capabilities() -> Result<(), ConfineError> {
-    // One by one up to the last that this kernel knows. Whoever may not drop
+    // One by one up to the last that this kernel knows. A process that may not drop
     // them has none to drop.
     for n in 0..64 {
         let one = CapabilitySet::from_bits_retain(1 << n);

@@ -16,7 +16,7 @@
 //!   `/etc/ld.so.cache`) and what its scenario entry names in `files`;
 //! * use `/dev/null`, `/dev/zero`, `/dev/random`, `/dev/urandom`, and its own
 //!   output, which is open when it starts;
-//! * if its `command` has `{out}`: read and write in a folder of its own, named
+//! * if its `command` has `{out}`: read and write in a separate folder, named
 //!   after it, in the folder to which the run writes;
 //! * read its run's lock; in the folder of its run's shared memory: list, read,
 //!   write, make and remove files, and make sockets, because the transport does;
@@ -72,7 +72,7 @@
 //!
 //! # What remains open
 //!
-//! * It can write to the shared memory of its own run: frames, which others
+//! * It can write to the shared memory of its run: frames, which others
 //!   read (a changed frame fails its digest), and the transport's own notes.
 //!   No truth is there in plaintext.
 //! * It can load and run, as its own code, any file that it can read: libraries,
@@ -90,7 +90,7 @@
 //!   is a defence against looking, not against waste. The server removes the
 //!   files that it leaves (`leave-own-memory`), and if the server is killed too,
 //!   a scorer, a logger, the next start or `clean`.
-//! * If the server is killed by SIGKILL, it kills nobody: a hostile participant
+//! * If the server is killed by SIGKILL, it kills no process: a hostile participant
 //!   can then go on, within its rules.
 //! * It can ask for the slot of another participant of its run. For the slots
 //!   of scorers and loggers it lacks the key; a map that another estimator is
@@ -102,7 +102,7 @@
 //! The server, scorers and loggers are not dumpable ([`close_memory`]): their
 //! memory, environment and descriptors are closed to other processes of the
 //! same user that are not confined. Root, and who has CAP_SYS_PTRACE, can open
-//! them all the same; nobody gets core dumps or attaches a debugger otherwise.
+//! them all the same; otherwise no process gets core dumps or attaches a debugger.
 //!
 //! Sources: Linux `Documentation/userspace-api/landlock.rst`,
 //! `seccomp_filter.rst`, `no_new_privs.rst`; ptrace(2), capabilities(7).
@@ -213,7 +213,7 @@ pub fn become_confined(cell: &Cell, args: &[OsString]) -> Result<Infallible, Con
 }
 
 /// Marks all descriptors but the standard three to be closed when this process
-/// becomes another. The server's own are marked already; whoever started the
+/// becomes another. The server's own are marked already; the process that started the
 /// server may have left some open.
 fn keep_standard_descriptors() -> Result<(), ConfineError> {
     let io = |error| ConfineError::Os { what: "list the open descriptors", error };
@@ -224,7 +224,7 @@ fn keep_standard_descriptors() -> Result<(), ConfineError> {
         };
         // SAFETY: the number was just listed as an open descriptor of this
         // process, which has one thread; it is borrowed for two calls. Marking
-        // a descriptor takes it from nobody, and a closed one gives an error.
+        // a descriptor takes it from no other, and a closed one gives an error.
         let fd = unsafe { BorrowedFd::borrow_raw(n) };
         if let Ok(flags) = fcntl_getfd(fd) {
             fcntl_setfd(fd, flags | FdFlags::CLOEXEC)

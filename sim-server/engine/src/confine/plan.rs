@@ -1,4 +1,4 @@
-//! What the kernel can do, what was asked for, and what comes of it: decided
+//! What the kernel can do, what was asked for, and the result: decided
 //! before anybody is started, without asking the kernel twice.
 
 use rusty_contract::{FieldError, Sandbox};

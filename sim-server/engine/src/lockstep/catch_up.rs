@@ -9,7 +9,7 @@
 //!
 //! No tick is released meanwhile. What it answers to a tick that had its answer
 //! before it was lost is an echo: it changes nothing, and is handed out so that
-//! somebody can compare. A participant that is deterministic gives the same
+//! a reader can compare. A participant that is deterministic gives the same
 //! again, so the run has the digest it would have had.
 
 use rusty_contract::{Answer, OnLoss, Reply};
@@ -42,7 +42,7 @@ impl Lockstep {
         self.slots[slot].fruitless = FRUITLESS;
     }
 
-    /// Somebody is being told this.
+    /// A participant is being told this.
     pub(super) fn said(&mut self, step: Step, now_ns: u64) -> Step {
         if let Step::Restart(loss) = &step {
             if matches!(self.state, State::Ending { .. } | State::Finished) {
@@ -59,7 +59,7 @@ impl Lockstep {
     }
 
     /// By when those who are coming back must have done their next step, if
-    /// somebody is.
+    /// a participant is.
     pub(super) fn back_by_ns(&self) -> Option<u64> {
         (0..self.slots.len()).filter_map(|slot| self.deadline_ns(slot)).min()
     }

@@ -16,7 +16,7 @@ impl Lockstep {
         let ending = self.end_of_run_is_sent;
         let slot = &mut self.slots[place];
         if answer.ticket != slot.ticket || matches!(slot.state, ParticipantState::Away { .. }) {
-            // Somebody who has the slot no more, or never had it.
+            // A process that no longer has the slot, or never had it.
             slot.strays += 1;
             return;
         }
@@ -114,7 +114,7 @@ impl Lockstep {
             return;
         }
         if !place.awaited {
-            // Nobody waits for it, so nothing is lost.
+            // No process waits for it, so nothing is lost.
             place.state = ParticipantState::Left;
             return;
         }
@@ -123,7 +123,7 @@ impl Lockstep {
         place.catch_up = None;
         if may_restart {
             place.fruitless += 1;
-            // Nobody has the slot now.
+            // No process has the slot now.
             place.pid = 0;
             place.state = ParticipantState::Away { since_ns: 0, called: false };
             self.unsaid.push_back(Step::Restart(loss));

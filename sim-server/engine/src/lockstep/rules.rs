@@ -38,18 +38,18 @@ pub enum Step {
     Publish(u64),
     /// All answers to this tick are in: absorb them.
     Close(u64),
-    /// Somebody is slow. Say so, and go on waiting.
+    /// A participant is slow. Report it, and go on waiting.
     Slow {
         /// The slot.
         slot: usize,
         /// How long it has taken so far, ns.
         waited_ns: u64,
     },
-    /// Somebody is lost. Say so.
+    /// A participant is lost. Report it.
     Lost(Loss),
-    /// Somebody is lost and shall come back. Start its program again.
+    /// A participant is lost and shall come back. Start its program again.
     Restart(Loss),
-    /// Send this tick again, to one who came back and to nobody else; then
+    /// Send this tick again, to one that came back and to no other; then
     /// call `Lockstep::fed`.
     Feed {
         /// The slot.

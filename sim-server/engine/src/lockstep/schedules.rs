@@ -1,8 +1,8 @@
 //! The protocol under schedules drawn from a seed: late, lost, doubled, wrong
 //! and senseless answers, deaths, returns, timeouts, in any order.
 //!
-//! A [`World`] stands for everyone outside the machine and keeps books of its
-//! own; after every step the books are compared with what the machine does. A
+//! A [`World`] stands for everyone outside the machine and keeps separate
+//! books; after every step the books are compared with what the machine does. A
 //! schedule that breaks a promise is shortened to the events that matter and
 //! printed. `RUSTY_SCHEDULES=1000000 cargo test -p sim-server schedules`
 //! tries more of them.
@@ -11,7 +11,7 @@ mod world;
 
 use world::{Event, World};
 
-/// How many schedules, where nobody says otherwise.
+/// How many schedules, by default.
 const SCHEDULES: u64 = 100_000;
 /// Events in the longest of them.
 const LONGEST: u64 = 120;

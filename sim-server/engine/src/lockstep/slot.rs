@@ -60,7 +60,7 @@ pub enum ParticipantState {
     Away {
         /// Since when it is expected back, ns.
         since_ns: u64,
-        /// Whether somebody was told to bring it back.
+        /// Whether its program is being started again.
         called: bool,
     },
     /// It left when it should.

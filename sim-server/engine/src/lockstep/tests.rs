@@ -242,7 +242,7 @@ fn who_is_lost_comes_back_and_is_given_everything_again() {
     // Time stands still until it is back, and no longer than the join timeout.
     assert_eq!(m.next(16, quiet), Step::Wait { until_ns: 1_015 });
     assert_eq!(m.join(&JoinRequest::new("b", 200, 0, "test"), 7), Ok(1));
-    // What the dead one had sent before is nobody's answer now.
+    // What the dead one had sent before is no participant's answer now.
     m.answer(&say(1, 2, 42, ABSTAIN), 17);
     assert_eq!(m.slots()[1].strays, 1);
     let again = |tick: u64, message| {

@@ -2,10 +2,10 @@
 //!
 //! In any argument of a `command`, `{out}` stands for the run's folder: that of
 //! `--out`, `runs/NAME`, or the one that `verify --clients` throws away. So what a
-//! filter writes lies beside the log of its run, wherever that is. The log keeps
+//! filter writes is next to the log of its run, wherever that is. The log keeps
 //! the words as they were written, and a replay gives them its own folder.
 //!
-//! For a participant with a `sandbox` it is a folder of its own in there, named
+//! For a participant with a `sandbox` it is a separate folder in there, named
 //! after it, in which it may read and write: the run's folder holds the log, and
 //! the log the truth. It is so on every kernel, with or without a gate.
 
@@ -23,7 +23,7 @@ fn names_it(participant: &Participant) -> bool {
     participant.command.iter().skip(1).any(|word| word.contains(OUT))
 }
 
-/// The folder of its own that a participant with a sandbox writes to, if its
+/// The separate folder that a participant with a sandbox writes to, if its
 /// arguments name one. It is made.
 ///
 /// # Errors

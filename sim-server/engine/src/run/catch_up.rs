@@ -73,7 +73,7 @@ impl Run<'_> {
     /// Gives `slot` the next tick it missed.
     pub(super) fn feed(&mut self, slot: usize, tick: u64) -> Result<(), LinkError> {
         let Some(feeding) = &mut self.participants.feedings[slot] else {
-            // Whoever has catching up to do was given a feed when it joined.
+            // A participant that has to catch up was given a feed when it joined.
             self.lockstep.abort();
             return Ok(());
         };

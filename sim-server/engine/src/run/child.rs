@@ -87,7 +87,7 @@ pub struct Spawn<'a> {
     pub groups: &'a Groups,
 }
 
-/// A participant that this process started, in a process group of its own, which
+/// A participant that this process started, in a separate process group, which
 /// is killed when this is dropped.
 pub struct ChildProcess {
     pub(super) slot: usize,

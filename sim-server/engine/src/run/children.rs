@@ -14,7 +14,7 @@ use crate::confine::Gate;
 
 /// How long participants may take to end after their leave message.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The same for those that nobody misses.
+/// The same for those that are not required.
 const SHORT_PATIENCE: Duration = Duration::from_millis(300);
 /// The same for those that reported a failure: an interpreter writes down what
 /// happened and takes itself apart before it ends, and its last lines are wanted.

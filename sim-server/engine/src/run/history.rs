@@ -1,4 +1,4 @@
-//! The replies of a run so far, kept where somebody may have to be given the
+//! The replies of a run so far, kept where a participant may have to be given the
 //! run again.
 
 use rusty_contract::Reply;

@@ -35,7 +35,7 @@ pub fn prepare_process() {
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
 }
 
-/// Checks that a run of so many participants is possible; the soft limit of open
+/// Checks that a run of N participants is possible; the soft limit of open
 /// files is raised if it has to be.
 ///
 /// # Errors

@@ -86,7 +86,7 @@ impl Run<'_> {
             }
         };
         if let Err(e) = call.reply(&reply) {
-            // The caller is gone; if it had a slot, its death shows next.
+            // The caller has ended; if it had a slot, its death shows next.
             self.progress.say(&format!("a client left while it was being answered ({e})"));
         }
         Ok(())

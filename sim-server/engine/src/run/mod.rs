@@ -113,7 +113,7 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// A run over `link`, which waits for nobody yet.
+    /// A run over `link`, which waits for no participant yet.
     fn new(
         options: &RunBuilder,
         identity: RunIdentity,

@@ -8,7 +8,7 @@ pub enum Pace {
     /// As fast as everyone answers.
     #[default]
     Max,
-    /// So many simulated seconds per second; 1 is real time.
+    /// Simulated seconds per second; 1 is real time.
     Factor(f64),
 }
 

@@ -8,8 +8,8 @@ use rusty_contract::suggest::did_you_mean;
 
 use super::ChildrenError;
 
-/// A path is taken as it is; a bare name is looked up beside the server, in
-/// `examples` beside it, then on the path.
+/// A path is taken as it is; a bare name is looked up next to the server, in
+/// `examples` next to it, then on the path.
 pub fn find_program(name: &str, program: &str) -> Result<PathBuf, ChildrenError> {
     if program.contains('/') {
         return Ok(PathBuf::from(program));

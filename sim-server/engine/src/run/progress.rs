@@ -76,7 +76,7 @@ impl Progress {
         }
     }
 
-    /// So many ticks are done.
+    /// N ticks are done.
     pub fn tick(&mut self, done: u64) {
         if !done.is_multiple_of(TICKS_BETWEEN_LOOKS) && done != self.ticks {
             return;
@@ -84,7 +84,7 @@ impl Progress {
         self.at(done);
     }
 
-    /// The same from whoever looks at the clock now and then.
+    /// The same from a caller that looks at the clock now and then.
     pub fn at(&mut self, all: u64) {
         if let Some(bar) = &self.bar {
             bar.set_position(all);
@@ -114,7 +114,7 @@ impl Progress {
     }
 
     /// Says something without breaking the bar. Said even when quiet: it is
-    /// about somebody in trouble.
+    /// about a participant in trouble.
     pub fn say(&self, text: &str) {
         match &self.bar {
             Some(bar) => bar.suspend(|| errln!("{text}")),

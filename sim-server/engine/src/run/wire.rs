@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use rusty_link::{FrameLoan, LinkError, Peer, ServerLink, monotonic_ns};
 
-/// Reads of the clock while no process sleeps: one in so many steps.
+/// Reads of the clock while no process sleeps: one in N steps.
 const STEPS_PER_CLOCK: u32 = 16;
 /// Looks at the data between two checks on processes, for a server that never
 /// sleeps.

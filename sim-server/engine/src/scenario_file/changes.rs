@@ -1,79 +1,74 @@
 //! Changes of the form `robot.slip_std=0.05`: the option `--set`.
 
-use rusty_contract::scenario::ScenarioError;
 use rusty_contract::suggest::for_message;
-use rusty_contract::{FieldError, RunConfig, Scenario};
+use rusty_contract::{FieldError, RunConfig};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
 
 /// The most parts of a `--set` key; no field lies deeper.
 const MAX_KEY_PARTS: usize = 16;
 
-/// Applies `key=value` changes to the text of a scenario.
+/// Applies `key=value` changes to the configuration of a run.
 ///
 /// # Errors
-/// [`ScenarioError`] names the change that cannot be made, or the first field
-/// that cannot be used.
-pub(super) fn change(text: &str, changes: &[String]) -> Result<Scenario, ScenarioError> {
-    let syntax = |e: toml::de::Error| ScenarioError::Syntax(e.to_string().trim_end().to_owned());
-    let mut table: toml::Table = toml::from_str(text).map_err(syntax)?;
-    let mut scenario = Scenario::default();
-    // The change to blame, and what is wrong. A later change may complete an
+/// [`FieldError`] names the change that cannot be made.
+pub fn change_config(config: &RunConfig, changes: &[String]) -> Result<RunConfig, FieldError> {
+    changed(config, changes)
+}
+
+/// Returns an unchecked copy with the changes, which are made in JSON: the integers of TOML
+/// have a sign, and no room for a seed of 64 bits.
+///
+/// # Errors
+/// [`FieldError`] names the change that cannot be made.
+pub(super) fn changed<T>(original: &T, changes: &[String]) -> Result<T, FieldError>
+where
+    T: Clone + Serialize + DeserializeOwned,
+{
+    let error = |change: &String, e: &serde_json::Error| value_error(change, &e.to_string());
+    let mut latest = original.clone();
+    let mut whole = Value::Null;
+    // The change to blame, and the problem. A later change may complete an
     // earlier one: `script.kind`, then `script.v_m_s`.
-    let mut wrong: Option<(&String, toml::de::Error)> = None;
-    let mut large_seed = None;
+    let mut wrong: Option<FieldError> = None;
+    let mut problem = String::new();
     for change in changes {
-        match seed_of(change) {
-            Some(Some(seed)) => large_seed = Some(seed),
-            small => {
-                large_seed = if small.is_some() { None } else { large_seed };
-                insert(&mut table, change)?;
-            }
+        if whole.is_null() {
+            whole = serde_json::to_value(original).map_err(|e| error(change, &e))?;
         }
-        match table.clone().try_into() {
-            Ok(read) => (scenario, wrong) = (read, None),
-            Err(e) => match &wrong {
-                Some((_, before)) if before.message() == e.message() => {}
-                _ => wrong = Some((change, e)),
-            },
+        set(&mut whole, change)?;
+        match T::deserialize(&whole) {
+            Ok(read) => (latest, wrong) = (read, None),
+            Err(e) if wrong.is_some() && e.to_string() == problem => {}
+            Err(e) => (problem, wrong) = (e.to_string(), Some(error(change, &e))),
         }
     }
-    if let Some((change, error)) = wrong {
-        return Err(value_error(change, error.message()).into());
-    }
-    scenario.seed = large_seed.unwrap_or(scenario.seed);
-    scenario.check()?;
-    Ok(scenario)
+    wrong.map_or(Ok(latest), Err)
 }
 
-/// Returns whether a change sets the seed, and the seed if it has no room in the
-/// integers of TOML, which have a sign.
-fn seed_of(change: &str) -> Option<Option<u64>> {
-    let (_, value) = change.split_once('=').filter(|(key, _)| key.trim() == "seed")?;
-    Some(value.trim().parse().ok().filter(|seed| i64::try_from(*seed).is_err()))
-}
-
-/// Sets one field in the table of a scenario.
-fn insert(table: &mut toml::Table, change: &str) -> Result<(), FieldError> {
+/// Sets one field.
+fn set(whole: &mut Value, change: &str) -> Result<(), FieldError> {
     let (key, value) = parse_change(change)?;
-    // Whoever walks through tables in tables needs stack for each.
+    let key = key.trim();
+    // A parser of tables in tables needs stack for each.
     if key.split('.').count() > MAX_KEY_PARTS {
         return Err(change_error(change, "names a field that no scenario has"));
     }
-    let mut place = table;
-    let mut parts = key.trim().split('.').peekable();
-    while let Some(part) = parts.next() {
-        if parts.peek().is_none() {
-            if part == "kind" && place.get(part).is_some_and(|kind| *kind != value) {
-                // The other fields are parameters of the kind that was there.
-                place.clear();
-            }
-            place.insert(part.to_owned(), value);
-            break;
+    let mut place = whole;
+    for part in key.split('.') {
+        if place.is_null() {
+            *place = Value::Object(Map::new());
         }
-        let next =
-            place.entry(part.to_owned()).or_insert_with(|| toml::Value::Table(toml::Table::new()));
-        let through = || change_error(change, "goes through a value");
-        place = next.as_table_mut().ok_or_else(through)?;
+        let fields =
+            place.as_object_mut().ok_or_else(|| change_error(change, "goes through a value"))?;
+        if part == "kind" && fields.get(part).is_some_and(|kind| *kind != value) {
+            // The other fields are parameters of the kind that was there.
+            fields.clear();
+        }
+        place = fields.entry(part).or_insert(Value::Null);
     }
+    *place = value;
     Ok(())
 }
 
@@ -92,49 +87,35 @@ fn change_error(change: &str, problem: &str) -> FieldError {
 }
 
 /// Key and value of `key=value`.
-fn parse_change(change: &str) -> Result<(&str, toml::Value), FieldError> {
+fn parse_change(change: &str) -> Result<(&str, Value), FieldError> {
     let (key, value) = change.split_once('=').ok_or_else(|| change_error(change, "has no `=`"))?;
     // A word that is no TOML value is meant as text.
-    let value = toml::from_str::<toml::Table>(&format!("v = {value}"))
+    let value = toml::from_str::<Map<String, Value>>(&format!("v = {value}"))
         .ok()
-        .and_then(|mut t| t.remove("v"))
-        .unwrap_or_else(|| toml::Value::String(value.to_owned()));
+        .and_then(|mut table| table.remove("v"))
+        .unwrap_or_else(|| Value::String(value.to_owned()));
+    if has_null(&value) {
+        let problem = "is NaN or infinite, which no field takes";
+        return Err(FieldError::new("--set", change, problem, "give a finite number"));
+    }
     Ok((key, value))
 }
 
-/// Applies `key=value` changes to the configuration of a run.
-///
-/// # Errors
-/// [`FieldError`] names the change that cannot be made.
-pub fn change_config(config: &RunConfig, changes: &[String]) -> Result<RunConfig, FieldError> {
-    let mut config = config.clone();
-    for change in changes {
-        if let Some(Some(seed)) = seed_of(change) {
-            config.seed = seed;
-            continue;
-        }
-        let error = |e: serde_json::Error| value_error(change, &e.to_string());
-        let (key, value) = parse_change(change)?;
-        // JSON, because TOML has no room for a seed of 64 bits.
-        let mut whole = serde_json::to_value(&config).map_err(error)?;
-        let mut place = &mut whole;
-        for part in key.trim().split('.') {
-            let inside = place.as_object_mut();
-            place = inside
-                .ok_or_else(|| change_error(change, "goes through a value"))?
-                .entry(part)
-                .or_insert(serde_json::Value::Null);
-        }
-        *place = serde_json::to_value(value).map_err(error)?;
-        config = serde_json::from_value(whole).map_err(error)?;
+/// Whether a value that was read from TOML has a number that is not finite,
+/// which JSON does not have; TOML has no null.
+fn has_null(value: &Value) -> bool {
+    match value {
+        Value::Null => true,
+        Value::Array(values) => values.iter().any(has_null),
+        Value::Object(fields) => fields.values().any(has_null),
+        Value::Bool(_) | Value::Number(_) | Value::String(_) => false,
     }
-    Ok(config)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario_file::load;
+    use crate::scenario_file::{load, read};
     use rusty_contract::ScriptConfig;
 
     #[test]
@@ -150,6 +131,8 @@ mod tests {
         let change = |text: &str| change_config(&config, &[text.to_owned()]).unwrap().seed;
         assert_eq!((change("seed = 18446744073709551615"), change("seed=7")), (u64::MAX, 7));
         assert!(load("apartment", &["seed=18446744073709551616".to_owned()]).is_err());
+        let file = "seed = 18446744073709551615";
+        assert_eq!(read(file, &["ticks=5".to_owned()]).unwrap().seed, u64::MAX);
     }
 
     #[test]
@@ -187,7 +170,10 @@ mod tests {
         assert!(set("lidar.beams").unwrap_err().to_string().contains("has no `=`"));
         let deep = format!("{}a=1", "a.".repeat(100_000));
         assert!(set(&deep).unwrap_err().to_string().contains("no scenario has"));
-        assert!(set("robot.slip_std=nan").unwrap_err().to_string().contains("NaN"));
+        for text in ["robot.slip_std=nan", "start.x_m=-inf", "script={kind='straight',v_m_s=nan}"] {
+            let error = set(text).unwrap_err().to_string();
+            assert!(error.contains(text) && error.contains("finite"), "{error}");
+        }
     }
 
     #[test]

@@ -44,7 +44,7 @@ fn file_name(estimator: &str) -> String {
 impl Tum {
     /// Writes the trajectories of `log` into `folder`, which is made if need be.
     /// Of a log with a truth, an estimator's trajectory has the ticks that are
-    /// scored (see [`Tum::all`]). Nobody's file is empty: who has no pose has no
+    /// scored (see [`Tum::all`]). No file is empty: a participant that has no pose has no
     /// file.
     ///
     /// # Errors
@@ -61,7 +61,7 @@ impl Tum {
         fs::create_dir_all(folder).map_err(ExportError::io(folder))?;
         let done = self.write(&mut walk, folder, every);
         if done.is_err() && made {
-            // Only if it is empty, which it is unless somebody else uses it.
+            // Only if it is empty, which it is unless another process uses it.
             let _ = fs::remove_dir(folder);
         }
         let (files, ticks_with_truth, stamps) = done?;

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use rusty_contract::LogHeader;
 use rusty_contract::log::LogReader;
+use rusty_contract::{LogHeader, Replacement};
 use serde::{Deserialize, Serialize};
 
 use rusty_engine::run::OUT;
@@ -94,6 +94,7 @@ impl Marker {
 
     /// Whether an entry of the folder belongs to the run.
     pub(super) fn covers(&self, name: &str) -> bool {
+        let name = Replacement::target_of(name).unwrap_or(name);
         self.files.iter().any(|file| match file.strip_suffix(".*") {
             Some(stem) => {
                 name.strip_prefix(stem).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))

@@ -80,11 +80,12 @@ fn what_no_run_wrote_is_never_removed() {
     let place = tempfile::tempdir().unwrap();
     let path = place.path().join("lab");
     a_run(&path);
-    for file in ["mapper.txt", "mapper", "maps", "poses.csv", "poses.csv.gz", "run.log"] {
+    let partial = ".score.json.7.partial";
+    for file in ["mapper.txt", "mapper", "maps", "poses.csv", "poses.csv.gz", "run.log", partial] {
         fs::write(path.join(file), "").unwrap();
         check(&path, true).unwrap();
     }
-    for file in ["notes", "mapping.txt", "report.docx", "mapper.rs", ".hidden"] {
+    for file in ["notes", "mapping.txt", "report.docx", "mapper.rs", ".hidden", ".a.7.partial"] {
         fs::write(path.join(file), "mine").unwrap();
         let refused = check(&path, true).err();
         assert!(

@@ -34,7 +34,7 @@ pub(super) const MEND: &str = "correct or delete the line";
 // The message below says so.
 const _: () = assert!(MAX_BEAMS == 1080);
 
-/// x m, y m, theta rad, as they stand in the file.
+/// x m, y m, theta rad, as they are in the file.
 pub(super) type Triple = [f64; 3];
 
 /// The two times of a message, s.
@@ -53,7 +53,7 @@ pub(super) enum Message<'a> {
     Blank,
     /// A pose of the odometry.
     Odom { pose: Triple, stamps: Stamps },
-    /// A scan; its ranges lie in the buffer given to [`parse`].
+    /// A scan; its ranges are in the buffer given to [`parse`].
     Flaser { pose: Triple, odometry: Triple, stamps: Stamps },
     /// A parameter of the robot.
     Param { name: &'a str, value: &'a str },

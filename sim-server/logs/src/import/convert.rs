@@ -38,7 +38,7 @@ pub struct ImportOptions<'a> {
 /// defects of the recording.
 ///
 /// `input` is read four times; `progress` receives how many of its lines are done,
-/// in thousands, ending with all of them. The log is written beside `output` under another
+/// in thousands, ending with all of them. The log is written next to `output` under another
 /// name and renamed when it is complete, so that an existing file is replaced
 /// by a whole log or not at all.
 ///

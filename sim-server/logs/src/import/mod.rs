@@ -15,7 +15,7 @@
 //!
 //! * a recording has no commands and no encoder counts. The commands of all
 //!   frames are zero; the counts belong to virtual wheels, see `wheels`;
-//! * nothing is resampled: ticks stand in file order, at the file's own times,
+//! * nothing is resampled: ticks are in file order, at the file's own times,
 //!   which are neither rebased nor sorted. Only where the stamps stand still are
 //!   ticks numbered at a nominal rate;
 //! * truth is what a SLAM back end computed, at scans; elsewhere there is none.

@@ -36,14 +36,14 @@ pub(super) enum Event<'a> {
         /// The odometry's own pose, where the line has one that differs.
         odometry: Option<SE2>,
         stamp_s: f64,
-        /// As they stand in the file, m.
+        /// As they are in the file, m.
         ranges_m: &'a [f64],
         line: u64,
     },
 }
 
 impl Event<'_> {
-    /// The line it stands in, from 1.
+    /// The line it is in, from 1.
     pub(super) fn line(&self) -> u64 {
         match self {
             Self::Reading { line, .. } | Self::Anchor { line, .. } | Self::Scan { line, .. } => {
@@ -122,7 +122,7 @@ pub(super) fn se2([x_m, y_m, theta_rad]: Triple) -> SE2 {
 }
 
 /// Counts a type of message; a file of another kind has as many "types" as
-/// lines, so only so many are told apart.
+/// lines, so only this many are told apart.
 fn count(skipped: &mut BTreeMap<String, u64>, name: &str) {
     let mut name = excerpt(name);
     if skipped.len() >= MAX_TYPES && !skipped.contains_key(&name) {

@@ -17,7 +17,7 @@ pub struct ImportReport {
     pub readings: u64,
     /// Laser scans (`FLASER` lines).
     pub scans: u64,
-    /// Scans that bring an odometry pose of their own.
+    /// Scans that bring a separate odometry pose.
     pub scans_with_odometry: u64,
     /// `ODOM` lines that echo the corrected pose of the scan before them.
     pub anchors: u64,

@@ -25,7 +25,7 @@ pub(super) struct Survey {
     pub(super) readings: u64,
     pub(super) anchors: u64,
     pub(super) scans: u64,
-    /// Scans with an odometry pose of their own.
+    /// Scans with a separate odometry pose.
     pub(super) scans_with_odometry: u64,
     /// Beams of every scan, and the line of the first.
     pub(super) beams: usize,
@@ -153,7 +153,7 @@ impl Survey {
     }
 }
 
-/// What came of driving the virtual wheels through the recording.
+/// The result of driving the virtual wheels through the recording.
 #[derive(Debug)]
 pub(super) struct Drive {
     pub(super) wheels: Wheels,

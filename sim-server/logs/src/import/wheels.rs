@@ -20,7 +20,7 @@ use super::recording::Event;
 pub(super) const WHEELS: DiffDrive =
     DiffDrive { wheel_radius_m: 0.1, track_m: 0.4, ticks_per_rev: 1 << 17 };
 
-/// One tick of the run: what stands in its frame but the ranges.
+/// One tick of the run: what is in its frame but the ranges.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tick {
     pub(super) stamp_s: f64,

@@ -11,7 +11,7 @@ use rusty_metrics::{Moments, heading_error_rad, percentile, position_error_m};
 /// Runs between two questions whether to go on.
 const TURN: u64 = 16;
 
-/// What came of the runs with some sources.
+/// The results of the runs with some sources.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Line {
     /// Which, in words.

@@ -16,7 +16,7 @@
 //! error has a row too; and each row has a share. Mean squares are what adds up
 //! where sources are independent and small, so a row's share is its mean square
 //! final error over the sum of those of all sources alone; what the sources come to
-//! together stands beside that sum, and where the two differ the sources
+//! together is next to that sum, and where the two differ the sources
 //! interact.
 //!
 //! In reading order: [`source`], [`line`](mod@line), [`report`].

@@ -66,7 +66,7 @@ pub struct Average {
     pub n: usize,
     /// Their mean; expected: 3.
     pub anees: f64,
-    /// It lies in here with probability `level` if the covariances are right.
+    /// It is in here with probability `level` if the covariances are right.
     pub interval: [f64; 2],
     /// What follows.
     pub verdict: Verdict,
@@ -79,7 +79,7 @@ pub struct Innovations {
     pub samples: u64,
     /// Their sum over their degrees of freedom; expected: 1.
     pub per_degree: f64,
-    /// It lies in here with probability `level` if the innovation covariances
+    /// It is in here with probability `level` if the innovation covariances
     /// are right.
     pub interval: [f64; 2],
     /// What follows.
@@ -94,7 +94,7 @@ impl Average {
         Self { time_s, n, anees, interval, verdict: Verdict::of(anees, interval) }
     }
 
-    /// Whether the mean lies in its interval.
+    /// Whether the mean is in its interval.
     #[must_use]
     pub fn is_inside(&self) -> bool {
         self.verdict == Verdict::Consistent
@@ -102,7 +102,7 @@ impl Average {
 }
 
 /// A line for each estimator in each cell, in the order in which they first
-/// come in the rows; none of rows that were made inside, where nobody reports a
+/// come in the rows; none of rows that were made inside, where no participant reports a
 /// covariance.
 #[must_use]
 pub fn anees(swept: &Swept) -> Vec<Anees> {

@@ -106,7 +106,7 @@ fn who_reports_no_covariance_is_unscored() {
     let none = anees(&all).swap_remove(0);
     assert!(none.last.is_none() && none.share_inside.is_nan() && none.nis.is_none());
     assert!(AneesText(&[none]).to_string().contains("unscored"));
-    // Made inside, nobody is asked.
+    // Made inside, no participant is asked.
     all.rows.iter_mut().for_each(|row| row.clients = None);
     assert!(anees(&all).is_empty());
 }

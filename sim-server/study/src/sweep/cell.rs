@@ -1,4 +1,4 @@
-//! One setting of the swept fields, and all that came of a sweep.
+//! One setting of the swept fields, and all results of a sweep.
 
 use std::sync::Arc;
 
@@ -22,8 +22,8 @@ pub struct Cell {
 pub struct Swept {
     /// The settings, in order: the last swept field changes fastest.
     pub cells: Vec<Cell>,
-    /// By cell, then seed, then place in the roster. A shard has those of its
-    /// own runs alone.
+    /// By cell, then seed, then place in the roster. A shard has those of
+    /// its runs alone.
     pub rows: Vec<Row>,
     /// In the order of `rows`. Of a large sweep the first seeds of each cell
     /// have one; see [`Track`].

@@ -1,5 +1,5 @@
 //! Runs with client processes: whole lockstep runs, side by side, each by a
-//! `sim-server launch` of its own and in a folder of its own. The scorer's
+//! separate `sim-server launch` in a separate folder. The scorer's
 //! `score.json` gives the figures, the logger's log, where there is one, the
 //! way.
 
@@ -111,7 +111,7 @@ impl<'p> Clients<'p> {
             }
             if self.stop.load(Ordering::Relaxed) && !asked {
                 asked = true;
-                // It is still ours: nobody has waited for it.
+                // It is still ours: no process has waited for it.
                 let _ = Pid::from_raw(child.id() as i32).map(|p| kill_process(p, Signal::INT));
             }
             std::thread::sleep(BETWEEN_LOOKS);
@@ -173,7 +173,7 @@ impl Maker for Clients<'_> {
         let report = serde_json::from_slice::<Report>(&text).ok();
         let stopped = self.stop.load(Ordering::Relaxed);
         let record = match report {
-            // Whoever is asked to stop may have been at its last tick.
+            // A process that is asked to stop may have been at its last tick.
             Some(report) if report.ended != "interrupted" => {
                 self.ticks_done.fetch_add(report.ticks, Ordering::Relaxed);
                 let mut record = self.record(run, &report, &out);

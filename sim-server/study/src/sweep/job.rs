@@ -155,7 +155,7 @@ impl SweepJob {
             }
             return Ok(false);
         }
-        // What is beside a table while it is written decides.
+        // What is next to a table while it is written decides.
         if part.exists() {
             return Ok(false);
         }

@@ -1,9 +1,9 @@
 //! The journal of a sweep: what is done, on disk while the rest is not.
 //!
-//! A file beside the table, `FILE.part`: the settings as one line of JSON, then
+//! A file next to the table, `FILE.part`: the settings as one line of JSON, then
 //! a record per run in the order in which they ended: length and CRC-32 (4
 //! bytes each, little-endian), then a [`Record`] as postcard. Wherever it is cut, it
-//! is good up to the last complete record. The kernel's lock on it says that somebody
+//! is good up to the last complete record. The kernel's lock on it says that a process
 //! is at work.
 
 use std::fs::{File, OpenOptions, TryLockError};
@@ -29,7 +29,7 @@ impl Journal {
     /// the same settings: then with what it holds of `runs`, in no order.
     ///
     /// # Errors
-    /// [`SweepError`] if somebody else writes it, it is of another sweep, or the
+    /// [`SweepError`] if another process writes it, it is of another sweep, or the
     /// disk says no.
     pub fn open(
         path: &Path,
@@ -95,7 +95,7 @@ impl Journal {
     }
 }
 
-/// A record as it stands in a journal; empty if it has no such form, which no
+/// A record as it is in a journal; empty if it has no such form, which no
 /// record lacks.
 #[must_use]
 pub fn encoded(record: &Record) -> Vec<u8> {
@@ -205,7 +205,7 @@ mod tests {
             let found = open().1;
             let complete = ends.iter().filter(|end| **end <= length).count();
             assert_eq!(found, expected[..complete], "{length} bytes");
-            // What follows the last good byte is gone, the first line is there.
+            // What follows the last good byte is removed, the first line is there.
             let left = std::fs::metadata(&path).unwrap().len() as usize;
             assert_eq!(left, ends[..complete].last().copied().unwrap_or(head));
         }

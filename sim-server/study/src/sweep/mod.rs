@@ -4,7 +4,7 @@
 //!
 //! * [`seeds`], [`grid`], [`shard`], [`plan`]: what there is to do;
 //! * [`cell`], [`row`] with its [`client_figures`], [`track`], [`record`]: what
-//!   comes of it;
+//!   results from it;
 //! * [`workers`]: runs side by side, made [`inside`] or with [`clients`];
 //! * [`journal`]: what is done, while the rest is not;
 //! * [`table`], [`settings`]: what is written in the end;

@@ -1,4 +1,4 @@
-//! Estimators beside each other, a line each: how far off, whether it knew, when
+//! Estimators next to each other, a line each: how far off, whether it knew, when
 //! it found the robot, how well it held it then, how long it took.
 //!
 //! Means are over the runs that have the figure; *found* counts runs, and a time

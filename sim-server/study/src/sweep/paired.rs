@@ -17,7 +17,7 @@ use rusty_metrics::Paired;
 
 /// Probability of the intervals.
 const LEVEL: f64 = 0.95;
-/// Seeds listed in a text before "and so many more".
+/// Seeds listed in a text before "and N more".
 const SHOWN: usize = 8;
 
 /// A figure of one estimator in two cells, A and B.

@@ -42,7 +42,7 @@ fn a_worked_example() {
 
 #[test]
 fn common_noise_gains_and_opposite_noise_loses() {
-    // A is z; B is z and a little of its own; or −z.
+    // A is z; B is z and a little separate noise; or −z.
     let rows = |sign: f64| -> Vec<Row> {
         (0..400)
             .flat_map(|seed| {

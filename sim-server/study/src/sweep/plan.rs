@@ -48,7 +48,7 @@ pub struct Plan {
     pub request: Request,
     /// The settings.
     pub cells: Vec<Cell>,
-    /// Who takes part in each cell; nobody where dead reckoning runs inside.
+    /// Who takes part in each cell; none where dead reckoning runs inside.
     pub rosters: Vec<Vec<Participant>>,
     /// The worlds of the cells before their first tick; none with clients.
     pub worlds: Vec<Sim>,
@@ -185,7 +185,7 @@ fn load(
     Ok((Cell { parameters: Arc::from(parameters), config }, loaded.scenario.participants))
 }
 
-/// Inside, nobody drives.
+/// Inside, there is no driver.
 fn check_script(script: &ScriptConfig) -> Result<(), FieldError> {
     if !matches!(script, ScriptConfig::Driver {}) {
         return Ok(());

@@ -63,7 +63,7 @@ impl fmt::Display for Report {
     }
 }
 
-/// Draws the fan and the growth beside the table at `out`: `STEM-fan.svg`,
+/// Draws the fan and the growth next to the table at `out`: `STEM-fan.svg`,
 /// `STEM-growth.svg` and both as PNG. Nothing of a sweep without tracks. Says
 /// what was written.
 ///

@@ -16,7 +16,7 @@ pub struct Settings(Map<String, Value>);
 
 impl Settings {
     /// Those of `plan`, which `writer` carries out. Worlds stand once each, in a
-    /// list of their own; a cell's `world` is an index into it.
+    /// separate list; a cell's `world` is an index into it.
     ///
     /// # Errors
     /// [`FieldError`] if a configuration has no JSON, which checks exclude.

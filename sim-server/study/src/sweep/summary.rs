@@ -3,7 +3,7 @@
 //! Source: the table of chapter 4 of the online *Probabilistic Robotics*, "The
 //! odometry error budget": mean and 95th percentile of the final position
 //! error, and the mean final heading error. Departure: each mean has its
-//! standard error beside it, without which two means cannot be compared.
+//! standard error next to it, without which two means cannot be compared.
 
 use std::fmt;
 

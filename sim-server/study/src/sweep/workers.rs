@@ -24,9 +24,9 @@ pub trait Maker {
     fn make(&mut self, run: u64) -> Result<Option<Record>, SweepError>;
 }
 
-/// Somebody who is told what is done.
+/// A listener that is told what is done.
 pub trait Listener {
-    /// A run is done; `bytes` are the record as it stands in a journal.
+    /// A run is done; `bytes` are the record as it is in a journal.
     ///
     /// # Errors
     /// [`SweepError`] if it cannot be kept.
@@ -41,7 +41,7 @@ pub trait Listener {
 
 type Batch = Vec<(Record, Vec<u8>)>;
 
-/// Makes the runs `todo`, `jobs` at a time, each by a worker of its own, until
+/// Makes the runs `todo`, `jobs` at a time, each by a separate worker, until
 /// all are done or `stop` is raised. The listener learns of each in the order in
 /// which they end.
 ///

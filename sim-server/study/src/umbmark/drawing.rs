@@ -20,7 +20,7 @@ const TOP: f64 = 150.0;
 /// Draws a UMBmark as the text of an SVG file: the programmed square with the
 /// true path of the first lap each way; the returns of all laps, with their
 /// centres of gravity and a circle of radius E_max,syst; and the same with the
-/// estimate by exact arcs applied, on a scale of its own.
+/// estimate by exact arcs applied, on a separate scale.
 pub fn drawing(report: &Report) -> String {
     let title = format!("UMBmark of {}", report.scenario);
     let details = format!(

@@ -20,7 +20,7 @@ impl Factors {
     /// as if its wheelbase were shorter; so what the corners show is the
     /// wheelbase over the mean wheel. With a right wheel of r·(1 + δ) the mean
     /// is larger by the factor 1 + δ/2. The scale itself is found by driving a
-    /// straight line beside a tape measure, as the paper says.
+    /// straight line next to a tape measure, as the paper says.
     #[must_use]
     pub fn of(robot: &RobotConfig) -> Self {
         Self {

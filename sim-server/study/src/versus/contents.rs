@@ -39,7 +39,7 @@ pub struct Contents {
     /// A row each.
     pub runs: Vec<Run>,
     /// Configurations by the same words, without seed and name; `None` where the
-    /// file has none beside it.
+    /// file has none next to it.
     pub configs: Option<Vec<(String, Value)>>,
 }
 
@@ -57,7 +57,7 @@ impl Contents {
         let columns = Columns::of(&rows.names).map_err(no_table)?;
         let configs = match table.settings() {
             Ok(settings) => settings.map(|s| s.configs()),
-            // A CSV file may have been moved without what is beside it.
+            // A CSV file may have been moved without what is next to it.
             Err(_) if !table.files().iter().all(|file| file.exists()) => None,
             Err(e) => return Err(e.into()),
         };

@@ -34,15 +34,15 @@ pub enum VersusError {
         /// The option that helps.
         option: &'static str,
     },
-    /// An estimator beside itself.
-    #[error(
-        "A and B are both {name} of {path}: say who else with --b NAME, or give a second table"
-    )]
+    /// An estimator compared with itself.
+    #[error("A and B are both {name} of {path}: {remedy}, or give a second table")]
     Same {
         /// The estimator.
         name: String,
         /// The table.
         path: String,
+        /// What helps, but for a second table.
+        remedy: &'static str,
     },
     /// The settings differ.
     #[error(

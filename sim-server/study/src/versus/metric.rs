@@ -79,7 +79,7 @@ impl Metric {
         }
     }
 
-    /// The figure, from what stands in that column.
+    /// The figure, from that column.
     #[must_use]
     pub fn of(self, value: f64) -> f64 {
         match self {

@@ -65,7 +65,11 @@ pub fn sides<'c>(
     };
     if other.is_none() && side_a.estimator == side_b.estimator {
         let (name, path) = (side_a.name().to_owned(), table.path.clone());
-        return Err(VersusError::Same { name, path });
+        let remedy = match table.estimators.len() {
+            1 => "the table has no other; sweep with `--clients --add NAME=COMMAND`",
+            _ => "name another with --b NAME",
+        };
+        return Err(VersusError::Same { name, path, remedy });
     }
     Ok([side_a, side_b])
 }

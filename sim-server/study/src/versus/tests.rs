@@ -261,7 +261,10 @@ fn names_are_taken_where_there_is_no_choice() {
     assert_eq!(names(None, [None, Some("old")]), expected("new", "old"));
     assert_eq!(names(Some(&two), [Some("old"), None]), expected("old", "old"));
     assert_eq!(names(Some(&one), [Some("old"), None]), expected("old", "new"));
-    assert!(names(None, [Some("old"), Some("old")]).unwrap_err().contains("A and B are both old"));
+    let said = names(None, [Some("old"), Some("old")]).unwrap_err();
+    assert!(said.contains("A and B are both old") && said.contains("--b NAME"), "{said}");
+    let said = sides(&one, None, [None, None]).unwrap_err().to_string();
+    assert!(said.contains("both new") && said.contains("--add NAME=COMMAND"), "{said}");
     let said = names(None, [Some("odl"), None]).unwrap_err();
     assert!(said.contains("has no estimator \"odl\"; its estimators are old, new"), "{said}");
     let three = contents("v.csv", &["x", "y", "z"], Vec::new());

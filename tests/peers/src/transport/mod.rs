@@ -18,7 +18,7 @@ use crate::contender::{Contender, Wait};
 use crate::error::BenchError;
 
 pub trait ServerEnd {
-    /// Waits until so many clients are there and would get a frame.
+    /// Waits until N clients are there and would get a frame.
     fn gather(&mut self, clients: usize) -> Result<(), BenchError>;
 
     /// Sends everyone the frame that `write` writes. What was in its place

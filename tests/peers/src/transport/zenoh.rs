@@ -1,6 +1,6 @@
 //! Zenoh: frames in its shared memory, answers and all else on a Unix socket.
 //!
-//! Everyone is a peer; the clients connect to the server's socket, and nobody
+//! Everyone is a peer; the clients connect to the server's socket, and no process
 //! looks for others (no multicast, no gossip). Settings are those that Zenoh
 //! recommends for latency: the low-latency transport, which sends from the
 //! caller's thread without queues and batches, `express` messages, blocking
@@ -134,7 +134,7 @@ impl Server {
 
 impl ServerEnd for Server {
     /// A client's subscription travels before its word that it is ready, on the
-    /// same link, so whoever is ready gets frames.
+    /// same link, so a client that is ready gets frames.
     fn gather(&mut self, clients: usize) -> Result<(), BenchError> {
         let mut ready = std::collections::BTreeSet::new();
         while ready.len() < clients {

@@ -65,7 +65,7 @@ struct Cli {
     /// A folder as a home would be, with the sockets `stream` and `datagram`
     #[arg(long, default_value = ".")]
     home: PathBuf,
-    /// A TCP port that somebody listens on
+    /// A TCP port with a listener
     #[arg(long, default_value_t = 0)]
     port: u16,
     /// A datagram socket without a path

@@ -26,7 +26,7 @@ struct Cli {
     /// nan-command, future-tick, old-tick, double, wrong-digest,
     /// pause (sleeps once, for sleep-us), exit, abort, panic, hang, leave, wrong-layout,
     /// wrong-protocol, wrong-pid, covariance, linger, flood (with answers that
-    /// nobody asked for), forge (answers for all others), fickle-and-mortal
+    /// unasked), forge (answers for all others), fickle-and-mortal
     /// (says something else in every life, and exits in its first); mayfly
     /// (exits at the third tick that is new to it, in every life);
     /// wrong-name, silent-refusal, any-run (answers frames of other runs),

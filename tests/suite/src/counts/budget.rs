@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// A count that is more than so many percent off its budget is another one.
+/// A count that is more than this many percent off its budget is another one.
 pub const TOLERANCE_PERCENT: u64 = 5;
 
 /// What writes a new budget.
@@ -36,7 +36,7 @@ impl Budget {
     }
 }
 
-/// A piece of work beside its budget.
+/// A piece of work compared with its budget.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
     /// Which.

@@ -1,7 +1,7 @@
 //! The work that is counted.
 //!
 //! Callgrind counts while it is inside a function whose name is asked for. So
-//! each piece of work is one function that is not inlined, and no closure lies
+//! each piece of work is one function that is not inlined, and no closure is
 //! in it, because a closure's name contains its function's.
 //!
 //! Some of the work chooses its instructions by what the CPU can do, which is

@@ -9,7 +9,7 @@ use rusty_contract::{Frame, LogHeader, RunDigest, TruthKey};
 pub fn log(bytes: &[u8]) -> bool {
     let Ok(mut reader) = LogReader::new(bytes, "fuzzed.log") else { return false };
     let header = reader.header().clone();
-    // Whoever has a header may build its world, index its roster, divide by
+    // A reader of a header may build its world, index its roster, divide by
     // its beams.
     header.check().expect("a header that was read can be used");
     let (key, mut frame) = (TruthKey::from_bytes([7; 32]), Frame::boxed());

@@ -57,7 +57,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 
     unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // Both lie in memory while the bytes move.
+        // Both are in memory while the bytes move.
         count(size, layout.size());
         // SAFETY: as the caller promises.
         unsafe { System.realloc(place, layout, size) }

@@ -42,7 +42,7 @@ pub struct Target {
     pub longest: usize,
     /// Memory that may be in use at once: so much for each byte of input …
     pub bytes_per_byte: usize,
-    /// … and so much beside, bytes.
+    /// … and this much in addition, bytes.
     pub bytes_beside: usize,
 }
 

@@ -1,6 +1,5 @@
 //! What a scorer makes of a log: figures, a picture and a report.
 
-use rusty_contract::ScoreReport;
 use rusty_contract::log::{LogReader, Read};
 use rusty_scorer::report::html;
 use rusty_scorer::scoring::stops::Stops;
@@ -11,7 +10,7 @@ pub fn score(bytes: &[u8]) -> bool {
     let Ok(mut reader) = LogReader::new(bytes, "fuzzed.log") else { return false };
     let mut trace = RunTrace::new(reader.header());
     let dt_s = reader.header().config.dt_s;
-    // Room for none: of a log that was made up, nobody knows how long it is.
+    // Room for none: of a log that was made up, the length is unknown.
     let mut stops = Stops::new(trace.names.len(), trace.lidar.beams as usize, 0);
     while let Ok(Read::Tick(entry)) = reader.read() {
         let record = entry.record;
@@ -26,18 +25,7 @@ pub fn score(bytes: &[u8]) -> bool {
     assert_eq!(figures.len(), trace.names.len());
     let drawing = svg(&trace, &figures);
     assert!(drawing.starts_with("<svg") && drawing.trim_end().ends_with("</svg>"));
-    let report = ScoreReport {
-        scenario: trace.scenario.clone(),
-        seed: trace.seed,
-        ticks: trace.whole().ticks,
-        ticks_with_truth: trace.whole().ticks_with_truth,
-        blocked_ticks: None,
-        digest: trace.digest.clone(),
-        scores: figures,
-        unscored: None,
-        pictures: Vec::new(),
-        report: None,
-    };
+    let report = trace.report(figures);
     let page = html(reader.header(), &trace, &report);
     assert!(!page.contains("NaN") && page.trim_end().ends_with("</html>"));
     true

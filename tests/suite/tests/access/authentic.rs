@@ -152,7 +152,7 @@ impl Stage {
         stage
     }
 
-    /// Has the server's thread do something, and returns what came of it.
+    /// Has the server's thread do something, and returns the result.
     fn ask<T: Send + 'static>(
         &mut self,
         job: impl FnOnce(&mut ServerLink) -> T + Send + 'static,

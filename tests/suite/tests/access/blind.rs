@@ -110,7 +110,7 @@ fn a_blind_log_tells_no_truth_no_seed_and_no_true_parameter() {
         for (i, value) in secrets.iter().enumerate() {
             let shown = format!("{value:?}");
             let raw = holds(bytes, &value.to_le_bytes());
-            // Parameters stand in the header's text, truths in raw bytes.
+            // Parameters are in the header's text, truths in raw bytes.
             let found = raw || holds(bytes, shown.as_bytes());
             assert_eq!(found, there, "{shown}, secret {i}");
         }
@@ -184,7 +184,7 @@ fn a_replay_of_a_blind_log_says_that_it_has_no_truth_and_is_scored_with_the_key(
     assert_eq!(with["scores"][1]["scored_ticks"], 90);
     assert_eq!(with["seed"], SEED);
 
-    // A scorer that looks on has nothing to compare with, and no zeros to show.
+    // A scorer that only observes has nothing to compare with, and no zeros to show.
     let scorer = exam.at("scorer.log");
     let bytes = fs::read(&blind).unwrap();
     let (blind_header, _) = load(&blind);

@@ -1,4 +1,4 @@
-//! A hostile participant ends its own part and nobody else's.
+//! A hostile participant ends its own part and no other's.
 
 use rusty_tests::*;
 

@@ -86,7 +86,7 @@ impl Bait {
         let hidden = format!("{}-hidden", fresh_run("abstract"));
         let name = SocketAddr::from_abstract_name(&hidden).unwrap();
         let memory = || tempfile::NamedTempFile::new_in("/dev/shm").unwrap();
-        // A descriptor that whoever started the server forgot to close.
+        // A descriptor that the starter of the server forgot to close.
         let forgotten = File::open("/dev/null").unwrap();
         rustix::io::fcntl_setfd(&forgotten, rustix::io::FdFlags::empty()).unwrap();
         let open = (
@@ -197,7 +197,7 @@ fn a_hostile_estimator_gets_nowhere_confined_and_everywhere_else_if_not() {
         }
     }
     assert!(text(&free["gates"], "estimator").contains("none was asked for"));
-    // It took part properly, and nobody can tell by the bits.
+    // It took part properly, and the bits do not show it.
     assert_eq!(confined["digest"], free["digest"]);
     assert_eq!(confined["participants"][0]["answers"], 100);
     assert_eq!(timeless(&confined["scores"]), timeless(&free["scores"]));

@@ -33,7 +33,7 @@ impl Run {
         fs::read(self.log()).unwrap()
     }
 
-    /// `bytes` as a log beside the run's folder.
+    /// `bytes` as a log next to the run's folder.
     fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
         let path = self.folder.at(name);
         fs::write(&path, bytes).unwrap();

@@ -1,4 +1,4 @@
-//! Seeds that nobody can guess: drawn with `--seed random`, printed so that the
+//! Seeds that cannot be guessed: drawn with `--seed random`, printed so that the
 //! run can be repeated, and recommended where a small seed would give the truth.
 
 use rusty_contract::log::LogReader;

@@ -1,5 +1,5 @@
 //! Modelled compute time: late answers take effect late, in every repetition
-//! of the run, and whoever is late is judged as late as it is.
+//! of the run, and a participant that is late is judged as late as it is.
 
 use rusty_tests::*;
 

@@ -26,8 +26,8 @@ fn target_is_installed() -> bool {
 }
 
 /// The module, built once; `None`, with a printed reason, where the compiler
-/// cannot. It is built beside the binaries under test: what runs while building
-/// (derive macros) is there already, and the module has a folder of its own.
+/// cannot. It is built next to the binaries under test: what runs while building
+/// (derive macros) is there already, and the module has a separate folder.
 fn module() -> Option<&'static PathBuf> {
     static MODULE: OnceLock<Option<PathBuf>> = OnceLock::new();
     let module = MODULE.get_or_init(|| {

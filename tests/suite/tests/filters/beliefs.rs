@@ -1,5 +1,5 @@
-//! What filters hold possible, for looking at: whether anybody looks on changes
-//! no bit of a run, whoever stands still or dies there costs it nothing and
+//! What filters hold possible, for looking at: whether a process observes changes
+//! no bit of a run, an observer that stands still or dies costs it nothing and
 //! leaves nothing, and the report shows what came.
 
 use std::io::{BufRead as _, BufReader};
@@ -50,7 +50,7 @@ fn the_report_shows_what_a_filter_held_possible_and_the_run_is_the_same_without(
     let alone = cloud("alone", blind.path(), &["--without", "score"]);
     assert_eq!(alone["digest"], report["digest"]);
     assert_eq!(alone["world_digest"], report["world_digest"]);
-    // Nobody shows any: the page has nothing of it.
+    // No filter shows any: the page has nothing of it.
     let plain = folder();
     launch("plain", plain.path(), &TICKS);
     let text = page(plain.path());
@@ -155,7 +155,7 @@ fn odd_beliefs_are_cut_or_left_out_and_the_run_is_well() {
         assert_eq!(data["beliefs"][0]["whole"][0].as_u64(), whole, "{odd}");
         assert!(page(out.path()).len() < 1 << 20, "{odd}");
     }
-    // A panic is said, once, and harms nobody.
+    // A panic is reported once, and harms no other process.
     let out = folder();
     let add = odd_belief("panic");
     let report = launch("odd", out.path(), &["--add", &add, "--ticks", "40"]);
@@ -224,7 +224,7 @@ fn a_filter_that_is_killed_while_it_shows_leaves_nothing() {
     awake.wait().expect(0);
     send_signal(live.pid_of("cloud"), Signal::KILL);
     live.ends_with(1).lost("cloud", "dead", "its process was killed by signal 9");
-    // So does a server that is killed while somebody looks on.
+    // So does a server that is killed while a process observes.
     let live = Live::under_way("server", &[&CLOUD, &LONG]);
     let awake = live.join("belief", &[]);
     live.join("belief", &["--lines", "1"]).wait().expect(0);

@@ -45,7 +45,7 @@ fn told(header: &LogHeader) -> Start {
     Start::new(header, 0, &header.roster[0])
 }
 
-/// How many seeds a loop in this process runs; more where somebody asks for it.
+/// How many seeds a loop in this process runs; more on request.
 fn seeds(few: u64) -> u64 {
     std::env::var("RUSTY_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(few)
 }

@@ -32,7 +32,7 @@ fn a_run_tells_what_its_laser_and_its_wheels_are() {
     let log = log(place.path(), "3000");
     let beam = execute("fit-beam", &["--log", &log, "--json"]).expect(0).json();
     assert_eq!(beam["converged"], true);
-    // Nothing stands in front of the walls.
+    // Nothing is in front of the walls.
     assert!(number(&beam, "z_short/value") < 1e-4, "{}", beam["z_short"]);
     assert!(number(&beam, "z_rand/value") < 1e-4, "{}", beam["z_rand"]);
     assert!(off(&beam["sigma_hit_m"], 0.02).abs() < 3.0, "{}", beam["sigma_hit_m"]);

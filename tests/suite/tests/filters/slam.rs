@@ -26,7 +26,7 @@ fn patrol(tag: &str, out: &Path, more: &[&str]) -> Value {
 }
 
 /// Runs a log through the library, and hands out its answers' poses as they should
-/// stand in the log, with the filter at the end.
+/// are in the log, with the filter at the end.
 fn through_the_library(log: &Path) -> (Slam, u64) {
     let log = Log::read(log);
     let (header, is_complete) = (log.header.clone(), log.is_complete());

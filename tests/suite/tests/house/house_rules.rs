@@ -73,8 +73,10 @@ fn the_repository_speaks_of_the_project_alone() {
     }
 }
 
-/// Words that pages and help texts do not use, and their replacements.
-const PLAIN: [(&str, &str); 25] = [
+/// Words that pages, help texts and doc comments do not use, and their replacements.
+const PLAIN: [(&str, &str); 27] = [
+    ("onlooker", "observer"),
+    ("witness", "observer"),
     ("beside", "next to, with or compared with"),
     ("somebody", "a process or a participant"),
     ("someone", "a process or a participant"),
@@ -106,7 +108,7 @@ const PLAIN: [(&str, &str); 25] = [
 fn lines_with(text: &str, phrase: &str) -> Vec<usize> {
     let prose = |line: &str| line.trim_start_matches([' ', '/', '!', '*', '>']).to_lowercase();
     let lines: Vec<String> = text.lines().map(prose).collect();
-    let is_name = |c: char| c.is_alphanumeric() || "_-".contains(c);
+    let is_name = |c: char| c.is_alphanumeric() || "_-`".contains(c);
     let begins_in = |number: &usize| {
         let line = &lines[number - 1];
         let both = format!("{line} {}", lines.get(*number).map_or("", String::as_str));
@@ -120,8 +122,16 @@ fn lines_with(text: &str, phrase: &str) -> Vec<usize> {
     (1..=lines.len()).filter(begins_in).collect()
 }
 
+/// The doc comments of a source, at their lines.
+fn doc_comments(source: &str) -> String {
+    let is_doc = |line: &&str| ["///", "//!"].iter().any(|s| line.trim_start().starts_with(s));
+    let lines: Vec<&str> =
+        source.lines().map(|line| Some(line).filter(is_doc).unwrap_or("")).collect();
+    lines.join("\n")
+}
+
 #[test]
-fn pages_and_help_texts_use_plain_words() {
+fn pages_help_texts_and_doc_comments_use_plain_words() {
     let is_read = |path: &str| match path.rsplit_once('/') {
         None => path == "README.md",
         Some(("docs", page)) => page != "benchmarks.md" && page.ends_with(".md"),
@@ -134,10 +144,12 @@ fn pages_and_help_texts_use_plain_words() {
     let mut found = Vec::new();
     for path in [files("md"), files("rs")].concat() {
         let name = arg(path.strip_prefix(repository()).unwrap());
-        if !is_read(name) {
-            continue;
+        let mut text = read(&path);
+        match (is_read(name), name.ends_with(".rs")) {
+            (true, _) => {}
+            (false, true) => text = doc_comments(&text),
+            (false, false) => continue,
         }
-        let text = read(&path);
         for (word, plain) in PLAIN {
             let lines = lines_with(&text, word);
             found.extend(lines.iter().map(|n| format!("{name}:{n}: {word:?}: write {plain}")));
@@ -146,6 +158,7 @@ fn pages_and_help_texts_use_plain_words() {
     assert!(found.is_empty(), "{}", found.join("\n"));
     assert_eq!(lines_with("/// So\n/// many of it,\n--beside, beside", "so many"), [1]);
     assert_eq!(lines_with("pub beside: u8\n--beside\nput beside it", "beside"), [3]);
+    assert_eq!(lines_with(&doc_comments("// beside\n    /// beside it"), "beside"), [2]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Kills at exact moments inside the transport: whoever dies ends itself there.
+//! Kills at exact moments inside the transport: the process ends itself there.
 
 use rusty_tests::*;
 
@@ -63,7 +63,7 @@ fn one_that_was_launched_does_not_wait_for_a_server_that_was_killed_meanwhile() 
     let late = format!("exec {:?} --join-timeout 600 \"$@\"", binary("dead-reckoning"));
     fs::write(&script, format!("{wait}\n{late}\n")).unwrap();
     let add = format!("late=sh {}", script.display());
-    // Nobody else is there to sweep.
+    // No other process is there to sweep.
     let live = Live::start("launch", "late", &[&["--add", &add], &ALONE, &TIMEOUTS]);
     live.pid_of("late");
     until("it is served", || Domain::traces(&live.run).len() > 3);
@@ -91,7 +91,7 @@ fn a_server_that_dies_inside_the_transport_is_missed_and_swept_by_everyone() {
         let args = ["--run", run.as_str(), "--log", arg(&log), "--mode", mode];
         let server = Process::start("probe-server", &args);
         if matches!(mode, "domain" | "services") {
-            // Nobody knows of it yet: what it leaves is swept by the next start.
+            // No process knows of it yet: what it leaves is swept by the next start.
             assert_eq!(server.wait_within(LIMIT).code, None);
             assert!(!Domain::traces(&run).is_empty(), "{mode}");
             let (again, place) = (["launch", "--ticks", "5", "--run", run.as_str()], folder());

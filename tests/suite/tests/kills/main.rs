@@ -1,8 +1,8 @@
 //! `kill -9` of everyone, at random and at exact moments. The run ends or goes
-//! on as its scenario says; whoever was killed is named, as dead; the others
+//! on as its scenario says; a process that was killed is named, as dead; the others
 //! end by themselves; the log reads up to where it goes; nothing is left.
 //!
-//! Answers may take longer than a case may: that somebody died must come from
+//! Answers may take longer than a case may: that a process died must come from
 //! the kernel, or the case fails.
 //!
 //! `RUSTY_KILLS=1500 cargo test --test kills` makes more of them. A case that

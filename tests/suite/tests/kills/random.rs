@@ -45,7 +45,7 @@ fn calm() -> &'static Calm {
         let log = Log::read(&out.at("run.log"));
         let (complete, ticks) = (log.is_complete(), log.intact());
         assert!(complete && ticks.len() as u64 == TICKS);
-        // A log longer than this has ticks beside its header.
+        // A log longer than this has ticks next to its header.
         let bytes = fs::read(out.at("run.log")).unwrap();
         let header = u32::from_le_bytes(bytes[12..16].try_into().unwrap());
         Calm { ticks, took, header: 20 + u64::from(header) }
@@ -73,14 +73,14 @@ struct Case {
     after: Duration,
 }
 
-/// What came of it, to be counted.
+/// The result, to be counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Hit {
     Gathering,
     Running,
     Ending,
     TooLate,
-    /// The server left files and nobody who could have swept them.
+    /// The server left files and no process that could have swept them.
     Alone,
 }
 
@@ -213,8 +213,8 @@ fn killed_server(live: Live) -> Hit {
         Some((1.., false)) => Hit::Running,
         _ => Hit::Gathering,
     };
-    // Whoever notices that the server is gone sweeps. Before the first and
-    // after the last participant there is nobody.
+    // A process that notices that the server has ended sweeps. Before the first and
+    // after the last participant there is none.
     if !said.iter().any(|(_, said)| said.contains("is gone")) && !Domain::traces(&run).is_empty() {
         sim_server(&["clean", "--json"]).expect(0);
         hit = Hit::Alone;
@@ -258,7 +258,7 @@ fn killed_participant(live: Live, victim: &str, go_on: bool) -> Hit {
     let replies_until = tick.unwrap_or(0);
     let world_until = if victim == "wander" { replies_until } else { TICKS };
     let log = log_is_sound(out.path(), replies_until, world_until);
-    // Nobody else's log is cut; a run without a tick has perhaps no log.
+    // No other log is cut; a run without a tick has perhaps no log.
     if victim != "logger" && ticks > 0 {
         assert_eq!(log, Some((ticks, true)), "{ended:#?}");
     }

@@ -1,5 +1,5 @@
-//! `on_loss = "restart"`: whoever is killed comes back, is given the run again,
-//! and nobody can tell afterwards.
+//! `on_loss = "restart"`: a participant that is killed comes back, is given the run again,
+//! and nothing shows it afterwards.
 
 use rusty_tests::*;
 

@@ -1,12 +1,12 @@
 //! One that stood still for too long and comes back: it is told that the run
-//! goes on without it, ends with a word and a code of its own, and changes
+//! goes on without it, ends with a separate word and code, and changes
 //! nothing in what the others do.
 
 use rusty_tests::*;
 
 const WORDS: &str = "was dropped from this run";
 
-/// A run by hand that goes on when somebody is lost, after a second.
+/// A run by hand that goes on when a participant is lost, after a second.
 fn served(tag: &str) -> Live {
     let patient = ["--answer-timeout", "1", "--add", "second"];
     Live::start("serve", tag, &[&SHORT, &GO_ON, &patient])

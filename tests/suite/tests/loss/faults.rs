@@ -1,5 +1,5 @@
 //! What goes wrong while a run goes on: participants that never come, die,
-//! stop, dawdle or leave; a server that is told to stop, or killed. Whoever
+//! stop, dawdle or leave; a server that is told to stop, or killed. A participant that
 //! fails is named with the right word, the rest ends by itself, and nothing is
 //! left behind.
 
@@ -85,7 +85,7 @@ fn a_killed_participant_ends_the_run_and_the_log_holds_what_was() {
         assert_eq!(after.report["ended"], "aborted");
         let (records, complete) = after.records();
         assert!(!records.is_empty());
-        // Whoever writes the log takes its trailer into the grave.
+        // The process that writes the log dies without writing its trailer.
         assert_eq!(complete, name != "logger");
         after.verifies(if complete { 0 } else { 3 });
         if complete {
@@ -157,7 +157,7 @@ fn when_the_server_is_killed_everyone_else_ends_and_sweeps() {
 #[test]
 fn a_server_that_ends_while_its_participants_come_leaves_nothing() {
     for (signal, code) in [(Signal::INT, Some(3)), (Signal::KILL, None)] {
-        // From the first file in shared memory to where somebody has a slot.
+        // From the first file in shared memory to where a process has a slot.
         let all = [1, 4, 8, 16].map(|traces| {
             let live = Live::start("launch", "start", &[&LONG]);
             until("a participant starts", || {
@@ -307,7 +307,7 @@ fn a_participant_that_is_stopped_by_hand_says_so_and_is_named() {
 fn clean_takes_what_a_dead_run_left_and_leaves_the_living_alone() {
     let [dead, living] = [(); 2].map(|()| Live::start("serve", "clean", &[]));
     for live in [&dead, &living] {
-        // Some shared memory beside the folder: its services are there.
+        // Some shared memory next to the folder: its services are there.
         until("it serves", || {
             Domain::find(&live.run).is_ok() && Domain::traces(&live.run).len() > 3
         });

@@ -79,7 +79,7 @@ fn a_measurement_reads_what_it_wrote_and_leaves_nothing() {
         execute("logger", &args).expect(0).json()
     };
     let with_scans = measure(&["--sync"]);
-    // 1080 ranges of 8 bytes, and little beside them.
+    // 1080 ranges of 8 bytes, and little else.
     let per_tick = number(&with_scans, "bytes_per_tick");
     assert!((8640.0..8850.0).contains(&per_tick), "{with_scans}");
     assert_eq!(with_scans["digest"], measure(&[])["digest"]);

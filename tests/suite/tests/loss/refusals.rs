@@ -227,7 +227,7 @@ fn an_answer_to_a_tick_that_is_over_counts_as_a_stray() {
     let ticks = ["--ticks", "50"];
     let doubled = with_probe("double", "double", &[&ticks]).ends_with(0);
     let strays = doubled.report["participants"][0]["strays"].as_u64().unwrap();
-    // The second answers to the last ticks may come when nobody asks any more.
+    // The second answers to the last ticks may come when no process asks any more.
     assert!((30..=40).contains(&strays), "{strays}");
     let out = folder();
     assert_eq!(doubled.report["digest"], launch("calm", out.path(), &ticks)["digest"]);

@@ -5,7 +5,7 @@
 //! it with the sending. That is all there is: one for each frame, tally and
 //! answer, and after any number of ticks no byte more is held than before.
 //!
-//! Server, estimator and recorder are threads here, each with ports of its own,
+//! Server, estimator and recorder are threads here, each with separate ports,
 //! so that one allocator sees them all and tells them apart. They wait without
 //! sleeping: going to sleep may allocate, and is no part of a steady tick.
 

@@ -34,7 +34,7 @@ fn recorder<W>(
     new(&start, &brief, &args).unwrap()
 }
 
-/// Shows it `ticks`, every fifth with a scan of so many beams, and says how many bytes the
+/// Shows it `ticks`, every fifth with a scan of N beams, and says how many bytes the
 /// thread had in use for that, at most.
 fn shown<W: Recorder>(recorder: &mut W, beams: usize, ticks: std::ops::Range<u64>) -> usize {
     let (digest, mut frame) = (RunDigest::default(), Frame::boxed());
@@ -90,7 +90,7 @@ fn resident(pid: u32) -> u64 {
     1024 * status(pid, "VmRSS").strip_suffix(" kB").unwrap().trim().parse::<u64>().unwrap()
 }
 
-/// The logger's and the scorer's have a bound of their own, above.
+/// The logger's and the scorer's have a separate bound, above.
 #[test]
 fn the_server_and_an_estimator_take_no_memory_for_a_tick() {
     let args = ["--ticks", "100000000", "--set", "scan_every=0", "--paused"];

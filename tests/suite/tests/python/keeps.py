@@ -85,7 +85,7 @@ check(pieces)
 threads = [threading.Thread(target=check, args=(pieces,)) for _ in range(4)]
 [thread.start() for thread in threads]
 [thread.join() for thread in threads]
-# Each goes on a thread of its own, in some order.
+# Each goes on a separate thread, in some order.
 random.Random(7).shuffle(pieces)
 while pieces:
     bag = [pieces.pop()]

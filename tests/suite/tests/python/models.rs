@@ -1,4 +1,4 @@
-//! What Python is given beside the session: the plane and worlds for models,
+//! What Python is given in addition to the session: the plane and worlds for models,
 //! logs as arrays, whole runs, examples. The Rust functions' bits, and what a
 //! newcomer finds in the README.
 

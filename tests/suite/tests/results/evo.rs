@@ -1,5 +1,5 @@
-//! Scores beside those of evo, on what `export tum` writes: equal to 10⁻⁹ in
-//! every figure of every metric. The tables that are printed stand in docs/metrics.md.
+//! Scores compared with those of evo, on what `export tum` writes: equal to 10⁻⁹ in
+//! every figure of every metric. The tables that are printed are in docs/metrics.md.
 
 use rusty_tests::*;
 

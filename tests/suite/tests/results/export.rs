@@ -76,7 +76,7 @@ fn a_trajectory_is_what_is_scored() {
     assert_eq!(document["ticks_with_truth"], 60);
     assert_eq!(document["without"], json!(["silent"]));
     said.says("silent answered no pose");
-    // Beside the log, unless it is said where.
+    // Next to the log, unless another place is given.
     let tum = log.with_file_name("tum");
     assert_eq!(files(&tum), ["late.tum", "prompt.tum", "sure.tum", "truth.tum"]);
     let (truth, prompt) = (poses(&tum.join("truth.tum")), poses(&tum.join("prompt.tum")));

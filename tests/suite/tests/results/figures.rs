@@ -109,7 +109,7 @@ fn a_sweep_with_an_added_estimator_is_launch_with_it() {
     assert_eq!(digests[2], text(&report, "digest"));
     assert_ne!(digests[0], digests[2]);
 
-    // Nobody waits inside a sweep for what is started by hand.
+    // A sweep does not wait inside for what is started by hand.
     let said = sim_server(&[&patrol[..], &["--force", "--clients", "--add=second"]].concat());
     let said = said.expect(2).stderr;
     assert!(said.contains("second") && said.contains("--add NAME=COMMAND"), "{said}");

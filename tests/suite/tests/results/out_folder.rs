@@ -1,4 +1,4 @@
-//! `{out}` in a participant's command: what a filter writes lies beside the log
+//! `{out}` in a participant's command: what a filter writes is next to the log
 //! of its run, live, on a replay, and where the kernel confines it.
 
 use rusty_tests::*;
@@ -65,7 +65,7 @@ fn a_confined_one_has_a_folder_of_its_own_and_no_other() {
     }
     let _ = made.expect(0);
     assert!(has_map(&out.join("mapper/map")) && !has_map(&out.join("map")));
-    // Beside the log, where the run writes, it may not: and it says what it may not.
+    // Next to the log, where the run writes, it may not: and it says what it may not.
     let elsewhere = arg(&out.join("map")).to_owned();
     let file = scenario(place.path(), &elsewhere, "sandbox = \"required\"\n");
     let ended = sim_server(&["launch", &file, "--force", "--out", arg(&out)]);

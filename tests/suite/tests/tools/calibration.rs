@@ -77,7 +77,7 @@ fn what_cannot_be_used_is_refused() {
     sim_server(&["umbmark", "--runs", "1", "--svg", folder]).expect(1).says(folder);
 }
 
-/// Whether a process has a handler of its own for SIGINT.
+/// Whether a process has a separate handler for SIGINT.
 fn listens(pid: u32) -> bool {
     u64::from_str_radix(&status(pid, "SigCgt"), 16).unwrap_or(0) & 2 != 0
 }

@@ -64,7 +64,7 @@ fn together<T: Sync>(items: &[T], work: impl Fn(&T) + Sync) {
 
 #[test]
 fn what_is_shipped_passes() {
-    // Of its own it has the pictures; what it does with frames is the logger's code.
+    // Only the pictures are its own; what it does with frames is the logger's code.
     let scorer = ["damaged-digest", "end", "sigterm", "dying-server"];
     let everything = std::env::var("RUSTY_CONFORMANCE").is_ok_and(|v| v == "all");
     if !everything {

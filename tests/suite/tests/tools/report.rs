@@ -4,9 +4,9 @@
 //! `RUSTY_SHOTS=folder` keeps what the pages looked like there.
 
 use nalgebra::Vector3;
+use rusty_contract::Estimate;
 use rusty_contract::log::{LogHeader, LogReader};
 use rusty_contract::score::{ComputeTimes, Durations};
-use rusty_contract::{Estimate, ScoreReport};
 use rusty_scorer::report::html;
 use rusty_scorer::scoring::trace::Whole;
 use rusty_scorer::scoring::{TraceKeeper, score as scored};
@@ -114,22 +114,11 @@ fn drawn_run_of(header: &LogHeader, names: &[&str], ticks: u32, unsure: f64) -> 
         let (reported, observed) = (times(slow * 2e-6), times(slow * 2e-6 + 5e-6));
         score.compute = Some(ComputeTimes { reported, observed });
     }
-    let scores = ScoreReport {
-        scenario: trace.scenario.clone(),
-        seed: trace.seed,
-        ticks: ticks.into(),
-        ticks_with_truth: ticks.into(),
-        blocked_ticks: None,
-        digest: trace.digest.clone(),
-        scores,
-        unscored: None,
-        pictures: Vec::new(),
-        report: None,
-    };
+    let scores = trace.report(scores);
     html(&header, &trace, &scores)
 }
 
-/// Keeps a picture, where somebody wants to look.
+/// Keeps a picture, on request.
 fn keep(name: &str, bytes: &[u8]) {
     if let Some(folder) = std::env::var_os("RUSTY_SHOTS") {
         fs::write(Path::new(&folder).join(name), bytes).unwrap();
@@ -198,7 +187,7 @@ fn a_browser_shows_it_on_screen_phone_and_paper_and_the_slider_moves_the_scan() 
     fs::write(&sure, drawn_run_of(reader.header(), &NAMES[..3], 500, 1e-3)).unwrap();
     numbers_fit_on_a_phone(&mut browser, &sure);
     browser.open(&file, "");
-    // On paper it is always light, and what nobody can move is not there.
+    // On paper it is always light, and what cannot be moved is not there.
     browser.media("dark", "print");
     let (card, ink) = ground(&mut browser);
     assert!(ink < 60.0, "print: {card}, {ink}");
@@ -227,7 +216,7 @@ fn the_slider_moves(browser: &mut Browser, at_first: &str) {
     assert_eq!(browser.value("location.hash"), "#tick=497");
     browser.press("End", 35);
     // What the script makes of the last tick is what was written, but for the
-    // last digit, which comes of single precision, and what the plotting library
+    // last digit, which results from single precision, and what the plotting library
     // drew.
     let moved = scene(browser);
     assert!(errors(at_first).len() == 9 && errors(&moved).len() == 9, "{moved}");

@@ -1,4 +1,4 @@
-//! Sweeps: rows that are what launches come to, whatever is done beside each
+//! Sweeps: rows that are what launches come to, whatever is done next to each
 //! other, in parts, or after an interruption; and the chapter's table.
 
 use rusty_tests::*;

@@ -102,7 +102,7 @@ fn what_cannot_be_compared_is_named_with_its_remedy() {
     let scenario = place.at("no.csv");
     fs::write(&scenario, "x,y\n1,2\n").unwrap();
     let cases: [(&[&Path], &[&str], &str); 8] = [
-        (&[&a], &[], "say who else with --b NAME, or give a second table"),
+        (&[&a], &[], "sweep with `--clients --add NAME=COMMAND`, or give a second table"),
         (&[&a, &a], &["--a", "mine"], "has no estimator \"mine\""),
         (&[&a, &slip], &[], "robot.slip_std: 0.02 and 0.05"),
         (&[&a, &later], &[], "share no seed"),
@@ -117,7 +117,7 @@ fn what_cannot_be_compared_is_named_with_its_remedy() {
     }
     let said = compare(&[&place.at("nowhere.csv")], &[], 1).stderr;
     assert!(said.contains("nowhere.csv"), "{said}");
-    // A table without what was beside it: rows and ways decide.
+    // A table without what was next to it: rows and ways decide.
     let moved = place.at("moved.csv");
     fs::copy(&slip, &moved).unwrap();
     let said = compare(&[&a, &moved], &[], 2).stderr;

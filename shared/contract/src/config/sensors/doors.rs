@@ -17,7 +17,7 @@ pub struct DoorSensorConfig {
     pub hit_rate: f64,
     /// Probability that a door that is not in view is reported.
     pub false_alarm_rate: f64,
-    /// A reading in every so many ticks, the first in tick 0.
+    /// A reading in one of N ticks, the first in tick 0.
     pub every: u64,
 }
 

@@ -32,7 +32,7 @@ pub struct LandmarkSensorConfig {
     pub dropout: f64,
     /// Whether a reading says which landmark it is of.
     pub identity: Identity,
-    /// A reading in every so many ticks, the first in tick 0.
+    /// A reading in one of N ticks, the first in tick 0.
     pub every: u64,
 }
 

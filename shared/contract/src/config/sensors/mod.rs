@@ -1,4 +1,4 @@
-//! The small sensors: those a robot may have beside its LiDAR.
+//! The small sensors: those that a robot may have next to its LiDAR.
 
 mod bumper;
 mod doors;

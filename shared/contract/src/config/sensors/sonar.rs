@@ -35,7 +35,7 @@ pub struct SonarConfig {
     pub dropout: f64,
     /// Which wall answers.
     pub model: SonarModel,
-    /// A reading in every so many ticks, the first in tick 0.
+    /// A reading in one of N ticks, the first in tick 0.
     pub every: u64,
 }
 

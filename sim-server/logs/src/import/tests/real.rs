@@ -10,7 +10,7 @@ use rusty_geometry::{SE2, odometry_delta};
 use super::super::wheels::WHEELS;
 use super::{Imported, import_file};
 
-/// Where the logs lie, beside the repository.
+/// The folder of the logs, next to the repository.
 const DATA: &str = "../../../shared/data";
 
 fn log(name: &str) -> Option<PathBuf> {

@@ -228,7 +228,7 @@ impl Panel<'_> {
             };
             trig::hypot(of(0), of(1))
         };
-        // NaN, from a belief that is none, is no reason to put it in front.
+        // NaN, from an invalid belief, is no reason to put it in front.
         let (truth, belief) = (spread(true_place), spread(believed));
         belief.is_nan() || truth <= belief
     }

@@ -7,7 +7,7 @@
 //! Both are SVG texts of the same bytes for the same sweep;
 //! [`png`](rusty_plot::png()) makes pixels of them. Colours go round with the
 //! estimator in the fan and with cell and estimator in the growth; a colour is
-//! never alone, each has a mark of its own.
+//! never alone, each has a separate mark.
 
 mod fan;
 mod growth;

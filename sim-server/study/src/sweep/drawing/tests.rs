@@ -37,7 +37,7 @@ fn drawn(swept: &Swept) -> [String; 2] {
         assert!(!page.contains("NaN") && !page.contains("inf\""), "a number that is none");
         assert!(png(page).unwrap().len() > 3_000);
     }
-    // For whoever wants to look at them.
+    // For a person who wants to look at them.
     if let Ok(folder) = std::env::var("RUSTY_DRAWINGS") {
         let name = format!("{}-{}", swept.cells.len(), swept.tracks.len());
         for (kind, page) in ["fan", "growth"].iter().zip(&pages) {

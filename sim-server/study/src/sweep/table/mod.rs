@@ -77,7 +77,7 @@ impl Table {
     }
 
     /// Writes rows and settings; the same bytes for the same of both. The file
-    /// is there when it is complete. A CSV file has its settings beside it, in
+    /// is there when it is complete. A CSV file has its settings next to it, in
     /// `FILE.csv.json`, a Parquet file in its key-value metadata as `rusty.…`.
     ///
     /// # Errors
