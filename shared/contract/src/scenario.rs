@@ -6,8 +6,10 @@ use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::config::{
+    CrowdConfig, Event, Sensors, WalkerConfig, at_least, check_times_and_start, seconds,
+};
 use crate::config::{FieldError, Kidnapping, LidarConfig, RobotConfig, RunConfig, ScriptConfig};
-use crate::config::{Sensors, at_least, check_times_and_start, seconds};
 use crate::names::{NameError, check_participant_name};
 use crate::sandbox::Sandbox;
 use crate::suggest::for_message;
@@ -53,6 +55,15 @@ pub struct Scenario {
     /// Where the robot is carried away, in the order of the ticks.
     #[serde(rename = "kidnapping", skip_serializing_if = "Vec::is_empty")]
     pub kidnappings: Vec<Kidnapping>,
+    /// People who walk along waypoints.
+    #[serde(rename = "walker", skip_serializing_if = "Vec::is_empty")]
+    pub walkers: Vec<WalkerConfig>,
+    /// People who walk by social forces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crowd: Option<CrowdConfig>,
+    /// What changes in the world, in the order of the ticks.
+    #[serde(rename = "event", skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<Event>,
     /// Who takes part, in roster order.
     #[serde(rename = "participant")]
     pub participants: Vec<Participant>,
@@ -227,6 +238,9 @@ impl Default for Scenario {
             sensors: Sensors::default(),
             script: ScriptConfig::default(),
             kidnappings: Vec::new(),
+            walkers: Vec::new(),
+            crowd: None,
+            events: Vec::new(),
             participants: Self::usual_participants(),
         }
     }
@@ -283,6 +297,9 @@ impl Scenario {
             script: self.script.clone(),
             world,
             kidnappings: self.kidnappings.clone(),
+            walkers: self.walkers.clone(),
+            crowd: self.crowd,
+            events: self.events.clone(),
         }
     }
 
@@ -300,6 +317,9 @@ impl Scenario {
         self.sensors.check()?;
         self.script.check()?;
         Kidnapping::check(&self.kidnappings)?;
+        WalkerConfig::check(&self.walkers)?;
+        self.crowd.as_ref().map_or(Ok(()), CrowdConfig::check)?;
+        Event::check(&self.events)?;
         self.check_participants()
     }
 

@@ -27,6 +27,7 @@ pub mod se2;
 pub mod drive;
 pub mod encoders;
 
+pub mod disc;
 pub mod fan;
 pub mod gap;
 pub mod material;
@@ -45,6 +46,7 @@ pub mod generated;
 pub mod places;
 
 pub use angle::wrap_angle;
+pub use disc::Disc;
 pub use drive::{DiffDrive, Twist, WheelRates};
 pub use encoders::{EncoderCounts, odometry_delta, tick_length};
 pub use fan::Fan;

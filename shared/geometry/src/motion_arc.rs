@@ -109,6 +109,17 @@ impl MotionArc {
         }
     }
 
+    /// Least distance in metres between the arc and a point.
+    #[must_use]
+    pub fn distance_to_point(&self, point: &Point2<f64>) -> f64 {
+        let at_ends_m = length(&(point - self.start)).min(length(&(point - self.end)));
+        if self.length_m > 0.0 && self.is_beside(point) {
+            at_ends_m.min(self.circle_offset(point).abs())
+        } else {
+            at_ends_m
+        }
+    }
+
     /// Whether the point of the whole circle nearest to `point` belongs to the
     /// arc. For at most half a turn that is the wedge between the normals at the
     /// two ends.

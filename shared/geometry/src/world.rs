@@ -52,6 +52,15 @@ impl World {
         Ok(Self { spec, walls, tree, blocks })
     }
 
+    /// The same world with other walls: doors that are open, boxes on its floor.
+    /// What it was given stays as it was. Each wall must be finite and of some length;
+    /// gaps between them are not looked for.
+    #[must_use]
+    pub fn with_walls(&self, walls: Vec<Wall>) -> Self {
+        let (tree, blocks) = (WallTree::new(&walls), Blocks::new(&walls));
+        Self { spec: self.spec.clone(), walls, tree, blocks }
+    }
+
     /// The world as it was given.
     #[must_use]
     pub fn spec(&self) -> &WorldSpec {

@@ -25,6 +25,9 @@ fn sim(scan_every: u64, beams: u32) -> Sim {
         world: apartment().spec().clone(),
         sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
+        walkers: Vec::new(),
+        crowd: None,
+        events: Vec::new(),
     };
     Sim::new(config).unwrap()
 }

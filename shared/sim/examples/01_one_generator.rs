@@ -34,6 +34,9 @@ fn config(beams: u32) -> RunConfig {
         world: apartment().spec().clone(),
         sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
+        walkers: Vec::new(),
+        crowd: None,
+        events: Vec::new(),
     }
 }
 

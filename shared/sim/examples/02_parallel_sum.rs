@@ -50,6 +50,9 @@ fn scan() -> Result<Vec<Beam>, SimError> {
         world: apartment().spec().clone(),
         sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
+        walkers: Vec::new(),
+        crowd: None,
+        events: Vec::new(),
     })?;
     let mut frame = Frame::boxed();
     let _ = sim.step(None, &mut frame);

@@ -39,6 +39,9 @@
 //!     world: apartment().spec().clone(),
 //!     sensors: rusty_contract::Sensors::default(),
 //!     kidnappings: Vec::new(),
+//!     walkers: Vec::new(),
+//!     crowd: None,
+//!     events: Vec::new(),
 //! };
 //! let mut sim = Sim::new(config)?;
 //! let mut frame = Frame::boxed();
@@ -59,7 +62,10 @@ pub mod noise;
 pub mod outcome;
 pub mod robot;
 
+mod events;
 pub mod lidar;
+pub mod people;
+pub mod scene;
 pub mod sensors;
 
 pub mod patrol;

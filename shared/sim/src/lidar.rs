@@ -12,15 +12,21 @@
 //! beams are cast together, see [`rusty_geometry::scan`], with the bits of one
 //! ray at a time; the draws are placed, not consumed, see [`crate::noise`].
 
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nalgebra::{Point2, Vector2};
 use rusty_contract::LidarConfig;
-use rusty_geometry::{Hit, SE2, Scan, World};
+use rusty_geometry::{Disc, Hit, SE2, Scan, World, trig};
 
 use crate::noise::LidarNoise;
+use crate::scene::Scene;
 
 /// A planar LiDAR.
 #[derive(Clone, Debug)]
 pub struct Lidar {
     scan: Scan,
+    /// Unit vector of each beam, sensor frame.
+    along: Vec<Vector2<f64>>,
     range_max_m: f64,
     range_std_m: f64,
     dropout: f64,
@@ -34,6 +40,7 @@ impl Lidar {
     pub fn new(config: &LidarConfig) -> Self {
         Self {
             scan: Scan::new(config.fan()),
+            along: (0..config.beams).map(|k| config.fan().direction(k)).collect(),
             range_max_m: config.range_max_m,
             range_std_m: config.range_std_m,
             dropout: config.dropout,
@@ -53,23 +60,59 @@ impl Lidar {
     ///
     /// The noise depends on seed, tick and beam alone: not on what other scans
     /// were taken, nor on what the beams hit.
-    pub fn scan(
+    pub fn scan<'a>(
         &mut self,
-        world: &World,
+        scene: impl Into<Scene<'a>>,
         pose_in_world: &SE2,
         noise: &mut LidarNoise,
         tick: u64,
         ranges_m: &mut [f64],
     ) {
         let sensor_in_world = pose_in_world.compose(&self.sensor_in_body);
-        self.scan.take(world, &sensor_in_world, self.range_max_m);
+        let scene = scene.into();
+        self.scan.take(scene.world, &sensor_in_world, self.range_max_m);
         self.scan.write_distances_m(ranges_m);
+        for body in scene.bodies {
+            self.shorten(body, &sensor_in_world, ranges_m);
+        }
         for (range_m, draw) in ranges_m.iter_mut().zip(noise.at(tick, self.beams())) {
             *range_m = if draw.u < self.dropout {
                 self.range_max_m
             } else {
                 measured_m(*range_m, self.range_std_m * draw.z, self.range_max_m)
             };
+        }
+    }
+
+    /// Shortens the beams that meet a body before a wall. Of the beams, only those
+    /// that may meet it are tried.
+    fn shorten(&self, body: &Disc, sensor_in_world: &SE2, ranges_m: &mut [f64]) {
+        let to = body.centre - Point2::from(sensor_in_world.translation());
+        let square = to.x * to.x + to.y * to.y;
+        let (fan, reach_m) = (self.scan.fan(), self.range_max_m + body.radius_m);
+        if square > reach_m * reach_m {
+            return;
+        }
+        // In the sensor frame, where the directions of the beams are known.
+        let (s, c) = trig::sin_cos(sensor_in_world.theta());
+        let centre = Point2::new(c * to.x + s * to.y, c * to.y - s * to.x);
+        let here = Disc { centre, ..*body };
+        // sin α = R/d, and α ≤ π/2·sin α; from inside the body, all around.
+        let sine = body.radius_m / square.sqrt();
+        let half_rad = if sine < 1.0 { FRAC_PI_2 * sine } else { TAU };
+        let from_first_rad = trig::atan2(centre.y, centre.x) - fan.first_bearing_rad;
+        let step_rad = fan.fov_rad / f64::from(fan.beams);
+        for turns in -2..=2 {
+            let middle_rad = from_first_rad + TAU * f64::from(turns);
+            // A beam more on each side, for rounding.
+            let first = ((middle_rad - half_rad) / step_rad).floor().max(0.0) as usize;
+            let end = ((middle_rad + half_rad) / step_rad).ceil() + 1.0;
+            let end = (end.max(0.0) as usize).min(self.along.len()).min(ranges_m.len());
+            let beams = first.min(end)..end;
+            for (range_m, along) in ranges_m[beams.clone()].iter_mut().zip(&self.along[beams]) {
+                let met_m = here.cast(&Point2::origin(), along);
+                *range_m = met_m.filter(|met_m| met_m < range_m).unwrap_or(*range_m);
+            }
         }
     }
 
@@ -100,7 +143,6 @@ pub(crate) fn measured_m(exact_m: f64, error_m: f64, range_max_m: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Point2;
     use rusty_geometry::{Material, apartment, open};
 
     const NOTHING: Hit = Hit { distance_m: f64::NAN, material: None };
@@ -161,6 +203,39 @@ mod tests {
             let bearing_rad = 0.7 + config.bearing_rad(k as u32);
             let direct = apartment().raycast(origin, bearing_rad, 8.0);
             assert!((hit.distance_m - direct.distance_m).abs() < 1e-12, "{k}");
+        }
+    }
+
+    #[test]
+    fn bodies_shorten_the_beams_that_meet_them_and_no_others() {
+        let world = open();
+        for (fov_rad, first_bearing_rad) in [(TAU, -3.1), (TAU, 5.9), (4.1, -2.0), (1.0, -6.2)] {
+            let beams = 331;
+            let fan = LidarConfig { beams, fov_rad, first_bearing_rad, ..LidarConfig::default() };
+            let mut lidar = Lidar::new(&LidarConfig { range_std_m: 0.0, ..fan });
+            for k in 0..60u32 {
+                let (distance_m, bearing_rad) = (0.1 + 0.13 * f64::from(k), 0.7 * f64::from(k));
+                let (s, c) = trig::sin_cos(bearing_rad);
+                let centre = Point2::new(1.0 + distance_m * c, 2.0 + distance_m * s);
+                let bodies = [Disc { centre, radius_m: 0.25 }];
+                let pose = SE2::new(1.0, 2.0, 0.1 * f64::from(k));
+                let mut ranges_m = vec![0.0; beams as usize];
+                let scene = Scene { world: &world, bodies: &bodies };
+                lidar.scan(scene, &pose, &mut LidarNoise::new(3), 0, &mut ranges_m);
+                for (beam, range_m) in ranges_m.iter().enumerate() {
+                    let (s, c) = trig::sin_cos(pose.theta() + fan.bearing_rad(beam as u32));
+                    let along = Vector2::new(c, s);
+                    let origin = Point2::from(pose.translation());
+                    let met_m = bodies[0].cast(&origin, &along).unwrap_or(8.0).min(8.0);
+                    // Along the rim, rounding decides.
+                    let at_rim = (along.x * (centre.y - 2.0) - along.y * (centre.x - 1.0)).abs();
+                    let at_rim = (at_rim - 0.25).abs() < 1e-9;
+                    assert!(
+                        at_rim || (range_m - met_m).abs() < 1e-9,
+                        "{k} {beam}: {range_m} {met_m}"
+                    );
+                }
+            }
         }
     }
 

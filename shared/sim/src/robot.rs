@@ -19,9 +19,10 @@
 //! the other systematic error of J. Borenstein and L. Feng (1996).
 
 use rusty_contract::RobotConfig;
-use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Twist, World};
+use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Twist};
 
 use crate::outcome::StepOutcome;
+use crate::scene::Scene;
 
 /// The robot: true parameters and true state.
 #[derive(Clone, Debug)]
@@ -76,9 +77,9 @@ impl Robot {
     /// One tick of `dt_s` seconds with the constant command `applied` (body
     /// frame, already limited) and the standard normal deviates `slip_z`,
     /// `[left, right]`.
-    pub fn step(
+    pub fn step<'a>(
         &mut self,
-        world: &World,
+        scene: impl Into<Scene<'a>>,
         applied: Twist,
         dt_s: f64,
         slip_z: [f64; 2],
@@ -93,7 +94,7 @@ impl Robot {
         let ds_right_m = self.right_radius_m * turned_rad[1] * grip[1];
         let tau = self.true_drive.tangent(ds_left_m, ds_right_m);
         let next = self.pose_in_world.boxplus(&tau);
-        if world.blocks(&self.pose_in_world, &next, self.body_radius_m) {
+        if scene.into().blocks(&self.pose_in_world, &next, self.body_radius_m) {
             self.blocked_on_way_to = Some(next);
             return StepOutcome::Blocked;
         }

@@ -8,13 +8,17 @@
 //! truth stays here, for the caller to seal, instead of going into the frame.
 
 use nalgebra::Point2;
+use rusty_contract::config::Event;
 use rusty_contract::{FieldError, Frame, RunConfig};
-use rusty_geometry::{SE2, Twist, World};
+use rusty_geometry::{Disc, SE2, Twist, World};
 
+use crate::events::walls_after;
 use crate::lidar::Lidar;
 use crate::noise::{LidarNoise, TickNoise};
 use crate::outcome::StepOutcome;
+use crate::people::People;
 use crate::robot::Robot;
+use crate::scene::Scene;
 use crate::script::Script;
 use crate::sensors::{Motion, SmallSensors};
 use crate::sim_error::SimError;
@@ -35,6 +39,9 @@ pub struct Sim {
     ticks_done: u64,
     /// Index of the next kidnapping of the configuration.
     next_kidnapping: usize,
+    /// Index of the next event of the configuration.
+    next_event: usize,
+    people: People,
 }
 
 impl Sim {
@@ -56,6 +63,8 @@ impl Sim {
             lidar_noise: LidarNoise::new(config.seed),
             ticks_done: 0,
             next_kidnapping: 0,
+            next_event: 0,
+            people: People::new(&config, &world)?,
             world,
             config,
         })
@@ -83,7 +92,12 @@ impl Sim {
         self.lidar_noise = LidarNoise::new(config.seed);
         // Those of ticks that are done are past, or never were.
         self.next_kidnapping = config.kidnappings.partition_point(|k| k.tick < self.ticks_done);
-        self.config = config;
+        let past = config.events.partition_point(|event| event.tick() < self.ticks_done);
+        let events_differ = self.config.events[..self.next_event] != config.events[..past];
+        (self.config, self.next_event) = (config, past);
+        if events_differ {
+            self.rebuild_walls();
+        }
         Ok(())
     }
 
@@ -99,6 +113,35 @@ impl Sim {
         // The script stays: a command depends on tick and pose alone.
         self.ticks_done = 0;
         self.next_kidnapping = 0;
+        if self.next_event > 0 {
+            self.next_event = 0;
+            self.rebuild_walls();
+        }
+        // A crowd that finds no room is refused when the simulation is made.
+        let _ = self.people.restart(seed, &self.world, &self.config.start);
+    }
+
+    /// Makes the walls those after all events so far.
+    fn rebuild_walls(&mut self) {
+        let walls = walls_after(&self.config.world, &self.config.events[..self.next_event]);
+        self.world = self.world.with_walls(walls);
+        self.sensors.walls_changed(&self.world);
+    }
+
+    /// What happens to the world at the start of the tick: events, and people's steps.
+    fn change_world(&mut self, tick: u64) {
+        let due = |event: &Event| event.tick() <= tick;
+        let events = self.config.events[self.next_event..].iter();
+        let now = events.take_while(|event| due(event)).count();
+        if now > 0 {
+            self.next_event += now;
+            self.rebuild_walls();
+        }
+        if !self.people.is_empty() {
+            let centre = Point2::from(self.truth().translation());
+            let robot = Disc { centre, radius_m: self.config.robot.body_radius_m };
+            self.people.step(&self.world, &robot, tick);
+        }
     }
 
     /// One tick: takes the script's command (or `driver`'s, where the script is
@@ -127,10 +170,12 @@ impl Sim {
             self.robot.put(kidnapping.to);
             self.next_kidnapping += 1;
         }
+        self.change_world(tick);
         let wanted = self.script.command(tick, &self.truth(), driver);
         let applied = self.robot.limit(wanted);
         let slip_z = self.slip_noise.normals(tick);
-        let outcome = self.robot.step(&self.world, applied, self.config.dt_s, slip_z);
+        let scene = Scene { world: &self.world, bodies: self.people.bodies() };
+        let outcome = self.robot.step(scene, applied, self.config.dt_s, slip_z);
 
         let time_s = self.config.time_s(tick);
         frame.begin(tick, time_s, self.robot.encoder_ticks(), applied);
@@ -139,12 +184,12 @@ impl Sim {
             blocked_on_way_to: self.robot.blocked_on_way_to(),
             outcome,
         };
-        self.sensors.read(&self.world, &motion, tick, frame);
+        self.sensors.read(scene, &motion, tick, frame);
         // `scan_every` 0 never divides: no scans.
         if tick.checked_rem(self.config.scan_every) == Some(0) {
             let ranges_m = frame.write_scan(self.lidar.beams());
             let pose = motion.pose_in_world;
-            self.lidar.scan(&self.world, &pose, &mut self.lidar_noise, tick, ranges_m);
+            self.lidar.scan(scene, &pose, &mut self.lidar_noise, tick, ranges_m);
         }
         self.ticks_done += 1;
         outcome
@@ -169,7 +214,13 @@ impl Sim {
         self.robot.wheel_angles_rad()
     }
 
-    /// The walls.
+    /// The bodies of people as they are now: what the robot and its sensors meet.
+    #[must_use]
+    pub fn bodies(&self) -> &[Disc] {
+        self.people.bodies()
+    }
+
+    /// The walls, as they are now.
     #[must_use]
     pub fn world(&self) -> &World {
         &self.world

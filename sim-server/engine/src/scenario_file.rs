@@ -16,12 +16,16 @@ use rusty_geometry::{WorldError, WorldSpec};
 use thiserror::Error;
 
 /// The scenarios that come with the program: name and text.
-pub const BUILT_IN: [(&str, &str); 5] = [
+pub const BUILT_IN: [(&str, &str); 9] = [
     ("apartment", include_str!("../scenarios/apartment.toml")),
     ("patrol", include_str!("../scenarios/patrol.toml")),
     ("figure-eight", include_str!("../scenarios/figure-eight.toml")),
     ("hallway", include_str!("../scenarios/hallway.toml")),
     ("driver", include_str!("../scenarios/driver.toml")),
+    ("office", include_str!("../scenarios/office.toml")),
+    ("sonar-ring", include_str!("../scenarios/sonar-ring.toml")),
+    ("seed-lab", include_str!("../scenarios/seed-lab.toml")),
+    ("anatomy", include_str!("../scenarios/anatomy.toml")),
 ];
 
 /// Longest scenario, world or list of commands that is read, bytes: 100 000

@@ -4,8 +4,10 @@
 //! of them reads the machine), and every check names field, value and remedy.
 
 mod check;
+mod event;
 mod kidnapping;
 mod lidar;
+mod people;
 mod robot;
 mod run;
 mod script;
@@ -13,8 +15,10 @@ pub mod sensors;
 
 pub use check::{FieldError, seconds as check_seconds, within as check_within};
 pub(crate) use check::{at_least, seconds, within};
+pub use event::Event;
 pub use kidnapping::Kidnapping;
 pub use lidar::LidarConfig;
+pub use people::{CrowdConfig, MAX_PEOPLE, Shape, WalkerConfig};
 pub use robot::{NominalRobot, RobotConfig};
 pub use run::RunConfig;
 pub(crate) use run::check_times_and_start;

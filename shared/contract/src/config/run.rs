@@ -7,7 +7,8 @@ use rusty_geometry::{SE2, WorldSpec};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConfig, Sensors, at_least, within,
+    CrowdConfig, Event, FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConfig, Sensors,
+    WalkerConfig, at_least, within,
 };
 
 /// The configuration of a run. A seed, this and the driver's commands
@@ -41,6 +42,15 @@ pub struct RunConfig {
     /// Where the robot is carried away, in the order of the ticks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub kidnappings: Vec<Kidnapping>,
+    /// People who walk along waypoints.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub walkers: Vec<WalkerConfig>,
+    /// People who walk by social forces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crowd: Option<CrowdConfig>,
+    /// What changes in the world, in the order of the ticks.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<Event>,
 }
 
 impl RunConfig {
@@ -52,7 +62,7 @@ impl RunConfig {
 
     /// Whether a run with this configuration can go on with `after` in the
     /// middle. Seed, number of ticks, script, the noise of the LiDAR, the true
-    /// parameters of the robot and kidnappings may change. What participants rely on from
+    /// parameters of the robot, kidnappings and events may change. What participants rely on from
     /// the start on, and what is past, may not.
     ///
     /// # Errors
@@ -91,6 +101,8 @@ impl RunConfig {
             // A driver has, or would need, a place in the roster.
             kept("script.kind", &self.script.kind(), &after.script.kind())?;
         }
+        kept("walker", &self.walkers, &after.walkers)?;
+        kept("crowd", &self.crowd, &after.crowd)?;
         kept("world", &self.world, &after.world)
     }
 
@@ -114,6 +126,9 @@ impl RunConfig {
         self.sensors.check()?;
         self.script.check()?;
         Kidnapping::check(&self.kidnappings)?;
+        WalkerConfig::check(&self.walkers)?;
+        self.crowd.as_ref().map_or(Ok(()), CrowdConfig::check)?;
+        Event::check(&self.events)?;
         self.world.check().map_err(|e| {
             FieldError::new("world", &self.world.name, e.to_string(), "mend the world file")
         })
@@ -153,6 +168,9 @@ mod tests {
             world: rusty_geometry::apartment().spec().clone(),
             sensors: Sensors::default(),
             kidnappings: Vec::new(),
+            walkers: Vec::new(),
+            crowd: None,
+            events: Vec::new(),
         }
     }
 

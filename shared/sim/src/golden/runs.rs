@@ -48,6 +48,9 @@ fn rusty(name: &str, world: &World, start: SE2, script: ScriptConfig) -> RunConf
         world: world.spec().clone(),
         sensors: Sensors::default(),
         kidnappings: Vec::new(),
+        walkers: Vec::new(),
+        crowd: None,
+        events: Vec::new(),
     }
 }
 
@@ -226,6 +229,9 @@ pub(super) fn lopsided() -> RunConfig {
         world: crooked_room(),
         sensors: Sensors::default(),
         kidnappings: Vec::new(),
+        walkers: Vec::new(),
+        crowd: None,
+        events: Vec::new(),
     }
 }
 

@@ -25,6 +25,8 @@ pub(super) enum Source {
     Doors = 6,
     /// Dropout, range and bearing noise of landmarks.
     Landmarks = 7,
+    /// Places and speeds of people. (8 is that of glass.)
+    People = 9,
 }
 
 /// The words of one source.

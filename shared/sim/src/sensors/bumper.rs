@@ -1,7 +1,7 @@
 //! The bumper: where a blocked body touches.
 //!
 //! The sweep that blocks the robot is halved until the first contact is known to
-//! 2⁻³⁰ of its length; the sectors of all walls that the body touches there are set.
+//! 2⁻³⁰ of its length; the sectors of all walls and bodies that it touches there are set.
 //!
 //! Departures from a real one: the switch closes at the first touch, with no force,
 //! and opens in the first tick in which nothing is in the way.
@@ -10,7 +10,9 @@ use core::cell::Cell;
 
 use nalgebra::Point2;
 use rusty_contract::config::sensors::BumperConfig;
-use rusty_geometry::{SE2, World, trig};
+use rusty_geometry::{SE2, trig};
+
+use crate::scene::Scene;
 
 /// How often the way to the wall is halved.
 const HALVINGS: u32 = 30;
@@ -34,13 +36,19 @@ impl Bumper {
     /// The sectors that touch, bit k for sector k: none where the robot was free
     /// to move, else those where its way from `pose` to `blocked_on_way_to` ends.
     #[must_use]
-    pub fn read(&self, world: &World, pose: &SE2, blocked_on_way_to: Option<&SE2>) -> u16 {
+    pub fn read<'a>(
+        &self,
+        scene: impl Into<Scene<'a>>,
+        pose: &SE2,
+        blocked_on_way_to: Option<&SE2>,
+    ) -> u16 {
+        let scene = scene.into();
         let Some(to) = blocked_on_way_to else { return 0 };
         let way = to.boxminus(pose);
         let (mut free, mut blocked) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (free + blocked);
-            if world.blocks(pose, &pose.boxplus(&(way * middle)), self.body_radius_m) {
+            if scene.blocks(pose, &pose.boxplus(&(way * middle)), self.body_radius_m) {
                 blocked = middle;
             } else {
                 free = middle;
@@ -51,13 +59,19 @@ impl Bumper {
         let reach_m = self.body_radius_m + TOUCH_M;
         let centre = Point2::from(contact.translation());
         // The search is asked for what it passes, not for what it finds.
-        let _ = world.least_squared(centre, reach_m * reach_m, |wall| {
+        let _ = scene.world.least_squared(centre, reach_m * reach_m, |wall| {
             if wall.distance_squared(&centre) < reach_m * reach_m {
                 let at = contact.inverse().transform_point(&wall.nearest(&centre));
                 sectors.set(sectors.get() | self.sector(trig::atan2(at.y, at.x)));
             }
             None
         });
+        for body in scene.bodies {
+            let at = contact.inverse().transform_point(&body.centre);
+            if trig::hypot(at.x, at.y) < reach_m + body.radius_m {
+                sectors.set(sectors.get() | self.sector(trig::atan2(at.y, at.x)));
+            }
+        }
         sectors.get()
     }
 

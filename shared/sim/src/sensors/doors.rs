@@ -16,6 +16,7 @@ use rusty_geometry::{Material, SE2, World};
 
 use super::landmarks::in_view;
 use crate::noise::TickNoise;
+use crate::scene::Scene;
 
 /// A detector of doors.
 #[derive(Clone, Debug)]
@@ -47,7 +48,13 @@ impl DoorSensor {
 
     /// The numbers of the doors that are reported in tick `tick`, ascending, at most
     /// [`MAX_DOORS`]; `None` in a tick without a reading.
-    pub fn read(&mut self, world: &World, body_in_world: &SE2, tick: u64) -> Option<&[f64]> {
+    pub fn read<'a>(
+        &mut self,
+        scene: impl Into<Scene<'a>>,
+        body_in_world: &SE2,
+        tick: u64,
+    ) -> Option<&[f64]> {
+        let scene = scene.into();
         let Self { config, doors, noise, seen } = self;
         if !tick.is_multiple_of(config.every) {
             return None;
@@ -56,7 +63,7 @@ impl DoorSensor {
         for walls in doors.chunk_by(|a, b| a.0 == b.0) {
             let number = walls[0].0;
             let is_in_view = walls.iter().any(|(_, middle)| {
-                in_view(world, body_in_world, middle, config.range_max_m, config.fov_rad).is_some()
+                in_view(&scene, body_in_world, middle, config.range_max_m, config.fov_rad).is_some()
             });
             let rate = if is_in_view { config.hit_rate } else { config.false_alarm_rate };
             if noise.uniform_at(tick, number.into()) < rate && count < MAX_DOORS {

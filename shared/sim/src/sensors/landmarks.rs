@@ -5,7 +5,7 @@
 //! landmark's number. ε_r ~ N(0, σ_r²), ε_φ ~ N(0, σ_φ²).
 //!
 //! Departures: a landmark is measured only within range and field of view and with
-//! no wall before it; of more than 64 the nearest are; a negative range is 0. Without
+//! nothing before it; of more than 64 the nearest are; a negative range is 0. Without
 //! identity, readings are in the order of their bearings, so that their order tells
 //! nothing.
 
@@ -16,14 +16,15 @@ use rusty_contract::readings::MAX_LANDMARKS;
 use rusty_geometry::{SE2, World, trig, wrap_angle};
 
 use crate::noise::TickNoise;
+use crate::scene::Scene;
 
 /// How much nearer than what it hides a wall must be, m.
 const BEFORE_M: f64 = 1e-6;
 
 /// Distance and bearing of a point from a body, where it is within range, within
-/// half of `fov_rad` to each side of straight ahead, and no wall is before it.
+/// half of `fov_rad` to each side of straight ahead, and nothing is before it.
 pub(super) fn in_view(
-    world: &World,
+    scene: &Scene<'_>,
     body_in_world: &SE2,
     point: &Point2<f64>,
     range_max_m: f64,
@@ -42,8 +43,8 @@ pub(super) fn in_view(
         return None;
     }
     let origin = Point2::from(body_in_world.translation());
-    let wall = world.first_wall(origin, to / distance_m, distance_m - BEFORE_M);
-    wall.is_none().then_some((distance_m, bearing_rad))
+    let hidden = scene.hides(origin, to / distance_m, distance_m - BEFORE_M);
+    (!hidden).then_some((distance_m, bearing_rad))
 }
 
 /// A sensor of landmarks.
@@ -74,21 +75,22 @@ impl LandmarkSensor {
     }
 
     /// What is measured in tick `tick`; `None` in a tick without a reading.
-    pub fn read(
+    pub fn read<'a>(
         &mut self,
-        world: &World,
+        scene: impl Into<Scene<'a>>,
         body_in_world: &SE2,
         tick: u64,
     ) -> Option<&[LandmarkReading]> {
+        let scene = scene.into();
         let config = &self.config;
         if !tick.is_multiple_of(config.every) {
             return None;
         }
-        let landmarks = &world.spec().landmarks;
+        let landmarks = &scene.world.spec().landmarks;
         self.in_view.clear();
         self.in_view.extend(landmarks.iter().enumerate().filter_map(|(index, landmark)| {
             let at = Point2::from(landmark.at);
-            in_view(world, body_in_world, &at, config.range_max_m, config.fov_rad)
+            in_view(&scene, body_in_world, &at, config.range_max_m, config.fov_rad)
                 .map(|(distance_m, bearing_rad)| (distance_m, bearing_rad, index))
         }));
         if self.in_view.len() > MAX_LANDMARKS {
@@ -198,7 +200,7 @@ mod tests {
         assert!(ids.is_sorted());
         let nearer = world.spec().landmarks.iter().filter(|l| {
             let pose = SE2::new(x, y, theta);
-            let seen = in_view(&world, &pose, &Point2::from(l.at), 5.0, 7.0);
+            let seen = in_view(&(&world).into(), &pose, &Point2::from(l.at), 5.0, 7.0);
             seen.is_some_and(|(distance_m, _)| distance_m < farthest_m)
         });
         assert_eq!(nearer.count(), MAX_LANDMARKS - 1);

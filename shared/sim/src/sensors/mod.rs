@@ -21,6 +21,7 @@ pub use landmarks::LandmarkSensor;
 pub use sonar::Sonars;
 
 use crate::outcome::StepOutcome;
+use crate::scene::Scene;
 
 /// What a tick did to the robot.
 #[derive(Clone, Copy, Debug)]
@@ -73,22 +74,27 @@ impl SmallSensors {
         self.landmarks.iter_mut().for_each(|landmarks| landmarks.reseed(seed));
     }
 
+    /// The walls are others from now on.
+    pub fn walls_changed(&mut self, world: &World) {
+        self.sonars.iter_mut().for_each(|sonars| sonars.walls_changed(world));
+    }
+
     /// Writes what the sensors say at the end of tick `tick`. Allocates nothing.
-    pub fn read(&mut self, world: &World, motion: &Motion, tick: u64, frame: &mut Frame) {
+    pub fn read(&mut self, scene: Scene<'_>, motion: &Motion, tick: u64, frame: &mut Frame) {
         let pose = &motion.pose_in_world;
         if let Some(bumper) = &self.bumper {
-            frame.write_bumper(bumper.read(world, pose, motion.blocked_on_way_to.as_ref()));
+            frame.write_bumper(bumper.read(scene, pose, motion.blocked_on_way_to.as_ref()));
         }
         if let Some(imu) = &mut self.imu {
             frame.write_imu(imu.read(motion.outcome, tick));
         }
-        if let Some(ranges_m) = self.sonars.as_mut().and_then(|s| s.read(world, pose, tick)) {
+        if let Some(ranges_m) = self.sonars.as_mut().and_then(|s| s.read(scene, pose, tick)) {
             frame.write_sonars(ranges_m);
         }
-        if let Some(doors) = self.doors.as_mut().and_then(|d| d.read(world, pose, tick)) {
+        if let Some(doors) = self.doors.as_mut().and_then(|d| d.read(scene, pose, tick)) {
             frame.write_doors(doors);
         }
-        if let Some(seen) = self.landmarks.as_mut().and_then(|l| l.read(world, pose, tick)) {
+        if let Some(seen) = self.landmarks.as_mut().and_then(|l| l.read(scene, pose, tick)) {
             frame.write_landmarks(seen);
         }
     }

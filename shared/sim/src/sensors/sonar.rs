@@ -21,10 +21,11 @@
 use nalgebra::Point2;
 use rusty_contract::config::sensors::{SonarConfig, SonarModel};
 use rusty_contract::readings::MAX_SONARS;
-use rusty_geometry::{SE2, Wall, World, trig};
+use rusty_geometry::{Disc, SE2, Wall, World, trig};
 
 use crate::lidar::measured_m;
 use crate::noise::TickNoise;
+use crate::scene::Scene;
 
 /// How much nearer than an echo a wall must be to hide it, m.
 const BEFORE_M: f64 = 1e-6;
@@ -76,7 +77,13 @@ impl Sonars {
     }
 
     /// The range of each sonar in tick `tick`, m; `None` in a tick without a reading.
-    pub fn read(&mut self, world: &World, body_in_world: &SE2, tick: u64) -> Option<&[f64]> {
+    pub fn read<'a>(
+        &mut self,
+        scene: impl Into<Scene<'a>>,
+        body_in_world: &SE2,
+        tick: u64,
+    ) -> Option<&[f64]> {
+        let scene = scene.into();
         if !tick.is_multiple_of(self.config.every) {
             return None;
         }
@@ -86,7 +93,7 @@ impl Sonars {
             self.ranges_m[k] = if u < dropout {
                 range_max_m
             } else {
-                let exact_m = self.exact_m(world, &body_in_world.compose(mount));
+                let exact_m = self.exact_m(scene, &body_in_world.compose(mount));
                 measured_m(exact_m, range_std_m * z, range_max_m)
             };
         }
@@ -95,30 +102,40 @@ impl Sonars {
 
     /// The range without noise from a *sensor* pose: z_max where nothing answers.
     #[must_use]
-    pub fn exact_m(&self, world: &World, sensor_in_world: &SE2) -> f64 {
+    pub fn exact_m<'a>(&self, scene: impl Into<Scene<'a>>, sensor_in_world: &SE2) -> f64 {
+        let scene = scene.into();
         let cone = Cone::new(sensor_in_world, self.half_aperture);
         let most = self.config.range_max_m * self.config.range_max_m;
         let squared = match self.config.model {
             SonarModel::Nearest => {
-                world.least_squared(cone.apex, most, |wall| cone.nearest_squared(wall))
+                scene.world.least_squared(cone.apex, most, |wall| cone.nearest_squared(wall))
             }
             SonarModel::Specular => {
                 let visible = |echo: Point2<f64>| {
                     let to = echo - cone.apex;
                     let distance_m = trig::hypot(to.x, to.y);
                     let before_m = distance_m - BEFORE_M;
-                    let hidden = before_m > 0.0
-                        && world.first_wall(cone.apex, to / distance_m, before_m).is_some();
+                    let hidden =
+                        before_m > 0.0 && scene.hides(cone.apex, to / distance_m, before_m);
                     (!hidden).then_some(distance_m * distance_m)
                 };
-                let wall = world.least_squared(cone.apex, most, |wall| {
+                let wall = scene.world.least_squared(cone.apex, most, |wall| {
                     cone.foot(wall).filter(|foot| cone.holds(foot)).and_then(visible)
                 });
                 let seen = self.corners.iter().filter(|c| c.faces(&cone.apex) && cone.holds(&c.at));
                 seen.filter_map(|corner| visible(corner.at)).fold(wall, f64::min)
             }
         };
-        squared.sqrt()
+        // A round body answers along the line to its middle, in both models.
+        let bodies = scene.bodies.iter().filter_map(|body| cone.nearest_of(body));
+        bodies.fold(squared.sqrt(), f64::min)
+    }
+
+    /// The walls are others from now on.
+    pub fn walls_changed(&mut self, world: &World) {
+        if self.config.model == SonarModel::Specular {
+            self.corners = corners(world.walls());
+        }
     }
 }
 
@@ -166,6 +183,24 @@ impl Cone {
         let foot = -a.dot(&along) / along.dot(&along);
         let at = a + along * foot.clamp(from, to);
         Some(at.dot(&at))
+    }
+
+    /// Distance from the apex to the nearest point of a body within the cone, m.
+    fn nearest_of(&self, body: &Disc) -> Option<f64> {
+        let to = body.centre - self.apex;
+        let distance_m = trig::hypot(to.x, to.y);
+        if distance_m <= body.radius_m {
+            return Some(0.0);
+        }
+        if self.holds(&body.centre) {
+            return Some(distance_m - body.radius_m);
+        }
+        // Its middle is outside: the nearest point is on a side of the cone.
+        let along = |side: &nalgebra::Vector2<f64>, turn: f64| {
+            body.cast(&self.apex, &nalgebra::Vector2::new(side.y * turn, -side.x * turn))
+        };
+        let met = [along(&self.sides[0], -1.0), along(&self.sides[1], 1.0)];
+        met.into_iter().flatten().reduce(f64::min)
     }
 
     /// The foot of the perpendicular from the apex, where it lies on the wall.

@@ -21,6 +21,9 @@ pub fn config(script: ScriptConfig, world: &World, start: SE2) -> RunConfig {
         world: world.spec().clone(),
         sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
+        walkers: Vec::new(),
+        crowd: None,
+        events: Vec::new(),
     }
 }
 

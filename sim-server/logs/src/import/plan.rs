@@ -53,6 +53,9 @@ pub(super) fn plan(
         world: world(stem, drive.around_m),
         sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
+        walkers: Vec::new(),
+        crowd: None,
+        events: Vec::new(),
     };
     config.check().map_err(|error| ImportError::file(input, error))?;
     let file = input.file_name().unwrap_or_default();

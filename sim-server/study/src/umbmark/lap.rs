@@ -110,6 +110,9 @@ pub fn lap(
         world: rusty_geometry::open().spec().clone(),
         sensors: rusty_contract::Sensors::default(),
         kidnappings: Vec::new(),
+        walkers: Vec::new(),
+        crowd: None,
+        events: Vec::new(),
         ..config.clone()
     })?;
     let mut frame = Frame::boxed();

@@ -115,6 +115,8 @@ fn base(script: &str) -> Table {
     let mut base = Table::try_from(Scenario::default()).unwrap();
     let more: Table = toml::from_str(&format!(
         "kidnapping = [{{ tick = 5, to = {{ x_m = 0.0, y_m = 0.0, theta_rad = 0.0 }} }}]\n\
+         walker = [{{ waypoints = [[1.0, 1.0]] }}]\n\
+         crowd = {{ people = 2 }}\n\
          participant = [{{ name = \"a\", compute = {{ scan_s = 0.0 }} }}]\n\
          script = {{ kind = \"{script}\" }}\n\
          [sensors]\nbumper = {{}}\nimu = {{}}\ndoors = {{}}\nlandmarks = {{}}\n\
@@ -293,7 +295,9 @@ fn check_values(base: &Table, row: &Row) {
         }
         "flag" => refused("zzz".into()),
         "text" => refused(Value::Integer(1)),
-        "list of texts" => refused(vec![Value::Integer(1)].into()),
+        "list of texts" | "list of points" | "list of events" => {
+            refused(vec![Value::Integer(1)].into());
+        }
         other => panic!("{field}: type {other}"),
     }
 }
