@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::openings::{Floor, find_openings};
 use crate::snap::join_ends;
 
-/// Most loose ends, and most overlaps, that are named.
+/// Most gaps, most ends and most overlaps that are named.
 pub const MAX_NAMED: usize = 1000;
 
 /// Farther than this from a line a wall is not on it, m.
@@ -113,10 +113,11 @@ pub fn check(spec: &WorldSpec, start_m: Option<[f64; 2]>) -> Result<Report, Worl
         }
         other => Some(other?),
     };
+    let gaps = spec.ends_near(GAP_M, MAX_NAMED)?;
+    let mut findings: Vec<Finding> = gaps.iter().map(|gap| of_end(Kind::Gap, gap)).collect();
     let ends = spec.ends_near(f64::INFINITY, MAX_NAMED)?;
-    let (gaps, loose): (Vec<&Gap>, Vec<&Gap>) = ends.iter().partition(|e| e.distance_m < GAP_M);
-    let mut findings: Vec<Finding> = gaps.into_iter().map(|gap| of_end(Kind::Gap, gap)).collect();
-    findings.extend(loose.into_iter().map(|gap| of_end(Kind::LooseEnd, gap)));
+    let loose = ends.iter().filter(|end| end.distance_m >= GAP_M);
+    findings.extend(loose.map(|end| of_end(Kind::LooseEnd, end)));
     findings.extend(overlaps(&spec.to_walls()));
     let floor = world.filter(|world| !world.is_open()).map(|w| find_openings(&w, start_m));
     let none = Floor { at_m: None, resolution_m: 0.0, openings: Vec::new() };

@@ -63,9 +63,9 @@ pub fn find_openings(world: &World, start_m: Option<[f64; 2]>) -> Floor {
         if widths[floor] <= 0.0 {
             break;
         }
+        // The first cell from outside that is as narrow as the whole way.
         let mut cell = floor;
-        while plane.clearances[cell] > widths[floor] {
-            let Some(next) = before[cell] else { break };
+        while let Some(next) = before[cell].filter(|next| widths[*next] <= widths[floor]) {
             cell = next;
         }
         let (at_m, clearance_m) = (plane.centre(cell), plane.clearances[cell]);

@@ -101,6 +101,22 @@ fn a_drawing_is_a_world_for_every_verb() {
 }
 
 #[test]
+fn the_examples_of_the_page_can_be_used() {
+    let page = fs::read_to_string(repository().join("docs/worlds.md")).unwrap();
+    let block = |fence: &str| page.split(fence).nth(1).unwrap().split("```").next().unwrap();
+    let place = folder();
+    let svg = place.write("plan.svg", block("```xml\n"));
+    let report = sim_server(&["worlds", &svg, "--check", "--json"]).expect(0).json();
+    assert_eq!((list(&report, "findings").len(), &report["world"]), (0, &"plan".into()));
+    let walls = rusty_floorplan::read(Path::new(&svg)).unwrap().walls;
+    let materials: Vec<String> = walls.iter().map(|wall| wall.material.to_string()).collect();
+    assert_eq!(materials, ["Wall", "Wall", "Wall", "Wall", "Glass", "Door(3)"]);
+    let yaml = place.write("lab.yaml", block("```yaml\n"));
+    place.write("lab.pgm", "P2 3 3 255 254 254 254 254 0 254 205 205 205");
+    assert_eq!(rusty_floorplan::read(Path::new(&yaml)).unwrap().walls.len(), 4);
+}
+
+#[test]
 fn a_check_names_what_is_wrong_and_where_and_its_code_says_whether() {
     let place = folder();
     sim_server(&["worlds", "apartment", "--check"]).expect(0).prints("0 problems");
