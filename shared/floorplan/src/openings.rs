@@ -149,11 +149,11 @@ impl Plane {
         let (mut widths, mut before) = (vec![0.0; count], vec![None; count]);
         // Bits of numbers that are not negative have the order of the numbers.
         let mut heap: BinaryHeap<(u64, usize)> = BinaryHeap::new();
-        for cell in 0..count {
+        for (cell, width) in widths.iter_mut().enumerate() {
             let column = cell % self.columns;
             let is_edge = column == 0 || column + 1 == self.columns;
             if is_edge || cell < self.columns || cell + self.columns >= count {
-                widths[cell] = f64::INFINITY;
+                *width = f64::INFINITY;
                 heap.push((f64::INFINITY.to_bits(), cell));
             }
         }

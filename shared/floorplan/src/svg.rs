@@ -167,6 +167,10 @@ fn material(path: &Path) -> Option<Material> {
     })
 }
 
+fn too_many(lines: usize) -> FieldError {
+    FieldError::new("lines", lines, "make too many walls", "simplify or split the drawing")
+}
+
 /// Walls, while they are collected.
 struct Tracer {
     m_per_px: f64,
@@ -199,6 +203,9 @@ impl Tracer {
             // Every path begins with a move.
             let Some(line) = lines.last_mut() else { continue };
             let (begin, from) = (line[0], line[line.len() - 1]);
+            if line.len() > MAX_WALLS {
+                return Err(too_many(line.len()));
+            }
             match segment {
                 PathSegment::MoveTo(to) | PathSegment::LineTo(to) => line.push(place(to)),
                 PathSegment::QuadTo(a, to) => {
@@ -219,8 +226,7 @@ impl Tracer {
             self.walls.extend(walls.map(|e| WallSpec { a: e[0], b: e[1], material }));
         }
         if self.walls.len() > MAX_WALLS {
-            let (problem, remedy) = ("make too many walls", "simplify or split the drawing");
-            return Err(FieldError::new("lines", self.walls.len(), problem, remedy));
+            return Err(too_many(self.walls.len()));
         }
         Ok(())
     }

@@ -81,7 +81,8 @@ pub fn trace(map: &RosMap, name: &str) -> Result<Traced, FieldError> {
             continue;
         }
         let outline = grid.outline([column, row], &mut seen);
-        let (kept, deviation) = simplified(&outline, &mut steps).ok_or_else(too_intricate)?;
+        let (kept, deviation) =
+            simplified(&outline, &mut steps).ok_or_else(|| too_intricate(traced.outlines))?;
         traced.outlines += 1;
         traced.cell_corners += outline.len();
         traced.max_deviation_cells = traced.max_deviation_cells.max(deviation);
@@ -97,17 +98,17 @@ pub fn trace(map: &RosMap, name: &str) -> Result<Traced, FieldError> {
             material: Material::Wall,
         }));
         if traced.world.walls.len() > MAX_WALLS {
-            return Err(too_intricate());
+            return Err(too_intricate(traced.outlines));
         }
     }
     traced.world.bounds = bounds_of(&traced.world.walls);
     Ok(traced)
 }
 
-fn too_intricate() -> FieldError {
+fn too_intricate(outlines: usize) -> FieldError {
     let problem = format!("make more than {MAX_WALLS} walls, or take too long to simplify");
     let remedy = "crop the picture, or remove its noise";
-    FieldError::new("occupied cells", "their outlines", problem, remedy)
+    FieldError::new("outlines", outlines, problem, remedy)
 }
 
 /// The occupied cells of a map; beyond its edge there are none.

@@ -113,7 +113,7 @@ fn description(map: &RosMap, traced: &Traced) -> String {
     format!(
         "{occupied_cells} occupied cells, {outlines} outlines with {cell_corners} corners: {} walls \
          with as many corners; greatest deviation {max_deviation_cells:.3} cells ({:.4} m) of at \
-         most {TOLERANCE_CELLS}",
+         most {TOLERANCE_CELLS:.3}",
         world.walls.len(),
         max_deviation_cells * map.cell_m
     )

@@ -171,7 +171,8 @@ fn random_maps_are_closed_and_within_the_tolerance_in_both_directions() {
 fn a_map_without_walls_or_with_too_many_is_named() {
     let error = trace(&drawn(&["..", ".."]), "map").unwrap_err().to_string();
     assert!(error.contains("occupied cells = 0") && error.contains("`negate`"), "{error}");
-    let dots = |y: usize| (0..800).map(|x| if (x | y) % 2 == 0 { '#' } else { '.' }).collect();
+    let dot = |x: usize, y: usize| if (x | y).is_multiple_of(2) { '#' } else { '.' };
+    let dots = |y| (0..800).map(|x| dot(x, y)).collect();
     let error = trace(&map(&(0..800).map(dots).collect::<Vec<String>>()), "map").unwrap_err();
     assert!(error.to_string().contains("more than 100000 walls"), "{error}");
 }
