@@ -17,11 +17,11 @@ use rusty_contract::{Brief, Exit, Reply, Start, errln, output};
 use rusty_geometry::SE2;
 
 use crate::map_picture::svg;
-use crate::map_server::beside;
 use crate::numbers::seconds;
 use crate::occupancy_grid::{GridError, InverseModel};
 use crate::tangent::estimate;
 use crate::{Beams, OccupancyGrid, Odometry, OdometryNoise};
+use rusty_floorplan::map_server::beside;
 
 /// Where the poses come from.
 #[derive(Clone, Debug, PartialEq, Eq)]

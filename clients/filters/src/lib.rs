@@ -96,7 +96,6 @@ pub use distance_field::DistanceField;
 pub use ekf::Ekf;
 pub use grid::GridFrame;
 pub use likelihood_field::LikelihoodField;
-pub use map_server::MapFileError;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
 pub use occupancy_grid::OccupancyGrid;

@@ -1,19 +1,9 @@
 //! A map of cells: free, occupied, or never seen.
 
+pub use rusty_floorplan::map_server::Cell;
 use rusty_geometry::World;
 
 use crate::GridFrame;
-
-/// What is known of a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cell {
-    /// Nothing stands there.
-    Free,
-    /// Something does.
-    Occupied,
-    /// Unknown.
-    Unknown,
-}
 
 /// A map of cells in the world frame.
 #[derive(Clone, Debug, PartialEq)]

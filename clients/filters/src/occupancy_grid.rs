@@ -26,9 +26,9 @@ use rusty_geometry::{SE2, trig};
 use thiserror::Error;
 
 pub use self::model::{InverseModel, NothingMet};
-use crate::map_server::{FREE_BELOW, OCCUPIED_ABOVE};
 use crate::ray_walk::RayWalk;
 use crate::{Beams, Cell, GridFrame, OccupancyMap};
+use rusty_floorplan::map_server::{FREE_BELOW, OCCUPIED_ABOVE};
 
 /// The most cells of a grid: 290 m square in cells of 5 cm.
 pub const MAX_CELLS: usize = 1 << 25;

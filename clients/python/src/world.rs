@@ -37,9 +37,20 @@ impl PyWorld {
         place(name).map(Self).ok_or_else(none)
     }
 
-    /// The world in a file, TOML or (ending in .json) JSON.
+    /// The world in a file, TOML or (ending in .json) JSON. Maps of ROS and drawings
+    /// are converted by `sim-server worlds FILE --json`: the package has no parser of
+    /// YAML, PNG and SVG.
     #[staticmethod]
     fn from_file(path: PathBuf) -> PyResult<Self> {
+        let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+        if ["yaml", "yml", "svg"].iter().any(|other| ending == *other) {
+            let file = path.display();
+            let problem = format!(
+                "{file}: expected TOML or JSON; convert it by `sim-server worlds {file} --json > \
+                 world.json`"
+            );
+            return Err(PyValueError::new_err(problem));
+        }
         let text = read_text(&path)?;
         let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
         let spec =

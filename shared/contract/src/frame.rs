@@ -294,8 +294,9 @@ impl Frame {
         Readings::new(self.present(), &self.numbers)
     }
 
+    /// Ranges in use.
     fn beams(&self) -> usize {
-        usize::from(self.beams).min(MAX_BEAMS)
+        if self.flags & HAS_SCAN == 0 { 0 } else { usize::from(self.beams).min(MAX_BEAMS) }
     }
 
     /// Whether a true pose is known for this tick (always in a simulation; in

@@ -42,6 +42,29 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Reads a whole regular file of at most `max_bytes` bytes.
+///
+/// # Errors
+/// Those of [`open`], and of reading; a longer file is an error.
+pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    io::Read::read_to_end(&mut io::Read::take(open(path)?, max_bytes + 1), &mut bytes)?;
+    if bytes.len() as u64 > max_bytes {
+        let problem = format!("longer than {max_bytes} bytes; is this the right file?");
+        return Err(io::Error::other(problem));
+    }
+    Ok(bytes)
+}
+
+/// Reads a whole text file of at most `max_bytes` bytes.
+///
+/// # Errors
+/// Those of [`read_at_most`]; text that is not UTF-8 is an error.
+pub fn read_text_at_most(path: &Path, max_bytes: u64) -> io::Result<String> {
+    let text = String::from_utf8(read_at_most(path, max_bytes)?);
+    text.map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
+}
+
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;

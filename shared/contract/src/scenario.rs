@@ -33,7 +33,8 @@ pub struct Scenario {
     pub scan_every: u64,
     /// A built-in place: `open`, `hallway`, `apartment`.
     pub world: String,
-    /// A world file (TOML or JSON) instead, relative to the scenario's folder.
+    /// A world file instead (a floor plan, a map of ROS or a drawing), relative to the
+    /// scenario's folder.
     pub world_file: Option<String>,
     /// Where the robot starts, world frame.
     pub start: SE2,

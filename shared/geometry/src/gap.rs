@@ -49,13 +49,18 @@ impl fmt::Display for Gap {
 /// seconds. Plans of 100 000 walls in floors, grids and bundles take a hundredth.
 pub(crate) const MAX_STEPS: u64 = 1 << 30;
 
-/// Returns all gaps among `walls`, in order of wall and end (`a` before `b`), each
-/// named when asked for; of several near walls the nearest is named, at equal
-/// distance the lowest index. `None` if that takes more than `steps` comparisons.
-pub(crate) fn find_gaps(walls: &[Wall], steps: u64) -> Option<impl Iterator<Item = Gap>> {
+/// Returns all ends of `walls` that touch no other wall and are closer than `reach_m`
+/// to one, in order of wall and end (`a` before `b`), each named when asked for; of
+/// several near walls the nearest is named, at equal distance the lowest index.
+/// `None` if that takes more than `steps` comparisons.
+pub(crate) fn find_gaps(
+    walls: &[Wall],
+    reach_m: f64,
+    steps: u64,
+) -> Option<impl Iterator<Item = Gap>> {
     let mut ends = EndTree::new(walls, steps);
     let _touching = ends.take_near(TOUCH_M)?;
-    let mut free = ends.take_near(GAP_M)?;
+    let mut free = ends.take_near(reach_m)?;
     free.sort_unstable();
     Some(free.into_iter().filter_map(|end| name(walls, end)))
 }
@@ -112,7 +117,7 @@ mod tests {
         }
         for walls in &mut plans {
             assert_eq!(
-                find_gaps(walls, MAX_STEPS).unwrap().collect::<Vec<_>>(),
+                find_gaps(walls, GAP_M, MAX_STEPS).unwrap().collect::<Vec<_>>(),
                 by_brute_force(walls)
             );
             // The same with slits of 1 mm to 6 mm, and some walls twice: ties.
@@ -120,7 +125,7 @@ mod tests {
                 wall.a.x += 0.001 * (1 + i % 6) as f64;
             }
             walls.extend_from_within(..walls.len() / 5);
-            let gaps: Vec<Gap> = find_gaps(walls, MAX_STEPS).unwrap().collect();
+            let gaps: Vec<Gap> = find_gaps(walls, GAP_M, MAX_STEPS).unwrap().collect();
             assert_eq!(gaps, by_brute_force(walls));
         }
     }
@@ -131,7 +136,7 @@ mod tests {
         ends.take_near(TOUCH_M).unwrap();
         ends.take_near(GAP_M).unwrap();
         let steps = (MAX_STEPS - ends.steps()) / walls.len() as u64;
-        (find_gaps(walls, MAX_STEPS).unwrap().take(2).collect(), steps)
+        (find_gaps(walls, GAP_M, MAX_STEPS).unwrap().take(2).collect(), steps)
     }
 
     /// Parallel diagonal walls, one `apart` metres above the other.
@@ -179,7 +184,7 @@ mod tests {
     #[test]
     fn a_search_without_steps_left_finds_nothing_instead_of_part() {
         let walls = diagonals(1000, 0.01);
-        assert!(find_gaps(&walls, 1000).is_none());
-        assert!(find_gaps(&walls, 200 * 1000).is_some());
+        assert!(find_gaps(&walls, GAP_M, 1000).is_none());
+        assert!(find_gaps(&walls, GAP_M, 200 * 1000).is_some());
     }
 }

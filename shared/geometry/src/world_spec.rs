@@ -23,7 +23,7 @@ use std::collections::BTreeSet;
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
-use crate::gap::{Gap, MAX_STEPS, find_gaps};
+use crate::gap::{GAP_M, Gap, MAX_STEPS, find_gaps};
 use crate::material::Material;
 use crate::wall::Wall;
 use crate::world_error::WorldError;
@@ -143,7 +143,17 @@ impl WorldSpec {
     /// # Errors
     /// [`WorldError::GapsNotChecked`] where the search takes too long.
     pub fn gaps(&self) -> Result<Vec<Gap>, WorldError> {
-        Ok(self.find_gaps(&self.to_walls())?.collect())
+        self.ends_near(GAP_M, usize::MAX)
+    }
+
+    /// Wall ends that touch no other wall, and are closer than `reach_m` (metres,
+    /// may be infinite) to one: the first `most` of them, in order of walls and ends.
+    /// Naming each takes time proportional to the number of walls.
+    ///
+    /// # Errors
+    /// [`WorldError::GapsNotChecked`] where the search takes too long.
+    pub fn ends_near(&self, reach_m: f64, most: usize) -> Result<Vec<Gap>, WorldError> {
+        Ok(self.find_gaps(&self.to_walls(), reach_m)?.take(most).collect())
     }
 
     /// Whether this is a world one can run in: a short name, ordered bounds,
@@ -157,7 +167,7 @@ impl WorldSpec {
             self.check_wall(index, wall)?;
         }
         self.check_landmarks()?;
-        match self.find_gaps(&self.to_walls())?.next() {
+        match self.find_gaps(&self.to_walls(), GAP_M)?.next() {
             None => Ok(()),
             Some(gap) => Err(WorldError::Gap { name: self.name.clone(), gap }),
         }
@@ -166,8 +176,9 @@ impl WorldSpec {
     fn find_gaps<'w>(
         &self,
         walls: &'w [Wall],
+        reach_m: f64,
     ) -> Result<impl Iterator<Item = Gap> + use<'w>, WorldError> {
-        find_gaps(walls, MAX_STEPS).ok_or_else(|| WorldError::GapsNotChecked {
+        find_gaps(walls, reach_m, MAX_STEPS).ok_or_else(|| WorldError::GapsNotChecked {
             name: self.name.clone(),
             count: self.walls.len(),
             limit: MAX_STEPS,

@@ -4,15 +4,14 @@ mod changes;
 
 pub use changes::change_config;
 
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::input;
 use rusty_contract::scenario::ScenarioError;
-use rusty_contract::suggest::{did_you_mean, for_message};
+use rusty_contract::suggest::did_you_mean;
 use rusty_contract::{FieldError, Participant, Role, RunConfig, Scenario, ScriptConfig};
+use rusty_geometry::WorldSpec;
 use rusty_geometry::places::{PLACES, place};
-use rusty_geometry::{WorldError, WorldSpec};
 use thiserror::Error;
 
 /// The scenarios that come with the program: name and text.
@@ -28,8 +27,8 @@ pub const BUILT_IN: [(&str, &str); 9] = [
     ("anatomy", include_str!("../scenarios/anatomy.toml")),
 ];
 
-/// Longest scenario, world or list of commands that is read, bytes: 100 000
-/// walls or a million commands need less.
+/// Longest scenario or list of commands that is read, bytes: a million commands
+/// need less.
 const MAX_FILE_BYTES: u64 = 32 << 20;
 
 /// Why a scenario cannot be set up.
@@ -62,14 +61,9 @@ pub enum SetupError {
         /// The file.
         path: String,
     },
-    /// The world cannot be used.
-    #[error("{path}: {error}{}", for_message(&error.to_string()))]
-    World {
-        /// The file.
-        path: String,
-        /// What is wrong.
-        error: WorldError,
-    },
+    /// The world file cannot be used, as its reader reports.
+    #[error("{0}")]
+    WorldFile(Box<dyn std::error::Error + Send + Sync>),
     /// A field cannot be used together with the rest.
     #[error(transparent)]
     Field(#[from] FieldError),
@@ -120,8 +114,10 @@ pub fn load_unchecked(which: &str, changes: &[String]) -> Result<Loaded, SetupEr
         Some((_, text)) => ((*text).to_owned(), PathBuf::new()),
         None => {
             let path = Path::new(which);
-            let text = read_text(path).map_err(|error| {
-                let mut hint = names("scenarios", which, BUILT_IN.iter().map(|(name, _)| *name));
+            let text = input::read_text_at_most(path, MAX_FILE_BYTES).map_err(|error| {
+                let names = BUILT_IN.map(|(name, _)| name);
+                let suggestion = did_you_mean(which, names);
+                let mut hint = format!("; built-in scenarios: {}{suggestion}", names.join(", "));
                 if place(which).is_some() {
                     hint = format!("{hint}; for the world of this name use --set world={which}");
                 }
@@ -132,9 +128,9 @@ pub fn load_unchecked(which: &str, changes: &[String]) -> Result<Loaded, SetupEr
     };
     let mut scenario = read_unchecked(&text, changes).map_err(|error| {
         let path = which.to_owned();
-        match parse_world(Path::new(which), &text) {
-            Ok(_) => SetupError::WorldGiven { path },
-            Err(_) => SetupError::Scenario { path, error },
+        match is_world(Path::new(which), &text) {
+            true => SetupError::WorldGiven { path },
+            false => SetupError::Scenario { path, error },
         }
     })?;
     for participant in &mut scenario.participants {
@@ -150,13 +146,6 @@ pub fn load_unchecked(which: &str, changes: &[String]) -> Result<Loaded, SetupEr
     Ok(Loaded { scenario, folder })
 }
 
-/// Returns the end of a message about a name that is not built in.
-fn names<'a>(what: &str, word: &str, all: impl Iterator<Item = &'a str>) -> String {
-    let all: Vec<&str> = all.collect();
-    let suggestion = did_you_mean(word, all.iter().copied());
-    format!("; built-in {what}: {}{suggestion}", all.join(", "))
-}
-
 /// A word of a command that names no file where the server works, but one next to
 /// the scenario: `command = ["python3", "my_filter.py"]` works from anywhere.
 fn beside_the_scenario(folder: &Path, place: usize, word: &str) -> Option<String> {
@@ -167,17 +156,6 @@ fn beside_the_scenario(folder: &Path, place: usize, word: &str) -> Option<String
     }
     let path = folder.join(word);
     path.is_file().then(|| path.to_string_lossy().into_owned())
-}
-
-/// The text of a file, if it is no longer than any that can be meant.
-fn read_text(path: &Path) -> std::io::Result<String> {
-    let mut text = String::new();
-    input::open(path)?.take(MAX_FILE_BYTES + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > MAX_FILE_BYTES {
-        let problem = format!("longer than {MAX_FILE_BYTES} bytes; is this the right file?");
-        return Err(std::io::Error::other(problem));
-    }
-    Ok(text)
 }
 
 /// Reads the text of a scenario and applies changes to it.
@@ -195,43 +173,43 @@ fn read_unchecked(text: &str, changes: &[String]) -> Result<Scenario, ScenarioEr
     Ok(changes::changed(&Scenario::from_toml(text)?, changes)?)
 }
 
-/// Reads a world: a built-in place by name, or a file by path.
-///
-/// # Errors
-/// [`SetupError`] names the file and the wall.
-pub fn world(which: &str) -> Result<WorldSpec, SetupError> {
-    if let Some(place) = place(which) {
-        return Ok(place.spec().clone());
+/// Whether a file given as a scenario is a world: by its ending, or by its text.
+fn is_world(path: &Path, text: &str) -> bool {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    match ending.to_ascii_lowercase().as_str() {
+        "yaml" | "yml" | "svg" => true,
+        "json" => WorldSpec::from_json_str(text).is_ok(),
+        _ => WorldSpec::from_toml_str(text).is_ok(),
     }
-    world_file(Path::new(which))
-}
-
-fn world_file(path: &Path) -> Result<WorldSpec, SetupError> {
-    let name = path.display().to_string();
-    let text = read_text(path).map_err(|error| {
-        let hint = names("worlds", &name, PLACES.iter().map(|(name, _)| *name));
-        SetupError::Read { path: name.clone(), error, hint }
-    })?;
-    let error = |error| SetupError::World { path: name.clone(), error };
-    let spec = parse_world(path, &text).map_err(error)?;
-    spec.check().map_err(error)?;
-    Ok(spec)
-}
-
-fn parse_world(path: &Path, text: &str) -> Result<WorldSpec, WorldError> {
-    let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-    if is_json { WorldSpec::from_json_str(text) } else { WorldSpec::from_toml_str(text) }
 }
 
 impl Loaded {
-    /// The configuration of the run, with all files read.
+    /// Returns the configuration of a run in a built-in world.
+    ///
+    /// # Errors
+    /// [`SetupError`] names file, field, value and remedy. A `world_file` is one:
+    /// see [`Loaded::config_with`].
+    pub fn config(&self) -> Result<RunConfig, SetupError> {
+        self.config_with(|path| {
+            let problem = "is not read by this program";
+            let remedy = "give a built-in world: open, hallway or apartment";
+            Err(FieldError::new("world_file", path.display(), problem, remedy))
+        })
+    }
+
+    /// Returns the configuration of the run, with all files read; `read_world` reads
+    /// and checks a world file, whose formats the engine does not know.
     ///
     /// # Errors
     /// [`SetupError`] names file, field, value and remedy.
-    pub fn config(&self) -> Result<RunConfig, SetupError> {
+    pub fn config_with<E: std::error::Error + Send + Sync + 'static>(
+        &self,
+        read_world: impl FnOnce(&Path) -> Result<WorldSpec, E>,
+    ) -> Result<RunConfig, SetupError> {
         let s = &self.scenario;
         let world = match &s.world_file {
-            Some(file) => world_file(&self.folder.join(file))?,
+            Some(file) => read_world(&self.folder.join(file))
+                .map_err(|error| SetupError::WorldFile(Box::new(error)))?,
             None => match place(&s.world) {
                 Some(place) => place.spec().clone(),
                 None => {
@@ -246,7 +224,8 @@ impl Loaded {
         let mut script = s.script.clone();
         if let ScriptConfig::Commands { file: Some(file), list } = &mut script {
             let path = self.folder.join(&*file);
-            let text = read_text(&path).map_err(|error| SetupError::Read {
+            let text = input::read_text_at_most(&path, MAX_FILE_BYTES);
+            let text = text.map_err(|error| SetupError::Read {
                 path: path.display().to_string(),
                 error,
                 hint: String::new(),
@@ -328,8 +307,6 @@ mod tests {
         let set = ["world=halway".to_owned()];
         let error = load("patrol", &set).unwrap().config().unwrap_err().to_string();
         assert!(error.contains("world = halway") && error.contains("did you mean \"hallway\"?"));
-        let error = world("apartmnt").unwrap_err().to_string();
-        assert!(error.ends_with("did you mean \"apartment\"?"), "{error}");
     }
 
     #[test]
@@ -338,7 +315,8 @@ mod tests {
         let spec = rusty_geometry::hallway().spec().clone();
         let json = serde_json::to_string(&spec).unwrap();
         let toml = toml::to_string(&spec).unwrap();
-        for (name, text) in [("w.json", json), ("w.toml", toml)] {
+        let svg = "<svg/>".to_owned();
+        for (name, text) in [("w.json", json), ("w.toml", toml), ("w.svg", svg)] {
             let path = folder.path().join(name);
             fs::write(&path, text).unwrap();
             let path = path.to_str().unwrap();
@@ -346,7 +324,11 @@ mod tests {
             assert!(matches!(error, SetupError::WorldGiven { .. }), "{error}");
             let remedy = format!("--set world_file={path}");
             assert!(error.to_string().contains(&remedy), "{error}");
-            load("hallway", &[format!("world_file={path}")]).unwrap().config().unwrap();
+            let loaded = load("hallway", &[format!("world_file={path}")]).unwrap();
+            let given = loaded.config_with(|_| Ok::<_, FieldError>(spec.clone())).unwrap();
+            assert_eq!(given.world, spec);
+            let error = loaded.config().unwrap_err().to_string();
+            assert!(error.contains(&format!("world_file = {path}: ")), "{error}");
         }
         let path = folder.path().join("empty.json");
         fs::write(&path, "{}").unwrap();

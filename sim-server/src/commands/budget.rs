@@ -60,7 +60,7 @@ const MOST_SEEDS: u64 = 10_000_000;
 pub fn run(args: &BudgetArgs) -> Result<Exit> {
     let mut loaded = scenario_file::load(&args.scenario, &args.changes)?;
     loaded.scenario.ticks = args.ticks.unwrap_or(loaded.scenario.ticks);
-    let config = loaded.config()?;
+    let config = loaded.config_with(rusty_floorplan::read)?;
     if matches!(config.script, ScriptConfig::Driver {}) {
         let remedy = "choose a scenario with a script, or --set script='{ kind = \
                       \"straight\", v_m_s = 0.5 }'";

@@ -37,7 +37,7 @@ fn simulate(args: &LaunchArgs, starting: Starting) -> Result<Exit> {
     scenario
         .check()
         .map_err(|error| SetupError::Scenario { path: which.scenario.clone(), error })?;
-    let config = loaded.config()?;
+    let config = loaded.config_with(rusty_floorplan::read)?;
     let scenario = &loaded.scenario;
     let place = RunPlace::find(run, &config.scenario, None)?;
     let header = simulated_header(config, scenario.participants.clone(), scenario.on_loss);

@@ -85,7 +85,7 @@ enum Verb {
     Export(export::ExportArgs),
     /// Split a log into a blind log and the key to its truth
     Seal(seal::SealArgs),
-    /// List, draw or scan worlds
+    /// List, draw, scan or check worlds
     Worlds(worlds::WorldsArgs),
     /// Print the layout of the structs in shared memory
     Layout(arguments::Output),
@@ -192,6 +192,7 @@ fn exit_code(error: &anyhow::Error) -> Exit {
         || error.is::<FieldError>()
         || error.is::<NameError>()
         || error.is::<rusty_engine::scenario_file::SetupError>()
+        || error.is::<rusty_floorplan::FloorplanError>()
         || error.is::<rusty_sim::SimError>()
         || error.is::<rusty_study::umbmark::LapError>();
     if is_usage { Exit::Usage } else { Exit::Failed }

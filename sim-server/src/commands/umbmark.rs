@@ -79,7 +79,8 @@ pub fn run(args: &UmbmarkArgs) -> Result<Exit> {
     check_within("--speed", args.speed, 0.001, 100.0)?;
     check_within("--turn", args.turn, 0.001, 1000.0)?;
     args.svg.iter().chain(&args.png).try_for_each(|path| check_free(path, args.force))?;
-    let mut config = scenario_file::load(&args.scenario, &args.changes)?.config()?;
+    let mut config =
+        scenario_file::load(&args.scenario, &args.changes)?.config_with(rusty_floorplan::read)?;
     config.seed = args.seed.unwrap_or(config.seed);
     let square = Square { side_m: args.side, speed_m_s: args.speed, turn_rad_s: args.turn };
     let report = drive(&config, &square, args.runs)?;

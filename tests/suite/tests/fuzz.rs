@@ -111,7 +111,7 @@ macro_rules! targets {
 
 targets!(
     log, score, scenario, world, carmen, join, reply, brief, answer, answers, frame, tally, texts,
-    table
+    table, map, svg
 );
 
 #[test]

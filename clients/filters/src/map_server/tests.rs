@@ -1,6 +1,11 @@
 //! Maps that were written are read again; what others write is read or refused.
 
+use std::fs;
+
+use rusty_floorplan::map_server::beside;
+
 use super::*;
+use crate::Cell;
 
 const PAGE: &str = "image: map.pgm\nresolution: 0.05\norigin: [-10.0, 2.5, 0.0]\nnegate: 0\n\
                     occupied_thresh: 0.65\nfree_thresh: 0.196\n";
@@ -14,7 +19,7 @@ fn folder(page: &str) -> tempfile::TempDir {
     folder
 }
 
-fn load(page: &str) -> Result<OccupancyMap, MapFileError> {
+fn load(page: &str) -> Result<OccupancyMap, ClientError> {
     let folder = folder(page);
     OccupancyMap::load(&folder.path().join("map.yaml"))
 }
@@ -104,7 +109,7 @@ fn what_cannot_be_used_is_named() {
         (with("map.pgm", "map.yaml"), "map.yaml: first two bytes = im: are not those of PGM"),
         ("[1, 2".to_owned(), "a map's page is YAML with image"),
         (String::new(), "a map's page is YAML with image"),
-        ("x".repeat(70_000), "length = more than 65536 bytes"),
+        ("x".repeat(70_000), "longer than 65536 bytes"),
     ] {
         let error = load(&page).unwrap_err().to_string();
         assert!(error.contains(expected) && error.contains("map.yaml"), "{error}, not {expected}");

@@ -6,8 +6,8 @@
 use clap::{Args, ValueEnum};
 
 use super::fixed;
-use crate::map_server::{FREE_BELOW, OCCUPIED_ABOVE};
 use crate::numbers::number;
+use rusty_floorplan::map_server::{FREE_BELOW, OCCUPIED_ABOVE};
 
 /// What a beam says that met nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -383,6 +383,9 @@ class World:
     def from_file(path: str | PathLike[str]) -> World:
         """The world in a file: TOML or, with the ending .json, JSON.
 
+        A map of ROS (.yaml) or a drawing (.svg) is converted by
+        `sim-server worlds FILE --json`.
+
         Raises:
             OSError: the file cannot be read.
             ValueError: it is no world that can be used, with wall and remedy.

@@ -181,7 +181,7 @@ fn load(
         .scenario
         .check()
         .map_err(|error| SetupError::Scenario { path: request.scenario.clone(), error })?;
-    let config = loaded.config()?;
+    let config = loaded.config_with(rusty_floorplan::read)?;
     Ok((Cell { parameters: Arc::from(parameters), config }, loaded.scenario.participants))
 }
 

@@ -11,6 +11,7 @@
 
 pub mod answers;
 pub mod carmen;
+pub mod floorplan;
 pub mod frame;
 pub mod join;
 pub mod log;
@@ -64,7 +65,7 @@ impl Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 14] = [
+pub const TARGETS: [Target; 16] = [
     Target {
         mend: Some(log::mend),
         words: &["null", "1e999", "nan", "\"kind\":", "simulated", "recorded"],
@@ -88,6 +89,14 @@ pub const TARGETS: [Target; 14] = [
         ..Target::new("texts", texts::texts, 15000)
     },
     Target::new("table", table::table, 1500),
+    // A byte of PNG may hold a thousand pixels, each of some bytes.
+    Target { bytes_per_byte: 16 << 10, ..Target::new("map", floorplan::map, 7500) },
+    Target {
+        words: &floorplan::WORDS,
+        // A curve may have ten thousand walls.
+        bytes_beside: 64 << 20,
+        ..Target::new("svg", floorplan::svg, 7500)
+    },
 ];
 
 /// The target of this name.

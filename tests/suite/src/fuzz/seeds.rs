@@ -168,8 +168,18 @@ pub fn made() -> Vec<(&'static str, String, Vec<u8>)> {
         let name: String = text.chars().filter(char::is_ascii_alphanumeric).take(4).collect();
         add("texts", &name, text.as_bytes().to_vec());
     }
+    let cells: Vec<u8> = (0..96).map(|k: u8| if k % 12 < 2 || k > 83 { 0 } else { 254 }).collect();
+    add("map", "pgm", rusty_floorplan::map_server::pgm::write(12, 8, "0.05 m a pixel", &cells));
+    add("svg", "plan", DRAWING.as_bytes().to_vec());
     all
 }
+
+/// A drawing with every element that makes a wall.
+const DRAWING: &str = "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 40 30' width='400cm' \
+    height='300cm'><style>.w{stroke:#111;fill:none}</style><g id='a' transform='translate(1 2)'>\
+    <path class='w' d='M0 0h9v9H0z'/></g><use href='#a' x='9'/><circle class='w' r='5' cx='20' \
+    cy='20'/><line class='glass' x1='1' y1='2' x2='3' y2='4'/><path id='door-3' d='M0 9Q9 0 20 9'/>\
+    <polyline points='0,0 3,4' stroke='red'/></svg>\n";
 
 /// A tally with one answer in it, up to its first entry.
 fn tally(reply: Reply) -> Vec<u8> {

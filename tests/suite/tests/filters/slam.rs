@@ -86,6 +86,11 @@ fn the_apartment_is_mapped_to_five_centimetres() {
     assert!(off.len() > 300, "{}", off.len());
     let (rms_m, most_m) = spread(off);
     assert!(rms_m < 0.05 && most_m < 0.075, "{rms_m} m, 95 % within {most_m} m");
+    // The map as a world: its walls are those of the Apartment, as far as seen.
+    let traced = rusty_floorplan::read(&stem.with_extension("yaml")).unwrap();
+    let ends = traced.walls.iter().map(|wall| world.distance_to_nearest(wall.a.into()));
+    let (rms_m, most_m) = spread(ends.collect());
+    assert!(rms_m < 0.1 && most_m < 0.15, "{rms_m} m, 95 % within {most_m} m");
     // A map of the first third: up to there it is the same filter.
     let third = place.at("third");
     let args = ["--log", text(&report, "log"), "--until", "10", "--save-map"];

@@ -44,6 +44,7 @@ refused(ValueError, "wall 1", lambda: rusty.World.from_walls([[0, 0, 1, 1], [0, 
 refused(ValueError, "give one each", lambda: rusty.World.from_walls(world.walls, materials=["Wall"]))
 refused(FileNotFoundError, "nowhere.toml", lambda: rusty.World.from_file("nowhere.toml"))
 refused(ValueError, "world file (TOML)", lambda: rusty.World.from_file(__file__))
+refused(ValueError, "sim-server worlds map.yaml --json", lambda: rusty.World.from_file("map.yaml"))
 refused(ValueError, "poses: an array of shape (n, 3)", lambda: world.scans([1, 2, 3], {}))
 refused(ValueError, "lidar.beams = 0", lambda: world.scan(pose, {"beams": 0}))
 refused(ValueError, "unknown field `beems`", lambda: world.scan(pose, {"beems": 9}))

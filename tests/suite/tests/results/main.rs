@@ -9,3 +9,4 @@ mod real_robot;
 mod recordings;
 mod run_folders;
 mod scores;
+mod world_files;

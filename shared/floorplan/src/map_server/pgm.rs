@@ -70,7 +70,7 @@ pub fn read(bytes: &[u8]) -> Result<Picture, FieldError> {
         b"P5" => false,
         _ => {
             let found = String::from_utf8_lossy(magic).escape_default().to_string();
-            let remedy = "save the picture as PGM (\"P2\" or \"P5\")";
+            let remedy = "save the picture as PGM (\"P2\" or \"P5\") or PNG";
             return Err(FieldError::new("first two bytes", found, "are not those of PGM", remedy));
         }
     };
