@@ -7,13 +7,25 @@
 //!
 //! z = z_max if u < p_drop or z* ≥ z_max, else z = clamp(z* + ε, 0, z_max).
 //!
+//! Three figures of a real LiDAR may be added, all off by default: noise that grows
+//! with the range, σ_r² = σ_0² + (κ·z*)², for two independent errors, as data sheets
+//! state them (the Hokuyo URG-04LX: 30 mm up to 1 m, 3 % beyond); glass that a beam may
+//! pass, see `lidar/glass.rs`; and mixed pixels at edges, see `lidar/footprint.rs`.
+//!
 //! Departures: the sine and cosine of every φ_k are taken once, and a scan turns
 //! them by the heading, so that it costs one sine and one cosine in all; the
 //! beams are cast together, see [`rusty_geometry::scan`], with the bits of one
 //! ray at a time; the draws are placed, not consumed, see [`crate::noise`].
 
+mod footprint;
+mod glass;
+
+use nalgebra::Point2;
 use rusty_contract::LidarConfig;
-use rusty_geometry::{Hit, SE2, Scan, World};
+use rusty_geometry::{Hit, Material, SE2, Scan, World, trig};
+
+use self::footprint::Footprint;
+use self::glass::{Glass, Rays};
 
 use crate::noise::LidarNoise;
 
@@ -23,8 +35,11 @@ pub struct Lidar {
     scan: Scan,
     range_max_m: f64,
     range_std_m: f64,
+    range_std_per_m: f64,
     dropout: f64,
     sensor_in_body: SE2,
+    glass: Option<Glass>,
+    footprint: Option<Footprint>,
 }
 
 impl Lidar {
@@ -36,8 +51,11 @@ impl Lidar {
             scan: Scan::new(config.fan()),
             range_max_m: config.range_max_m,
             range_std_m: config.range_std_m,
+            range_std_per_m: config.range_std_per_m,
             dropout: config.dropout,
             sensor_in_body: config.sensor_in_body,
+            glass: Glass::new(config),
+            footprint: Footprint::new(config),
         }
     }
 
@@ -51,7 +69,7 @@ impl Lidar {
     /// range of beam k, in metres, to `ranges_m[k]`. Of a slice that is not
     /// [`beams`](Self::beams) long, the part that both have is written.
     ///
-    /// The noise depends on seed, tick and beam alone: not on what other scans
+    /// The draws depend on seed, tick and beam alone: not on what other scans
     /// were taken, nor on what the beams hit.
     pub fn scan(
         &mut self,
@@ -64,11 +82,54 @@ impl Lidar {
         let sensor_in_world = pose_in_world.compose(&self.sensor_in_body);
         self.scan.take(world, &sensor_in_world, self.range_max_m);
         self.scan.write_distances_m(ranges_m);
+        if self.glass.is_some() || self.footprint.is_some() {
+            let origin = Point2::from(sensor_in_world.translation());
+            let (max_m, glass) = (self.range_max_m, self.glass);
+            self.refine(Rays { world, origin, max_m, glass, noise, tick }, ranges_m);
+        }
+        if self.range_std_per_m == 0.0 {
+            self.add_noise(noise, tick, ranges_m, |_| self.range_std_m);
+        } else {
+            let std_m = |range_m| trig::hypot(self.range_std_m, self.range_std_per_m * range_m);
+            self.add_noise(noise, tick, ranges_m, std_m);
+        }
+    }
+
+    /// Casts the beams that meet glass, or have a footprint, one by one.
+    #[cold]
+    #[inline(never)]
+    fn refine(&self, mut rays: Rays<'_>, ranges_m: &mut [f64]) {
+        let hits = self.scan.distances_and_walls().enumerate();
+        for (range_m, (k, (distance_m, wall))) in ranges_m.iter_mut().zip(hits) {
+            let is_glass = |wall: usize| rays.world.walls()[wall].material == Material::Glass;
+            if self.footprint.is_none() && !wall.is_some_and(is_glass) {
+                continue;
+            }
+            let unit_dir = self.scan.direction(k);
+            let middle = wall.and_then(|wall| rays.through_glass(k, unit_dir, (distance_m, wall)));
+            let found_m = match &self.footprint {
+                Some(footprint) => footprint.range_m(&mut rays, k, unit_dir, middle),
+                None => middle.map(|(distance_m, _)| distance_m),
+            };
+            *range_m = found_m.unwrap_or(self.range_max_m);
+        }
+    }
+
+    /// Adds dropout and range noise to exact ranges, with the standard deviation
+    /// `std_m` of each.
+    #[inline(always)]
+    fn add_noise(
+        &self,
+        noise: &mut LidarNoise,
+        tick: u64,
+        ranges_m: &mut [f64],
+        std_m: impl Fn(f64) -> f64,
+    ) {
         for (range_m, draw) in ranges_m.iter_mut().zip(noise.at(tick, self.beams())) {
             *range_m = if draw.u < self.dropout {
                 self.range_max_m
             } else {
-                measured_m(*range_m, self.range_std_m * draw.z, self.range_max_m)
+                measured_m(*range_m, std_m(*range_m) * draw.z, self.range_max_m)
             };
         }
     }

@@ -212,7 +212,10 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         fov_rad: _,
         range_max_m: _,
         range_std_m: _,
+        range_std_per_m: _,
         dropout: _,
+        glass_visible_rad: _,
+        divergence_rad: _,
         sensor_in_body: _,
     } = lidar;
     vec![
@@ -241,7 +244,10 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         ("fov_rad", |c| next(&mut c.lidar.fov_rad)),
         ("range_max_m", |c| next(&mut c.lidar.range_max_m)),
         ("range_std_m", |c| next(&mut c.lidar.range_std_m)),
+        ("range_std_per_m", |c| c.lidar.range_std_per_m = 1e-6),
         ("dropout", |c| c.lidar.dropout += 0.01),
+        ("glass_visible_rad", |c| c.lidar.glass_visible_rad = 1.3),
+        ("divergence_rad", |c| c.lidar.divergence_rad = 1e-3),
         ("sensor_in_body", |c| next_pose(&mut c.lidar.sensor_in_body)),
         ("a corner", |c| next(&mut c.world.walls[0].a[0])),
     ]

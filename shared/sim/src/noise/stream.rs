@@ -25,6 +25,8 @@ pub(super) enum Source {
     Doors = 6,
     /// Dropout, range and bearing noise of landmarks.
     Landmarks = 7,
+    /// Passage of LiDAR beams through glass.
+    Glass = 8,
 }
 
 /// The words of one source.
