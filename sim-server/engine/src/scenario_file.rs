@@ -16,12 +16,13 @@ use rusty_geometry::{WorldError, WorldSpec};
 use thiserror::Error;
 
 /// The scenarios that come with the program: name and text.
-pub const BUILT_IN: [(&str, &str); 5] = [
+pub const BUILT_IN: [(&str, &str); 6] = [
     ("apartment", include_str!("../scenarios/apartment.toml")),
     ("patrol", include_str!("../scenarios/patrol.toml")),
     ("figure-eight", include_str!("../scenarios/figure-eight.toml")),
     ("hallway", include_str!("../scenarios/hallway.toml")),
     ("driver", include_str!("../scenarios/driver.toml")),
+    ("glass-lobby", include_str!("../scenarios/glass-lobby.toml")),
 ];
 
 /// Longest scenario, world or list of commands that is read, bytes: 100 000

@@ -90,7 +90,7 @@ pub struct RunArgs {
 /// The scenario and the changes to it.
 #[derive(Args, Clone, Debug)]
 pub struct ScenarioArgs {
-    /// apartment, patrol, figure-eight, hallway, driver or a file
+    /// apartment, patrol, hallway, driver, glass-lobby, … or a file
     #[arg(default_value = "apartment")]
     pub scenario: String,
     /// Seed of all noise, a number or random [default: the scenario's]

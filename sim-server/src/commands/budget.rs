@@ -35,7 +35,7 @@ Examples:
 #[derive(Args, Clone, Debug)]
 #[command(after_help = AFTER_HELP)]
 pub struct BudgetArgs {
-    /// apartment, patrol, figure-eight, hallway, driver or a file
+    /// apartment, patrol, hallway, driver, glass-lobby, … or a file
     #[arg(default_value = "patrol")]
     pub scenario: String,
     /// Seeds A..B (without B), A..=B (with B) or one seed

@@ -39,7 +39,7 @@ Examples:
 #[derive(Args, Clone, Debug)]
 #[command(after_help = AFTER_HELP)]
 pub struct UmbmarkArgs {
-    /// apartment, patrol, figure-eight, hallway, driver or a file
+    /// apartment, patrol, hallway, driver, glass-lobby, … or a file
     #[arg(default_value = "apartment")]
     pub scenario: String,
     /// Number of laps in each direction

@@ -12,8 +12,8 @@ use rusty_contract::config::sensors::{
 };
 use rusty_contract::{LidarConfig, RobotConfig, RunConfig, ScriptConfig, Sensors};
 use rusty_geometry::{
-    Landmark, Material, SE2, Twist, WallSpec, World, WorldSpec, apartment, hallway, open, trig,
-    wrap_angle,
+    Landmark, Material, SE2, Twist, WallSpec, World, WorldSpec, apartment, hallway, lobby, open,
+    trig, wrap_angle,
 };
 
 /// Rusty in a place; for each run to change.
@@ -176,6 +176,22 @@ pub(super) fn apartment_sensed() -> RunConfig {
             every: 4,
         }),
     };
+    run
+}
+
+pub(super) fn lobby_glass() -> RunConfig {
+    let script = ScriptConfig::FigureEight { v_m_s: 0.5, omega_rad_s: 0.7, half_s: 2.1 };
+    // Before the porch, whose panes are two or three in a row.
+    let start = SE2::new(5.3, 2.2, -0.4);
+    let mut run = rusty("lobby-glass", &lobby(), start, script);
+    (run.seed, run.scan_every) = (11, 10);
+    run.robot.slip_std = 0.01;
+    run.lidar.range_max_m = 12.0;
+    run.lidar.range_std_m = 0.01;
+    run.lidar.range_std_per_m = 0.005;
+    run.lidar.dropout = 0.02;
+    run.lidar.glass_visible_rad = 0.26;
+    run.lidar.divergence_rad = 0.02;
     run
 }
 
