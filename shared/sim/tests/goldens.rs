@@ -210,19 +210,8 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         radius_bias_right: _,
         track_bias: _,
     } = robot;
-    let LidarConfig {
-        beams: _,
-        first_bearing_rad: _,
-        fov_rad: _,
-        range_max_m: _,
-        range_std_m: _,
-        range_std_per_m: _,
-        dropout: _,
-        glass_visible_rad: _,
-        divergence_rad: _,
-        sensor_in_body: _,
-    } = lidar;
-    vec![
+    let mut changes = lidar_changes(lidar);
+    changes.extend::<[(_, Change); _]>([
         ("seed", |c| c.seed ^= 1),
         ("ticks", |c| c.ticks -= 1),
         ("dt_s", |c| next(&mut c.dt_s)),
@@ -243,6 +232,26 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         ("slip_std", |c| c.robot.slip_std += 1e-13),
         ("radius_bias_right", |c| c.robot.radius_bias_right += 1e-13),
         ("track_bias", |c| c.robot.track_bias += 1e-13),
+        ("a corner", |c| next(&mut c.world.walls[0].a[0])),
+    ]);
+    changes
+}
+
+/// The changes of the LiDAR's numbers.
+fn lidar_changes(lidar: &LidarConfig) -> Vec<(&'static str, Change)> {
+    let LidarConfig {
+        beams: _,
+        first_bearing_rad: _,
+        fov_rad: _,
+        range_max_m: _,
+        range_std_m: _,
+        range_std_per_m: _,
+        dropout: _,
+        glass_visible_rad: _,
+        divergence_rad: _,
+        sensor_in_body: _,
+    } = lidar;
+    vec![
         ("beams", |c| c.lidar.beams += 1),
         ("first_bearing_rad", |c| next(&mut c.lidar.first_bearing_rad)),
         ("fov_rad", |c| next(&mut c.lidar.fov_rad)),
@@ -253,7 +262,6 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         ("glass_visible_rad", |c| c.lidar.glass_visible_rad = 0.2),
         ("divergence_rad", |c| c.lidar.divergence_rad = 0.05),
         ("sensor_in_body", |c| next_pose(&mut c.lidar.sensor_in_body)),
-        ("a corner", |c| next(&mut c.world.walls[0].a[0])),
     ]
 }
 

@@ -125,8 +125,9 @@ mod tests {
     fn by_angles(incidence_rad: f64) -> f64 {
         let inside_rad = trig::asin(trig::sin(incidence_rad) / 1.5);
         let (less, more) = (incidence_rad - inside_rad, incidence_rad + inside_rad);
-        let s = (trig::sin(less) / trig::sin(more)).powi(2);
-        let p = (trig::tan(less) / trig::tan(more)).powi(2);
+        let square = |x: f64| x * x;
+        let s = square(trig::sin(less) / trig::sin(more));
+        let p = square(trig::tan(less) / trig::tan(more));
         0.5 * ((1.0 - s) / (1.0 + s) + (1.0 - p) / (1.0 + p))
     }
 
