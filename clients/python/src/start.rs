@@ -56,10 +56,18 @@ pub struct Lidar {
     fov_rad: f64,
     /// Range that a beam reports when nothing came back, m.
     range_max_m: f64,
-    /// Standard deviation of a range, m.
+    /// Standard deviation of a range at distance 0, m.
     range_std_m: f64,
+    /// Growth of the standard deviation with the range, m per m; both add in
+    /// squares.
+    range_std_per_m: f64,
     /// Probability that a beam returns nothing.
     dropout: f64,
+    /// Greatest angle of incidence at which every pane of glass returns every
+    /// beam, rad; beyond it a beam may pass. pi/2: glass is like a wall.
+    glass_visible_rad: f64,
+    /// Full angle of the footprint of a beam, rad.
+    divergence_rad: f64,
     /// Pose of the sensor on the body, (x m, y m, theta rad).
     sensor_in_body: (f64, f64, f64),
 }
@@ -86,7 +94,10 @@ impl Start {
             fov_rad: said.fov_rad,
             range_max_m: said.range_max_m,
             range_std_m: said.range_std_m,
+            range_std_per_m: said.range_std_per_m,
             dropout: said.dropout,
+            glass_visible_rad: said.glass_visible_rad,
+            divergence_rad: said.divergence_rad,
             sensor_in_body: (sensor.x(), sensor.y(), sensor.theta()),
         };
         let map = told.map.as_ref().map(|world| {

@@ -29,7 +29,7 @@ pub struct PyWorld(pub World);
 
 #[pymethods]
 impl PyWorld {
-    /// A built-in world: "open", "hallway" or "apartment".
+    /// A built-in world: "open", "hallway", "apartment" or "lobby".
     #[staticmethod]
     fn builtin(name: &str) -> PyResult<Self> {
         let names = || PLACES.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");

@@ -53,7 +53,7 @@ pub use fan::Fan;
 pub use gap::Gap;
 pub use material::{Material, MaterialError};
 pub use motion_arc::MotionArc;
-pub use places::{PLACES, apartment, hallway, open, place};
+pub use places::{PLACES, apartment, hallway, lobby, open, place};
 pub use scan::Scan;
 pub use se2::SE2;
 pub use wall::Wall;

@@ -2,7 +2,8 @@
 //!
 //! Source: the online *Probabilistic Robotics*, chapter 4, "The world": glass is
 //! a wall to a planner and nearly invisible to a LiDAR; doors carry a number so
-//! that a later chapter can tell them apart.
+//! that a later chapter can tell them apart. The angle at which a LiDAR sees glass
+//! is a figure of the LiDAR, not of the pane.
 
 use core::fmt;
 use core::str::FromStr;
@@ -17,7 +18,7 @@ use thiserror::Error;
 pub enum Material {
     /// An opaque wall.
     Wall,
-    /// A pane: solid, but a light beam may miss it.
+    /// A pane of glass: solid, but the beam of a LiDAR may pass it.
     Glass,
     /// A closed door with its number.
     Door(u8),

@@ -1,8 +1,8 @@
-//! The places of the book: the open plane, the hallway and the apartment.
+//! The places of the book (the open plane, the hallway and the apartment), and a lobby.
 //!
 //! The book's own floor plans are not published. The two here were found by a
 //! search for plans consistent with every digit the chapter prints; matching is
-//! selection, not recovery. Say so wherever they are shown.
+//! selection, not recovery. Say so wherever they are shown. The lobby is our own.
 
 use std::sync::LazyLock;
 
@@ -15,6 +15,7 @@ pub const PLACES: &[(&str, &str)] = &[
     ("open", "the plane without walls, 2 km across"),
     ("hallway", "a corridor 12 m long and 1.6 m wide with three identical doors"),
     ("apartment", "12 m by 9 m, five rooms off one corridor, with glass and two doors"),
+    ("lobby", "12 m by 6 m between a front of glass and two rooms behind glass"),
 ];
 
 static OPEN: LazyLock<World> = LazyLock::new(|| embedded(include_str!("../worlds/open.json")));
@@ -22,6 +23,7 @@ static HALLWAY: LazyLock<World> =
     LazyLock::new(|| embedded(include_str!("../worlds/hallway.json")));
 static APARTMENT: LazyLock<World> =
     LazyLock::new(|| embedded(include_str!("../worlds/apartment.json")));
+static LOBBY: LazyLock<World> = LazyLock::new(|| embedded(include_str!("../worlds/lobby.json")));
 
 /// The plane without walls; bounds ±1000 m.
 #[must_use]
@@ -41,6 +43,12 @@ pub fn apartment() -> World {
     APARTMENT.clone()
 }
 
+/// The lobby: two rooms behind glass, and a front and a porch of glass.
+#[must_use]
+pub fn lobby() -> World {
+    LOBBY.clone()
+}
+
 /// The place of that name, exactly as [`PLACES`] writes it; `None` if there is
 /// none.
 #[must_use]
@@ -49,6 +57,7 @@ pub fn place(name: &str) -> Option<World> {
         "open" => Some(open()),
         "hallway" => Some(hallway()),
         "apartment" => Some(apartment()),
+        "lobby" => Some(lobby()),
         _ => None,
     }
 }
@@ -77,6 +86,7 @@ mod tests {
             include_str!("../worlds/open.json"),
             include_str!("../worlds/hallway.json"),
             include_str!("../worlds/apartment.json"),
+            include_str!("../worlds/lobby.json"),
         ] {
             assert_eq!(parse(text).map(|_| ()), Ok(()));
         }

@@ -285,6 +285,15 @@ impl Scan {
             .map(|(t, index)| (*t, index.is_finite().then_some(*index as usize)))
     }
 
+    /// The unit vector of beam `k` in the world frame, in the scan last taken.
+    ///
+    /// # Panics
+    /// If there are not so many beams.
+    #[must_use]
+    pub fn direction(&self, k: usize) -> Vector2<f64> {
+        Vector2::from(self.groups[k / BEAMS].direction(k % BEAMS))
+    }
+
     /// The distance of each beam into a slice, beam 0 first, m; `max_m` where
     /// nothing is met. Of a slice that is not as long as there are beams, the
     /// part that both have is written.

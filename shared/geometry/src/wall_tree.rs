@@ -45,9 +45,24 @@ impl WallTree {
         unit_dir: &Vector2<f64>,
         max_m: f64,
     ) -> Option<(f64, usize)> {
+        self.first_of(walls, origin, unit_dir, max_m, |_| true)
+    }
+
+    /// [`first_along`](Self::first_along) among the hits that `counts` takes, each a
+    /// distance and an index.
+    #[inline(always)]
+    pub(crate) fn first_of(
+        &self,
+        walls: &[Wall],
+        origin: &Point2<f64>,
+        unit_dir: &Vector2<f64>,
+        max_m: f64,
+        counts: impl Fn((f64, usize)) -> bool,
+    ) -> Option<(f64, usize)> {
         let best: Cell<Option<(f64, usize)>> = Cell::new(None);
         let offer = |index: usize| {
-            let t = walls[index].cast(origin, unit_dir).filter(|t| *t <= max_m)?;
+            let t = walls[index].cast(origin, unit_dir);
+            let t = t.filter(|t| *t <= max_m && counts((*t, index)))?;
             if best.get().is_none_or(|so_far| (t, index) < so_far) {
                 best.set(Some((t, index)));
             }

@@ -136,6 +136,20 @@ impl World {
         self.tree.first_along(&self.walls, &origin, &unit_dir, max_m)
     }
 
+    /// The wall that a ray meets after `passed`, a hit of the same ray: the next in
+    /// the order of [`World::first_wall`], by distance and then by index, so that
+    /// every wall on the ray comes once. `unit_dir` must be finite.
+    #[must_use]
+    pub fn next_wall(
+        &self,
+        origin: Point2<f64>,
+        unit_dir: Vector2<f64>,
+        max_m: f64,
+        passed: (f64, usize),
+    ) -> Option<(f64, usize)> {
+        self.tree.first_of(&self.walls, &origin, &unit_dir, max_m, |hit| hit > passed)
+    }
+
     /// Distance in metres from `point` (world frame) to the nearest wall;
     /// infinite in an open world, NaN for a point that is not finite.
     #[must_use]

@@ -177,8 +177,43 @@ fn any_world() -> impl Strategy<Value = World> {
     })
 }
 
+/// Every wall on a ray within reach, by distance and then by index.
+fn all_by_scan(
+    world: &World,
+    origin: Point2<f64>,
+    dir: Vector2<f64>,
+    max_m: f64,
+) -> Vec<(f64, usize)> {
+    let walls = world.walls().iter().enumerate();
+    let hits = walls.filter_map(|(index, wall)| Some((wall.cast(&origin, &dir)?, index)));
+    let mut hits: Vec<_> = hits.filter(|(t, _)| *t <= max_m).collect();
+    hits.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    hits
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn wall_after_wall_gives_every_wall_on_the_ray_once(
+        world in any_world(),
+        origin in prop::array::uniform2(-6.0_f64..6.0),
+        first_rad in -3.2_f64..3.2,
+        max_m in 0.1_f64..20.0,
+    ) {
+        // Each wall a second time: ties.
+        let mut spec = world.spec().clone();
+        spec.walls.extend_from_within(..);
+        let world = World::new(spec).unwrap();
+        let far = Point2::new(2e7, origin[1]);
+        for (k, origin) in (0..32).flat_map(|k| [(k, Point2::from(origin)), (k, far)]) {
+            let dir = unit(first_rad + f64::from(k) * 0.2);
+            let first = world.first_wall(origin, dir, max_m);
+            let next = |hit: &(f64, usize)| world.next_wall(origin, dir, max_m, *hit);
+            let all: Vec<_> = std::iter::successors(first, next).collect();
+            prop_assert_eq!(all, all_by_scan(&world, origin, dir, max_m));
+        }
+    }
 
     #[test]
     fn the_tree_gives_the_bits_of_the_scan(

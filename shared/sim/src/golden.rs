@@ -43,7 +43,7 @@ pub struct Golden {
 }
 
 /// All golden runs.
-pub const GOLDENS: [Golden; 9] = [
+pub const GOLDENS: [Golden; 10] = [
     Golden {
         name: "apartment-steered",
         pins: "a patrol steered on the truth, slip, range noise, a scan in every fifth tick",
@@ -98,6 +98,12 @@ pub const GOLDENS: [Golden; 9] = [
         pins: "all small sensors on the way into a wall: bumper, IMU, sonars, doors, landmarks",
         expected: "d0163b09647427019ab262257bfec8fa",
         config: runs::apartment_sensed,
+    },
+    Golden {
+        name: "lobby-glass",
+        pins: "beams that pass up to three panes, mixed pixels at edges, noise that grows with range",
+        expected: "9e6cea6560aa424c93b247cf19cefea2",
+        config: runs::lobby_glass,
     },
 ];
 

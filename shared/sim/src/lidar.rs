@@ -7,16 +7,27 @@
 //!
 //! z = z_max if u < p_drop or z* ≥ z_max, else z = clamp(z* + ε, 0, z_max).
 //!
+//! Three figures of a real LiDAR may be added, all off by default: noise that grows
+//! with the range, σ_r² = σ_0² + (κ·z*)², for two independent errors, as data sheets
+//! state them (the Hokuyo URG-04LX: 30 mm up to 1 m, 3 % beyond); glass that a beam may
+//! pass, see `lidar/glass.rs`; and mixed pixels at edges, see `lidar/footprint.rs`.
+//!
 //! Departures: the sine and cosine of every φ_k are taken once, and a scan turns
 //! them by the heading, so that it costs one sine and one cosine in all; the
 //! beams are cast together, see [`rusty_geometry::scan`], with the bits of one
 //! ray at a time; the draws are placed, not consumed, see [`crate::noise`].
 
+mod footprint;
+mod glass;
+
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::Point2;
 use rusty_contract::LidarConfig;
-use rusty_geometry::{Disc, Hit, SE2, Scan, World, trig};
+use rusty_geometry::{Disc, Hit, Material, SE2, Scan, World, trig};
+
+use self::footprint::Footprint;
+use self::glass::{Glass, Rays};
 
 use crate::noise::LidarNoise;
 use crate::scene::Scene;
@@ -25,12 +36,13 @@ use crate::scene::Scene;
 #[derive(Clone, Debug)]
 pub struct Lidar {
     scan: Scan,
-    /// Unit vector of each beam, sensor frame.
-    along: Vec<Vector2<f64>>,
     range_max_m: f64,
     range_std_m: f64,
+    range_std_per_m: f64,
     dropout: f64,
     sensor_in_body: SE2,
+    glass: Option<Glass>,
+    footprint: Option<Footprint>,
 }
 
 impl Lidar {
@@ -40,11 +52,13 @@ impl Lidar {
     pub fn new(config: &LidarConfig) -> Self {
         Self {
             scan: Scan::new(config.fan()),
-            along: (0..config.beams).map(|k| config.fan().direction(k)).collect(),
             range_max_m: config.range_max_m,
             range_std_m: config.range_std_m,
+            range_std_per_m: config.range_std_per_m,
             dropout: config.dropout,
             sensor_in_body: config.sensor_in_body,
+            glass: Glass::new(config),
+            footprint: Footprint::new(config),
         }
     }
 
@@ -58,7 +72,7 @@ impl Lidar {
     /// range of beam k, in metres, to `ranges_m[k]`. Of a slice that is not
     /// [`beams`](Self::beams) long, the part that both have is written.
     ///
-    /// The noise depends on seed, tick and beam alone: not on what other scans
+    /// The draws depend on seed, tick and beam alone: not on what other scans
     /// were taken, nor on what the beams hit.
     pub fn scan<'a>(
         &mut self,
@@ -72,14 +86,57 @@ impl Lidar {
         let scene = scene.into();
         self.scan.take(scene.world, &sensor_in_world, self.range_max_m);
         self.scan.write_distances_m(ranges_m);
+        if self.glass.is_some() || self.footprint.is_some() {
+            let origin = Point2::from(sensor_in_world.translation());
+            let (max_m, glass) = (self.range_max_m, self.glass);
+            self.refine(Rays { world: scene.world, origin, max_m, glass, noise, tick }, ranges_m);
+        }
         for body in scene.bodies {
             self.shorten(body, &sensor_in_world, ranges_m);
         }
+        if self.range_std_per_m == 0.0 {
+            self.add_noise(noise, tick, ranges_m, |_| self.range_std_m);
+        } else {
+            let std_m = |range_m| trig::hypot(self.range_std_m, self.range_std_per_m * range_m);
+            self.add_noise(noise, tick, ranges_m, std_m);
+        }
+    }
+
+    /// Casts the beams that meet glass, or have a footprint, one by one.
+    #[cold]
+    #[inline(never)]
+    fn refine(&self, mut rays: Rays<'_>, ranges_m: &mut [f64]) {
+        let hits = self.scan.distances_and_walls().enumerate();
+        for (range_m, (k, (distance_m, wall))) in ranges_m.iter_mut().zip(hits) {
+            let is_glass = |wall: usize| rays.world.walls()[wall].material == Material::Glass;
+            if self.footprint.is_none() && !wall.is_some_and(is_glass) {
+                continue;
+            }
+            let unit_dir = self.scan.direction(k);
+            let middle = wall.and_then(|wall| rays.through_glass(k, unit_dir, (distance_m, wall)));
+            let found_m = match &self.footprint {
+                Some(footprint) => footprint.range_m(&mut rays, k, unit_dir, middle),
+                None => middle.map(|(distance_m, _)| distance_m),
+            };
+            *range_m = found_m.unwrap_or(self.range_max_m);
+        }
+    }
+
+    /// Adds dropout and range noise to exact ranges, with the standard deviation
+    /// `std_m` of each.
+    #[inline(always)]
+    fn add_noise(
+        &self,
+        noise: &mut LidarNoise,
+        tick: u64,
+        ranges_m: &mut [f64],
+        std_m: impl Fn(f64) -> f64,
+    ) {
         for (range_m, draw) in ranges_m.iter_mut().zip(noise.at(tick, self.beams())) {
             *range_m = if draw.u < self.dropout {
                 self.range_max_m
             } else {
-                measured_m(*range_m, self.range_std_m * draw.z, self.range_max_m)
+                measured_m(*range_m, std_m(*range_m) * draw.z, self.range_max_m)
             };
         }
     }
@@ -87,30 +144,27 @@ impl Lidar {
     /// Shortens the beams that meet a body before a wall. Of the beams, only those
     /// that may meet it are tried.
     fn shorten(&self, body: &Disc, sensor_in_world: &SE2, ranges_m: &mut [f64]) {
-        let to = body.centre - Point2::from(sensor_in_world.translation());
+        let origin = Point2::from(sensor_in_world.translation());
+        let to = body.centre - origin;
         let square = to.x * to.x + to.y * to.y;
         let (fan, reach_m) = (self.scan.fan(), self.range_max_m + body.radius_m);
         if square > reach_m * reach_m {
             return;
         }
-        // In the sensor frame, where the directions of the beams are known.
-        let (s, c) = trig::sin_cos(sensor_in_world.theta());
-        let centre = Point2::new(c * to.x + s * to.y, c * to.y - s * to.x);
-        let here = Disc { centre, ..*body };
         // sin α = R/d, and α ≤ π/2·sin α; from inside the body, all around.
         let sine = body.radius_m / square.sqrt();
         let half_rad = if sine < 1.0 { FRAC_PI_2 * sine } else { TAU };
-        let from_first_rad = trig::atan2(centre.y, centre.x) - fan.first_bearing_rad;
+        let bearing_rad = trig::atan2(to.y, to.x) - sensor_in_world.theta();
         let step_rad = fan.fov_rad / f64::from(fan.beams);
         for turns in -2..=2 {
-            let middle_rad = from_first_rad + TAU * f64::from(turns);
+            let middle_rad = bearing_rad - fan.first_bearing_rad + TAU * f64::from(turns);
             // A beam more on each side, for rounding.
             let first = ((middle_rad - half_rad) / step_rad).floor().max(0.0) as usize;
             let end = ((middle_rad + half_rad) / step_rad).ceil() + 1.0;
-            let end = (end.max(0.0) as usize).min(self.along.len()).min(ranges_m.len());
-            let beams = first.min(end)..end;
-            for (range_m, along) in ranges_m[beams.clone()].iter_mut().zip(&self.along[beams]) {
-                let met_m = here.cast(&Point2::origin(), along);
+            let end = (end.max(0.0) as usize).min(self.beams()).min(ranges_m.len());
+            let first = first.min(end);
+            for (range_m, k) in ranges_m[first..end].iter_mut().zip(first..) {
+                let met_m = body.cast(&origin, &self.scan.direction(k));
                 *range_m = met_m.filter(|met_m| met_m < range_m).unwrap_or(*range_m);
             }
         }
@@ -224,7 +278,7 @@ mod tests {
                 lidar.scan(scene, &pose, &mut LidarNoise::new(3), 0, &mut ranges_m);
                 for (beam, range_m) in ranges_m.iter().enumerate() {
                     let (s, c) = trig::sin_cos(pose.theta() + fan.bearing_rad(beam as u32));
-                    let along = Vector2::new(c, s);
+                    let along = nalgebra::Vector2::new(c, s);
                     let origin = Point2::from(pose.translation());
                     let met_m = bodies[0].cast(&origin, &along).unwrap_or(8.0).min(8.0);
                     // Along the rim, rounding decides.

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "part of tests, though not of test functions")]
 
 use std::collections::BTreeSet;
+use std::f64::consts::FRAC_PI_2;
 
 use rusty_contract::{
     Frame, Kidnapping, LidarConfig, OwnedReadings, RobotConfig, RunConfig, ScriptConfig, Sensors,
@@ -80,11 +81,14 @@ fn every_script_place_and_material_is_in_the_table() {
 type Change = fn(&mut RunConfig);
 
 /// The sources of noise: which fields hold them, and how each is silenced.
-const NOISES: [(&str, Change); 4] = [
+const NOISES: [(&str, Change); 7] = [
     ("slip", |c| c.robot.slip_std = 0.0),
     ("radius bias", |c| c.robot.radius_bias_right = 0.0),
     ("range noise", |c| c.lidar.range_std_m = 0.0),
     ("dropout", |c| c.lidar.dropout = 0.0),
+    ("relative range noise", |c| c.lidar.range_std_per_m = 0.0),
+    ("glass", |c| c.lidar.glass_visible_rad = FRAC_PI_2),
+    ("mixed pixels", |c| c.lidar.divergence_rad = 0.0),
 ];
 
 #[test]
@@ -95,7 +99,7 @@ fn every_noise_is_in_the_table_and_is_felt() {
             let mut config = golden.config();
             silence(&mut config);
             let has_it = config != golden.config();
-            let needs_scans = ["range noise", "dropout"].contains(&noise);
+            let needs_scans = !["slip", "radius bias"].contains(&noise);
             if has_it && !(needs_scans && config.scan_every == 0) {
                 felt += 1;
                 let changed = digest(config) != digest(golden.config());
@@ -211,16 +215,8 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         radius_bias_right: _,
         track_bias: _,
     } = robot;
-    let LidarConfig {
-        beams: _,
-        first_bearing_rad: _,
-        fov_rad: _,
-        range_max_m: _,
-        range_std_m: _,
-        dropout: _,
-        sensor_in_body: _,
-    } = lidar;
-    vec![
+    let mut changes = lidar_changes(lidar);
+    changes.extend::<[(_, Change); _]>([
         ("seed", |c| c.seed ^= 1),
         ("ticks", |c| c.ticks -= 1),
         ("dt_s", |c| next(&mut c.dt_s)),
@@ -241,14 +237,36 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         ("slip_std", |c| c.robot.slip_std += 1e-13),
         ("radius_bias_right", |c| c.robot.radius_bias_right += 1e-13),
         ("track_bias", |c| c.robot.track_bias += 1e-13),
+        ("a corner", |c| next(&mut c.world.walls[0].a[0])),
+    ]);
+    changes
+}
+
+/// The changes of the LiDAR's numbers.
+fn lidar_changes(lidar: &LidarConfig) -> Vec<(&'static str, Change)> {
+    let LidarConfig {
+        beams: _,
+        first_bearing_rad: _,
+        fov_rad: _,
+        range_max_m: _,
+        range_std_m: _,
+        range_std_per_m: _,
+        dropout: _,
+        glass_visible_rad: _,
+        divergence_rad: _,
+        sensor_in_body: _,
+    } = lidar;
+    vec![
         ("beams", |c| c.lidar.beams += 1),
         ("first_bearing_rad", |c| next(&mut c.lidar.first_bearing_rad)),
         ("fov_rad", |c| next(&mut c.lidar.fov_rad)),
         ("range_max_m", |c| next(&mut c.lidar.range_max_m)),
         ("range_std_m", |c| next(&mut c.lidar.range_std_m)),
+        ("range_std_per_m", |c| c.lidar.range_std_per_m = 1e-6),
         ("dropout", |c| c.lidar.dropout += 0.01),
+        ("glass_visible_rad", |c| c.lidar.glass_visible_rad = 0.2),
+        ("divergence_rad", |c| c.lidar.divergence_rad = 0.05),
         ("sensor_in_body", |c| next_pose(&mut c.lidar.sensor_in_body)),
-        ("a corner", |c| next(&mut c.world.walls[0].a[0])),
     ]
 }
 
@@ -262,16 +280,25 @@ fn next_pose(pose: &mut SE2) {
     *pose = SE2::new(pose.x().next_up(), pose.y(), pose.theta());
 }
 
-#[test]
-fn the_lopsided_run_feels_every_number() {
-    let config = golden("lopsided").config();
+/// Asserts that a run feels the changes of the fields that `is_felt` selects.
+fn assert_feels(name: &str, is_felt: impl Fn(&str) -> bool) {
+    let config = golden(name).config();
     let before = digest(config.clone());
-    for (field, change) in changes(&config) {
+    for (field, change) in changes(&config).into_iter().filter(|(field, _)| is_felt(field)) {
         let mut changed = config.clone();
         change(&mut changed);
         assert_ne!(changed, config, "{field} was not changed");
-        assert_ne!(digest(changed), before, "{field} is not felt");
+        assert_ne!(digest(changed), before, "{name}: {field} is not felt");
     }
+}
+
+#[test]
+fn every_number_is_felt() {
+    // The LiDAR of the lopsided run looks away from its pane.
+    assert_feels("lopsided", |field| field != "glass_visible_rad");
+    assert_feels("lobby-glass", |field| {
+        ["range_std_per_m", "glass_visible_rad", "divergence_rad"].contains(&field)
+    });
 }
 
 #[test]

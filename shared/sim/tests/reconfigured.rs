@@ -53,6 +53,25 @@ fn the_same_configuration_again_changes_nothing() {
 }
 
 #[test]
+fn figures_of_the_lidar_that_change_in_the_middle_are_those_of_a_run_that_has_them() {
+    let changes: [fn(&mut RunConfig); 3] = [
+        |c| c.lidar.range_std_per_m = 0.01,
+        |c| c.lidar.glass_visible_rad = 0.0,
+        |c| c.lidar.divergence_rad = 0.02,
+    ];
+    let plain = go_on(&mut sim(base()), TICKS);
+    for (i, change) in changes.into_iter().enumerate() {
+        let mut config = base();
+        change(&mut config);
+        let whole = go_on(&mut sim(config), TICKS);
+        let later = forked(change);
+        assert_eq!(later[..AT], plain[..AT], "change {i}");
+        assert_eq!(later[AT..], whole[AT..], "change {i}");
+        assert_ne!(whole[AT..], plain[AT..], "change {i}");
+    }
+}
+
+#[test]
 fn noise_that_is_not_concerned_stays() {
     let plain = go_on(&mut sim(base()), TICKS);
     // Another LiDAR: the same way, and every beam that survives.

@@ -15,7 +15,7 @@ use rusty_geometry::places::{PLACES, place};
 use thiserror::Error;
 
 /// The scenarios that come with the program: name and text.
-pub const BUILT_IN: [(&str, &str); 9] = [
+pub const BUILT_IN: [(&str, &str); 10] = [
     ("apartment", include_str!("../scenarios/apartment.toml")),
     ("patrol", include_str!("../scenarios/patrol.toml")),
     ("figure-eight", include_str!("../scenarios/figure-eight.toml")),
@@ -25,6 +25,7 @@ pub const BUILT_IN: [(&str, &str); 9] = [
     ("sonar-ring", include_str!("../scenarios/sonar-ring.toml")),
     ("seed-lab", include_str!("../scenarios/seed-lab.toml")),
     ("anatomy", include_str!("../scenarios/anatomy.toml")),
+    ("glass-lobby", include_str!("../scenarios/glass-lobby.toml")),
 ];
 
 /// Longest scenario or list of commands that is read, bytes: a million commands

@@ -68,10 +68,21 @@ class Lidar:
         """Range that a beam reports when nothing came back, m."""
     @property
     def range_std_m(self) -> float:
-        """Standard deviation of a range, m."""
+        """Standard deviation of a range at distance 0, m."""
+    @property
+    def range_std_per_m(self) -> float:
+        """Growth of the standard deviation with the range, m per m; both add in
+        squares."""
     @property
     def dropout(self) -> float:
         """Probability that a beam returns nothing."""
+    @property
+    def glass_visible_rad(self) -> float:
+        """Greatest angle of incidence at which every pane of glass returns every
+        beam, rad; beyond it a beam may pass. pi/2: glass is like a wall."""
+    @property
+    def divergence_rad(self) -> float:
+        """Full angle of the footprint of a beam, rad."""
     @property
     def sensor_in_body(self) -> tuple[float, float, float]:
         """Pose of the sensor on the body, (x m, y m, theta rad)."""
@@ -378,7 +389,7 @@ class World:
 
     @staticmethod
     def builtin(name: str) -> World:
-        """A built-in world: "open", "hallway" or "apartment"."""
+        """A built-in world: "open", "hallway", "apartment" or "lobby"."""
     @staticmethod
     def from_file(path: str | PathLike[str]) -> World:
         """The world in a file: TOML or, with the ending .json, JSON.

@@ -182,7 +182,7 @@ mod tests {
 
     #[test]
     fn noise_and_script_may_change_in_the_middle_and_what_was_told_may_not() {
-        let free: [fn(&mut RunConfig); 9] = [
+        let free: [fn(&mut RunConfig); 12] = [
             |c| c.seed = 2,
             |c| c.ticks = 20,
             |c| c.robot.slip_std = 0.1,
@@ -190,6 +190,9 @@ mod tests {
             |c| c.robot.track_bias = 0.1,
             |c| c.lidar.range_std_m = 0.1,
             |c| c.lidar.dropout = 0.1,
+            |c| c.lidar.range_std_per_m = 0.1,
+            |c| c.lidar.glass_visible_rad = 0.1,
+            |c| c.lidar.divergence_rad = 0.1,
             |c| c.kidnappings.push(Kidnapping { tick: 3, to: SE2::identity() }),
             |c| c.script = ScriptConfig::Patrol(PatrolConfig::default()),
         ];

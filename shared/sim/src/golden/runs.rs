@@ -12,8 +12,8 @@ use rusty_contract::config::sensors::{
 };
 use rusty_contract::{LidarConfig, RobotConfig, RunConfig, ScriptConfig, Sensors};
 use rusty_geometry::{
-    Landmark, Material, SE2, Twist, WallSpec, World, WorldSpec, apartment, hallway, open, trig,
-    wrap_angle,
+    Landmark, Material, SE2, Twist, WallSpec, World, WorldSpec, apartment, hallway, lobby, open,
+    trig, wrap_angle,
 };
 
 /// Rusty in a place; for each run to change.
@@ -41,7 +41,10 @@ fn rusty(name: &str, world: &World, start: SE2, script: ScriptConfig) -> RunConf
             fov_rad: TAU,
             range_max_m: 8.0,
             range_std_m: 0.02,
+            range_std_per_m: 0.0,
             dropout: 0.0,
+            glass_visible_rad: 0.5 * PI,
+            divergence_rad: 0.0,
             sensor_in_body: SE2::identity(),
         },
         script,
@@ -179,6 +182,22 @@ pub(super) fn apartment_sensed() -> RunConfig {
     run
 }
 
+pub(super) fn lobby_glass() -> RunConfig {
+    let script = ScriptConfig::FigureEight { v_m_s: 0.5, omega_rad_s: 0.7, half_s: 2.1 };
+    // Before the porch, whose panes are two or three in a row.
+    let start = SE2::new(5.3, 2.2, -0.4);
+    let mut run = rusty("lobby-glass", &lobby(), start, script);
+    (run.seed, run.scan_every) = (11, 10);
+    run.robot.slip_std = 0.01;
+    run.lidar.range_max_m = 12.0;
+    run.lidar.range_std_m = 0.01;
+    run.lidar.range_std_per_m = 0.005;
+    run.lidar.dropout = 0.02;
+    run.lidar.glass_visible_rad = 0.26;
+    run.lidar.divergence_rad = 0.02;
+    run
+}
+
 /// A room without a right angle: four outer walls and a door, and a pane of
 /// glass that stands free in it.
 fn crooked_room() -> WorldSpec {
@@ -222,7 +241,10 @@ pub(super) fn lopsided() -> RunConfig {
             fov_rad: 4.1,
             range_max_m: 3.7,
             range_std_m: 0.053,
+            range_std_per_m: 0.0,
             dropout: 0.07,
+            glass_visible_rad: 0.5 * PI,
+            divergence_rad: 0.0,
             sensor_in_body: SE2::new(0.083, -0.029, 0.37),
         },
         script: ScriptConfig::Driver {},

@@ -1,13 +1,17 @@
-//! The noise of the LiDAR: two draws per beam.
+//! The noise of the LiDAR: two draws per beam, and one per pane of glass on its way.
 
 use rusty_contract::MAX_BEAMS;
 
 use super::stream::{Source, Stream};
+use super::tick::TickNoise;
 use rusty_geometry::normal::uniform;
 use rusty_geometry::normals::standard_normals;
 
 /// How many beams a tick has room for in the stream.
 pub const BEAM_SLOTS: usize = 2048;
+
+/// How many panes on the way of one beam have a draw.
+pub const PANE_SLOTS: usize = 8;
 
 // A scan with more beams would run into the noise of the next tick.
 const _: () = assert!(MAX_BEAMS <= BEAM_SLOTS);
@@ -25,6 +29,7 @@ pub struct BeamDraw {
 #[derive(Clone, Debug)]
 pub struct LidarNoise {
     stream: Stream,
+    glass: TickNoise,
     /// Room for the draws of one scan: words as they come, then bits for the
     /// normal numbers, then those.
     words: Vec<[u64; 2]>,
@@ -37,12 +42,21 @@ impl LidarNoise {
     #[must_use]
     pub fn new(seed: u64) -> Self {
         let stream = Stream::new(seed, Source::Lidar);
-        Self { stream, words: Vec::new(), bits: Vec::new(), normals: Vec::new() }
+        let glass = TickNoise::glass(seed);
+        Self { stream, glass, words: Vec::new(), bits: Vec::new(), normals: Vec::new() }
     }
 
     /// The noise of another seed. Keeps the room it has.
     pub fn restart(&mut self, seed: u64) {
         self.stream = Stream::new(seed, Source::Lidar);
+        self.glass = TickNoise::glass(seed);
+    }
+
+    /// The uniform number in [0, 1) of `beam` at the pane of glass with the index
+    /// `pane` on its way; `None` from [`PANE_SLOTS`] on.
+    pub fn at_pane(&mut self, tick: u64, beam: usize, pane: usize) -> Option<f64> {
+        let slot = (PANE_SLOTS * beam + pane) as u64;
+        (pane < PANE_SLOTS && beam < BEAM_SLOTS).then(|| self.glass.uniform_at(tick, slot))
     }
 
     /// The draws of the first `beams` beams in tick `tick`, beam 0 first; there
@@ -90,6 +104,25 @@ mod tests {
             stream.seek(8192);
             stream.next_u64()
         });
+    }
+
+    #[test]
+    fn every_pane_of_every_beam_has_a_slot() {
+        let mut noise = LidarNoise::new(4);
+        let at = |noise: &mut LidarNoise, tick, beam, pane| noise.at_pane(tick, beam, pane);
+        let last = at(&mut noise, 0, BEAM_SLOTS - 1, PANE_SLOTS - 1);
+        let first = at(&mut noise, 1, 0, 0);
+        // One past the last slot of tick 0 is the first of tick 1.
+        let slots = (BEAM_SLOTS * PANE_SLOTS) as u64;
+        assert_eq!(first, Some(TickNoise::glass(4).uniform_at(0, slots)));
+        assert_eq!(last, Some(TickNoise::glass(4).uniform_at(0, slots - 1)));
+        assert_ne!(at(&mut noise, 0, 3, 0), at(&mut noise, 0, 2, 0));
+        assert_ne!(at(&mut noise, 0, 3, 0), at(&mut noise, 0, 3, 1));
+        assert_eq!(at(&mut noise, 0, 3, PANE_SLOTS), None);
+        assert_eq!(at(&mut noise, 0, BEAM_SLOTS, 0), None);
+        let before = at(&mut noise, 0, 3, 0);
+        noise.restart(5);
+        assert_ne!(at(&mut noise, 0, 3, 0), before);
     }
 
     #[test]

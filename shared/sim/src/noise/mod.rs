@@ -15,6 +15,7 @@
 //! | sonars               |      5 | 64·t                 | 64 = 4·16          | 4·k: u of sonar k, 4·k + 2: ε          |
 //! | doors                |      6 | 512·t                | 512 = 2·256        | 2·k: u of door number k               |
 //! | landmarks            |      7 | 32768·t              | 32768 = 8·4096     | 8·k: u, 8·k + 2: ε_r, 8·k + 4: ε_φ of the landmark with index k |
+//! | glass ([`LidarNoise`]) |      8 | 32768·t              | 32768 = 16·2048    | 16·k + 2·j: u of beam k at the pane with index j on its way |
 //! | people               |      9 | person k at 2^56·k   | 2 a draw           | speed, place at the start, goals, one after the other |
 //!
 //! Positions are known to 2⁶⁸ words, so a tick may be any `u64` below 2⁵³; the
@@ -36,6 +37,6 @@ mod people;
 mod stream;
 mod tick;
 
-pub use beams::{BEAM_SLOTS, BeamDraw, LidarNoise};
+pub use beams::{BEAM_SLOTS, BeamDraw, LidarNoise, PANE_SLOTS};
 pub use people::PeopleNoise;
 pub use tick::TickNoise;

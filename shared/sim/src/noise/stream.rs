@@ -25,7 +25,9 @@ pub(super) enum Source {
     Doors = 6,
     /// Dropout, range and bearing noise of landmarks.
     Landmarks = 7,
-    /// Places and speeds of people. (8 is that of glass.)
+    /// Passage of LiDAR beams through glass.
+    Glass = 8,
+    /// Places and speeds of people.
     People = 9,
 }
 

@@ -52,6 +52,11 @@ impl TickNoise {
         Self { stream: Stream::new(seed, Source::Landmarks), tick_bits: 15 }
     }
 
+    /// Passages of LiDAR beams through panes of glass.
+    pub(super) fn glass(seed: u64) -> Self {
+        Self { stream: Stream::new(seed, Source::Glass), tick_bits: 15 }
+    }
+
     fn seek(&mut self, tick: u64, word: u128) {
         self.stream.seek((u128::from(tick) << self.tick_bits) + word);
     }
@@ -114,9 +119,10 @@ mod tests {
             sources.iter().map(|source| source(11).normals::<1>(0)[0].to_bits()).collect();
         first.push(left.to_bits());
         first.push(TickNoise::landmarks(11).normals::<1>(0)[0].to_bits());
+        first.push(TickNoise::glass(11).normals::<1>(0)[0].to_bits());
         first.sort_unstable();
         first.dedup();
-        assert_eq!(first.len(), 6);
+        assert_eq!(first.len(), 7);
     }
 
     #[test]

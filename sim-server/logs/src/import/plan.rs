@@ -127,8 +127,8 @@ fn lidar(survey: &Survey) -> LidarConfig {
         fov_rad,
         range_max_m: survey.ranges.max().m,
         range_std_m: RANGE_STD_M,
-        dropout: 0.0,
         sensor_in_body: SE2::new(survey.mount().offset_m, 0.0, 0.0),
+        ..LidarConfig::default()
     }
 }
 

@@ -229,6 +229,7 @@ fn unit_of(field: &str) -> &'static str {
         ("_deg_h", "°/h"),
         ("_ug_sqrt_hz", "µg/√Hz"),
         ("_ug", "µg"),
+        ("_per_m", "m/m"),
         ("_m_s", "m/s"),
         ("_rad_s", "rad/s"),
         ("_rad", "rad"),

@@ -38,7 +38,7 @@ assert pose.theta == rusty.wrap_angle(7) and [*pose] == np.asarray(pose).tolist(
 assert pose == rusty.SE2(1, 2, 7) and hash(pose) == hash(copy.copy(pose)) and pose != (1, 2, 7)
 assert pickle.loads(pickle.dumps(pose)) == pose == eval(repr(pose), {"SE2": rusty.SE2})
 
-refused(ValueError, "use open, hallway, apartment", lambda: rusty.World.builtin("attic"))
+refused(ValueError, "use open, hallway, apartment, lobby", lambda: rusty.World.builtin("attic"))
 refused(ValueError, "walls: an array of shape (n, 4)", lambda: rusty.World.from_walls([[0, 0, 1]]))
 refused(ValueError, "wall 1", lambda: rusty.World.from_walls([[0, 0, 1, 1], [0, 0, 0, 0]]))
 refused(ValueError, "give one each", lambda: rusty.World.from_walls(world.walls, materials=["Wall"]))
