@@ -58,6 +58,7 @@ const HAS_IMU: u16 = 1 << 3;
 const HAS_SONARS: u16 = 1 << 4;
 const HAS_DOORS: u16 = 1 << 5;
 const HAS_LANDMARKS: u16 = 1 << 6;
+const HAS_READINGS: u16 = HAS_BUMPER | HAS_IMU | HAS_SONARS | HAS_DOORS | HAS_LANDMARKS;
 
 /// Where the observable part begins, in bytes.
 pub const OBSERVABLE_FROM: usize = 192;
@@ -164,8 +165,14 @@ impl Frame {
         let beams = beams.min(MAX_BEAMS);
         self.flags |= HAS_SCAN;
         self.beams = beams as u16;
-        let from = self.present().numbers();
+        let from = self.readings_end();
         &mut self.numbers[from..from + beams]
+    }
+
+    /// How many numbers come before the scan.
+    #[inline]
+    fn readings_end(&self) -> usize {
+        if self.flags & HAS_READINGS == 0 { 0 } else { self.present().numbers() }
     }
 
     /// Which readings the frame has.
@@ -284,7 +291,7 @@ impl Frame {
     /// metres per beam, sensor frame; `None` on ticks without a scan.
     #[must_use]
     pub fn ranges_m(&self) -> Option<&[f64]> {
-        let from = self.present().numbers();
+        let from = self.readings_end();
         (self.flags & HAS_SCAN != 0).then(|| &self.numbers[from..from + self.beams()])
     }
 
@@ -321,7 +328,7 @@ impl Frame {
     /// The observable part, as bytes.
     #[must_use]
     pub fn observable(&self) -> &[u8] {
-        let numbers = self.present().numbers() + self.beams();
+        let numbers = self.readings_end() + self.beams();
         let to = std::mem::offset_of!(Self, numbers) + 8 * numbers;
         &bytemuck::bytes_of(self)[OBSERVABLE_FROM..to]
     }

@@ -288,7 +288,7 @@ impl Scan {
     /// The unit vector of beam `k` in the world frame, in the scan last taken.
     ///
     /// # Panics
-    /// If there are not so many beams.
+    /// If there are fewer beams.
     #[must_use]
     pub fn direction(&self, k: usize) -> Vector2<f64> {
         Vector2::from(self.groups[k / BEAMS].direction(k % BEAMS))

@@ -155,13 +155,18 @@ impl Lidar {
         let sine = body.radius_m / square.sqrt();
         let half_rad = if sine < 1.0 { FRAC_PI_2 * sine } else { TAU };
         let bearing_rad = trig::atan2(to.y, to.x) - sensor_in_world.theta();
-        let step_rad = fan.fov_rad / f64::from(fan.beams);
+        // In beams: the middle of the body, half its width, and a whole turn.
+        let per_rad = f64::from(fan.beams) / fan.fov_rad;
+        let middle = (bearing_rad - fan.first_bearing_rad) * per_rad;
+        let (half, turn) = (half_rad * per_rad, TAU * per_rad);
         for turns in -2..=2 {
-            let middle_rad = bearing_rad - fan.first_bearing_rad + TAU * f64::from(turns);
-            // A beam more on each side, for rounding.
-            let first = ((middle_rad - half_rad) / step_rad).floor().max(0.0) as usize;
-            let end = ((middle_rad + half_rad) / step_rad).ceil() + 1.0;
-            let end = (end.max(0.0) as usize).min(self.beams()).min(ranges_m.len());
+            let middle = middle + turn * f64::from(turns);
+            if middle + half < 0.0 || middle - half > f64::from(fan.beams) {
+                continue;
+            }
+            // A beam more on each side, for rounding. What is negative counts as 0.
+            let first = (middle - half - 1.0) as usize;
+            let end = ((middle + half + 2.0) as usize).min(self.beams()).min(ranges_m.len());
             let first = first.min(end);
             for (range_m, k) in ranges_m[first..end].iter_mut().zip(first..) {
                 let met_m = body.cast(&origin, &self.scan.direction(k));

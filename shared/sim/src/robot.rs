@@ -37,7 +37,8 @@ pub struct Robot {
     /// r·(1 + δ).
     right_radius_m: f64,
     pose_in_world: SE2,
-    blocked_on_way_to: Option<SE2>,
+    /// Where the step that was blocked last would have led.
+    blocked_on_way_to: SE2,
     wheel_angles_rad: [f64; 2],
 }
 
@@ -55,7 +56,7 @@ impl Robot {
             slip_std: config.slip_std,
             right_radius_m: config.wheel_radius_m * (1.0 + config.radius_bias_right),
             pose_in_world: start,
-            blocked_on_way_to: None,
+            blocked_on_way_to: start,
             wheel_angles_rad: [0.0, 0.0],
         }
     }
@@ -95,11 +96,10 @@ impl Robot {
         let tau = self.true_drive.tangent(ds_left_m, ds_right_m);
         let next = self.pose_in_world.boxplus(&tau);
         if scene.into().blocks(&self.pose_in_world, &next, self.body_radius_m) {
-            self.blocked_on_way_to = Some(next);
+            self.blocked_on_way_to = next;
             return StepOutcome::Blocked;
         }
         self.pose_in_world = next;
-        self.blocked_on_way_to = None;
         StepOutcome::Moved { ds_m: tau.x, dtheta_rad: tau.z }
     }
 
@@ -114,10 +114,9 @@ impl Robot {
         self.pose_in_world
     }
 
-    /// Where the robot would be after the last step if no wall were in its way;
-    /// `None` where none was.
+    /// Where the step that was blocked last would have led.
     #[must_use]
-    pub fn blocked_on_way_to(&self) -> Option<SE2> {
+    pub fn blocked_on_way_to(&self) -> SE2 {
         self.blocked_on_way_to
     }
 

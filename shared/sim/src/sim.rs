@@ -32,7 +32,8 @@ pub struct Sim {
     world: World,
     robot: Robot,
     lidar: Lidar,
-    sensors: SmallSensors,
+    /// Boxed: few runs have any, and a run without passes by.
+    sensors: Option<Box<SmallSensors>>,
     script: Script,
     slip_noise: TickNoise,
     lidar_noise: LidarNoise,
@@ -42,6 +43,8 @@ pub struct Sim {
     /// Index of the next event of the configuration.
     next_event: usize,
     people: People,
+    /// Whether anything in the world ever moves but the robot.
+    moves: bool,
 }
 
 impl Sim {
@@ -57,13 +60,16 @@ impl Sim {
         Ok(Self {
             robot: Robot::new(&config.robot, config.start),
             lidar: Lidar::new(&config.lidar),
-            sensors: SmallSensors::new(&config, &world),
+            sensors: SmallSensors::of(&config, &world).map(Box::new),
             script: Script::new(&config.script, config.dt_s, config.start),
             slip_noise: TickNoise::slip(config.seed),
             lidar_noise: LidarNoise::new(config.seed),
             ticks_done: 0,
             next_kidnapping: 0,
             next_event: 0,
+            moves: !(config.walkers.is_empty()
+                && config.crowd.is_none()
+                && config.events.is_empty()),
             people: People::new(&config, &world)?,
             world,
             config,
@@ -85,7 +91,7 @@ impl Sim {
         check_places(&config, &self.world)?;
         self.robot.reconfigure(&config.robot);
         self.lidar = Lidar::new(&config.lidar);
-        self.sensors.reseed(config.seed);
+        self.sensors.iter_mut().for_each(|sensors| sensors.reseed(config.seed));
         // A command depends on tick and pose, not on commands before it.
         self.script = Script::new(&config.script, config.dt_s, config.start);
         self.slip_noise = TickNoise::slip(config.seed);
@@ -94,6 +100,7 @@ impl Sim {
         self.next_kidnapping = config.kidnappings.partition_point(|k| k.tick < self.ticks_done);
         let past = config.events.partition_point(|event| event.tick() < self.ticks_done);
         let events_differ = self.config.events[..self.next_event] != config.events[..past];
+        self.moves |= !config.events.is_empty();
         (self.config, self.next_event) = (config, past);
         if events_differ {
             self.rebuild_walls();
@@ -109,7 +116,7 @@ impl Sim {
         self.robot = Robot::new(&self.config.robot, self.config.start);
         self.slip_noise = TickNoise::slip(seed);
         self.lidar_noise.restart(seed);
-        self.sensors.restart(seed);
+        self.sensors.iter_mut().for_each(|sensors| sensors.restart(seed));
         // The script stays: a command depends on tick and pose alone.
         self.ticks_done = 0;
         self.next_kidnapping = 0;
@@ -125,10 +132,26 @@ impl Sim {
     fn rebuild_walls(&mut self) {
         let walls = walls_after(&self.config.world, &self.config.events[..self.next_event]);
         self.world = self.world.with_walls(walls);
-        self.sensors.walls_changed(&self.world);
+        self.sensors.iter_mut().for_each(|sensors| sensors.walls_changed(&self.world));
+    }
+
+    /// Writes what the small sensors say at the end of a tick.
+    #[inline(never)]
+    fn read_sensors(&mut self, outcome: StepOutcome, tick: u64, frame: &mut Frame) {
+        let motion = Motion {
+            pose_in_world: self.robot.pose_in_world(),
+            blocked_on_way_to: (outcome == StepOutcome::Blocked)
+                .then(|| self.robot.blocked_on_way_to()),
+            outcome,
+        };
+        let scene = Scene { world: &self.world, bodies: self.people.bodies() };
+        if let Some(sensors) = &mut self.sensors {
+            sensors.read(scene, &motion, tick, frame);
+        }
     }
 
     /// What happens to the world at the start of the tick: events, and people's steps.
+    #[inline(never)]
     fn change_world(&mut self, tick: u64) {
         let due = |event: &Event| event.tick() <= tick;
         let events = self.config.events[self.next_event..].iter();
@@ -170,7 +193,9 @@ impl Sim {
             self.robot.put(kidnapping.to);
             self.next_kidnapping += 1;
         }
-        self.change_world(tick);
+        if self.moves {
+            self.change_world(tick);
+        }
         let wanted = self.script.command(tick, &self.truth(), driver);
         let applied = self.robot.limit(wanted);
         let slip_z = self.slip_noise.normals(tick);
@@ -179,16 +204,14 @@ impl Sim {
 
         let time_s = self.config.time_s(tick);
         frame.begin(tick, time_s, self.robot.encoder_ticks(), applied);
-        let motion = Motion {
-            pose_in_world: self.robot.pose_in_world(),
-            blocked_on_way_to: self.robot.blocked_on_way_to(),
-            outcome,
-        };
-        self.sensors.read(scene, &motion, tick, frame);
+        if self.sensors.is_some() {
+            self.read_sensors(outcome, tick, frame);
+        }
         // `scan_every` 0 never divides: no scans.
         if tick.checked_rem(self.config.scan_every) == Some(0) {
             let ranges_m = frame.write_scan(self.lidar.beams());
-            let pose = motion.pose_in_world;
+            let pose = self.robot.pose_in_world();
+            let scene = Scene { world: &self.world, bodies: self.people.bodies() };
             self.lidar.scan(scene, &pose, &mut self.lidar_noise, tick, ranges_m);
         }
         self.ticks_done += 1;

@@ -11,54 +11,54 @@ const LANDMARK_WORDS: u128 = 8;
 #[derive(Clone, Debug)]
 pub struct TickNoise {
     stream: Stream,
-    /// Binary logarithm of the words that a tick has room for.
-    tick_bits: u32,
+    /// Words that a tick has room for.
+    tick_words: u64,
 }
 
 impl TickNoise {
     /// Slip of the wheels, `[left, right]`.
     #[must_use]
     pub fn slip(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Slip), tick_bits: 2 }
+        Self { stream: Stream::new(seed, Source::Slip), tick_words: 4 }
     }
 
     /// Walk and white noise of each axis of the IMU.
     #[must_use]
     pub fn imu(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Imu), tick_bits: 4 }
+        Self { stream: Stream::new(seed, Source::Imu), tick_words: 16 }
     }
 
     /// Biases of the IMU at the start, all in tick 0.
     #[must_use]
     pub fn imu_start(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::ImuStart), tick_bits: 4 }
+        Self { stream: Stream::new(seed, Source::ImuStart), tick_words: 16 }
     }
 
     /// Dropout and range noise of up to 16 sonars.
     #[must_use]
     pub fn sonars(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Sonar), tick_bits: 6 }
+        Self { stream: Stream::new(seed, Source::Sonar), tick_words: 64 }
     }
 
     /// Reports of 256 doors.
     #[must_use]
     pub fn doors(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Doors), tick_bits: 9 }
+        Self { stream: Stream::new(seed, Source::Doors), tick_words: 512 }
     }
 
     /// Readings of up to 4096 landmarks.
     #[must_use]
     pub fn landmarks(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Landmarks), tick_bits: 15 }
+        Self { stream: Stream::new(seed, Source::Landmarks), tick_words: 32768 }
     }
 
     /// Passages of LiDAR beams through panes of glass.
     pub(super) fn glass(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Glass), tick_bits: 15 }
+        Self { stream: Stream::new(seed, Source::Glass), tick_words: 32768 }
     }
 
     fn seek(&mut self, tick: u64, word: u128) {
-        self.stream.seek((u128::from(tick) << self.tick_bits) + word);
+        self.stream.seek(u128::from(tick) * u128::from(self.tick_words) + word);
     }
 
     /// The first `N` standard normal deviates of a tick.

@@ -52,6 +52,8 @@ struct Person {
     /// Nearest to the goal so far, m, and the time since then, s.
     nearest_m: f64,
     waited_s: f64,
+    /// No wall is nearer than this, m.
+    clear_m: f64,
     gait: Gait,
 }
 
@@ -220,13 +222,14 @@ impl People {
             let other = Other { at: robot.centre, velocity_m_s: Vector2::zeros() };
             force += away_from(person.at, liked, &other);
         }
-        if let Some(wall) = nearest_point(world, person.at) {
-            force += away_from_wall(person.at, wall);
-        }
+        let wall = nearest_point(world, person.at);
+        force += wall.map_or_else(Vector2::zeros, |wall| away_from_wall(person.at, wall));
+        let clear_m = wall.map_or(WALL_REACH_M, |wall| length(&(person.at - wall)));
         let wished = person.velocity_m_s + force * decision_s;
         let (speed, most) = (length(&wished), FASTEST * person.likes_m_s);
         let velocity = if speed > most { wished * (most / speed) } else { wished };
-        self.people[index].velocity_m_s = velocity;
+        let person = &mut self.people[index];
+        (person.velocity_m_s, person.clear_m) = (velocity, clear_m);
     }
 
     /// A step with the velocity that there is, unless something is in the way.
@@ -238,8 +241,10 @@ impl People {
         let (now_m, then_m) = (length(&(person.at - robot.centre)), length(&(next - robot.centre)));
         let meets_robot = then_m < least_m && then_m < now_m;
         let pose = |at: Point2<f64>| SE2::new(at.x, at.y, 0.0);
-        // Who stands too near a wall may walk away from it.
+        person.clear_m -= length(&person.velocity_m_s) * dt_s;
+        // Who is too near a wall may walk away from it.
         let meets_wall = !is_walker
+            && person.clear_m <= 0.5 * person.radius_m
             && world.blocks(&pose(person.at), &pose(next), 0.5 * person.radius_m)
             && world.distance_to_nearest(next) <= world.distance_to_nearest(person.at);
         if meets_robot || meets_wall {
@@ -276,6 +281,7 @@ impl Person {
             drawn: 0,
             nearest_m: f64::INFINITY,
             waited_s: 0.0,
+            clear_m: 0.0,
             gait: Gait::default(),
         }
     }

@@ -45,19 +45,19 @@ pub struct SmallSensors {
 }
 
 impl SmallSensors {
-    /// The sensors of `config` in `world`, before the first tick. The configuration
-    /// must be checked.
+    /// The sensors of `config` in `world`, before the first tick; `None` if it has
+    /// none. The configuration must be checked.
     #[must_use]
-    pub fn new(config: &RunConfig, world: &World) -> Self {
+    pub fn of(config: &RunConfig, world: &World) -> Option<Self> {
         let (sensors, seed) = (&config.sensors, config.seed);
         let body_radius_m = config.robot.body_radius_m;
-        Self {
+        (!sensors.is_none()).then(|| Self {
             bumper: sensors.bumper.map(|bumper| Bumper::new(&bumper, body_radius_m)),
             imu: sensors.imu.map(|imu| Imu::new(&imu, config.dt_s, seed)),
             sonars: sensors.sonar.as_ref().map(|sonar| Sonars::new(sonar, world, seed)),
             doors: sensors.doors.map(|doors| DoorSensor::new(&doors, world, seed)),
             landmarks: sensors.landmarks.map(|sensor| LandmarkSensor::new(&sensor, world, seed)),
-        }
+        })
     }
 
     /// Back before the first tick, with another seed. Allocates nothing.
