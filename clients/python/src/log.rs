@@ -127,9 +127,12 @@ impl Columns {
         let (tick, readings) = (self.ticks as f64, readings.get());
         let mut row = |name, numbers: &[f64]| {
             let (width, rows) = self.readings.entry(name).or_default();
-            *width = 1 + numbers.len();
+            // A robot has as many sonars in every tick; a log that says otherwise was not
+            // written by a server, and its rows stay as wide as the first.
+            *width = if *width == 0 { 1 + numbers.len() } else { *width };
             rows.push(tick);
-            rows.extend_from_slice(numbers);
+            let missing = std::iter::repeat(f64::NAN);
+            rows.extend(numbers.iter().copied().chain(missing).take(*width - 1));
         };
         if let Some(sectors) = readings.bumper() {
             row("bumper", &[sectors.into()]);

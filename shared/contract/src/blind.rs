@@ -57,6 +57,8 @@ pub fn blind_header(
     config.script = ScriptConfig::Commands { file: None, list: Vec::new() };
     // Where the robot is put is a truth.
     config.kidnappings = Vec::new();
+    // No participant is told what moves in the world.
+    (config.walkers, config.crowd, config.events) = (Vec::new(), None, Vec::new());
     if !start_known {
         config.start = SE2::identity();
     }
@@ -83,6 +85,14 @@ mod tests {
         let mut scenario = Scenario { seed: 77, ..Scenario::default() };
         scenario.robot.radius_bias_right = 0.01;
         scenario.robot.track_bias = 0.02;
+        scenario.crowd = Some(crate::config::CrowdConfig::default());
+        scenario.events = vec![crate::config::Event::OpenDoor { tick: 3, door: 1 }];
+        scenario.walkers = vec![crate::config::WalkerConfig {
+            waypoints: vec![[1.5, 2.5]],
+            speed_m_s: 1.0,
+            radius_m: 0.25,
+            shape: crate::config::Shape::Disc,
+        }];
         scenario.kidnappings = vec![Kidnapping { tick: 5, to: SE2::new(2.5, 3.125, 0.1875) }];
         LogHeader::simulated("test", &scenario, rusty_geometry::places::apartment().spec().clone())
     }
@@ -114,6 +124,8 @@ mod tests {
         let blind = blind_header(&open, "0".repeat(32), 9, "sealer");
         assert_eq!(blind.seed(), None);
         assert_eq!(blind.config.seed, 0);
+        let moving = (&blind.config.walkers[..], blind.config.crowd, &blind.config.events[..]);
+        assert_eq!(moving, (&[][..], None, &[][..]));
         let robot = blind.config.robot;
         let hidden = (robot.slip_std, robot.radius_bias_right, robot.track_bias);
         assert_eq!(hidden, (0.0, 0.0, 0.0));

@@ -231,6 +231,11 @@ impl OwnedReadings {
     /// # Errors
     /// What is wrong.
     pub fn check(&self) -> Result<(), String> {
+        let fits = |n: Option<u8>, most: usize| usize::from(n.unwrap_or(0)) <= most;
+        let Present { sonars, doors, landmarks, .. } = self.present;
+        if !(fits(sonars, MAX_SONARS) && fits(doors, MAX_DOORS) && fits(landmarks, MAX_LANDMARKS)) {
+            return Err("a record counts more readings than a tick can have".to_owned());
+        }
         if self.numbers.len() != self.present.numbers() {
             let (n, wanted) = (self.numbers.len(), self.present.numbers());
             return Err(format!("a record holds {n} numbers for readings of {wanted}"));
@@ -322,5 +327,7 @@ mod tests {
             ..Present::default()
         };
         assert_eq!(present.numbers(), MAX_SONARS + MAX_DOORS + 3 * MAX_LANDMARKS);
+        let forged = OwnedReadings { present, numbers: vec![1.0; present.numbers()] };
+        assert!(forged.check().is_err());
     }
 }

@@ -159,7 +159,7 @@ impl Lidar {
         let per_rad = f64::from(fan.beams) / fan.fov_rad;
         let middle = (bearing_rad - fan.first_bearing_rad) * per_rad;
         let (half, turn) = (half_rad * per_rad, TAU * per_rad);
-        for turns in -2..=2 {
+        for turns in -2..=3 {
             let middle = middle + turn * f64::from(turns);
             if middle + half < 0.0 || middle - half > f64::from(fan.beams) {
                 continue;
@@ -268,7 +268,7 @@ mod tests {
     #[test]
     fn bodies_shorten_the_beams_that_meet_them_and_no_others() {
         let world = open();
-        for (fov_rad, first_bearing_rad) in [(TAU, -3.1), (TAU, 5.9), (4.1, -2.0), (1.0, -6.2)] {
+        for (fov_rad, first_bearing_rad) in [(TAU, -3.1), (TAU, 6.2), (4.1, -2.0), (1.0, -6.2)] {
             let beams = 331;
             let fan = LidarConfig { beams, fov_rad, first_bearing_rad, ..LidarConfig::default() };
             let mut lidar = Lidar::new(&LidarConfig { range_std_m: 0.0, ..fan });

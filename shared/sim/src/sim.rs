@@ -88,10 +88,15 @@ impl Sim {
     pub fn reconfigure(&mut self, config: RunConfig) -> Result<(), SimError> {
         config.check()?;
         self.config.check_change(&config)?;
-        check_places(&config, &self.world)?;
+        // Against the walls of the start, as where the run is simulated as a whole.
+        match self.next_event {
+            0 => check_places(&config, &self.world)?,
+            _ => check_places(&config, &World::new(config.world.clone())?)?,
+        }
         self.robot.reconfigure(&config.robot);
         self.lidar = Lidar::new(&config.lidar);
         self.sensors.iter_mut().for_each(|sensors| sensors.reseed(config.seed));
+        self.people.reseed(config.seed);
         // A command depends on tick and pose, not on commands before it.
         self.script = Script::new(&config.script, config.dt_s, config.start);
         self.slip_noise = TickNoise::slip(config.seed);
@@ -110,7 +115,9 @@ impl Sim {
 
     /// Back before the first tick, with another seed: the same as [`Sim::new`]
     /// with it, but what no seed has a part in (walls and their tree, beams,
-    /// script) stays and is not made again. Allocates nothing.
+    /// script) stays and is not made again. Allocates nothing where no event has
+    /// changed the walls. A crowd that finds no room with this seed, which
+    /// [`Sim::new`] refuses, begins where it drew last.
     pub fn restart(&mut self, seed: u64) {
         self.config.seed = seed;
         self.robot = Robot::new(&self.config.robot, self.config.start);

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use rusty_geometry::world_spec::MAX_NAME_CHARS;
-use rusty_geometry::{SE2, WorldSpec};
+use rusty_geometry::{Material, SE2, WallSpec, WorldSpec};
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -131,7 +131,19 @@ impl RunConfig {
         Event::check(&self.events)?;
         self.world.check().map_err(|e| {
             FieldError::new("world", &self.world.name, e.to_string(), "mend the world file")
-        })
+        })?;
+        for (i, event) in self.events.iter().enumerate() {
+            let (Event::OpenDoor { door, .. } | Event::CloseDoor { door, .. }) = event else {
+                continue;
+            };
+            let is_there = |wall: &WallSpec| wall.material == Material::Door(*door);
+            if !self.world.walls.iter().any(is_there) {
+                let problem = format!("is no door of the world {:?}", self.world.name);
+                let remedy = "take the number of a wall with material = \"Door(N)\"";
+                return Err(FieldError::new(format!("event[{i}].door"), door, problem, remedy));
+            }
+        }
+        Ok(())
     }
 }
 

@@ -8,8 +8,8 @@
 //! nearest wall by 10 m²/s²·exp(−r/0.2 m). What is not within 100° of the direction
 //! liked counts half (c = 0.5).
 //!
-//! Departures: attraction and fluctuations are left out, others farther than 3 m (where
-//! the force is below 10⁻³ m/s²) are not looked at, and distances are taken between
+//! Departures: attraction and fluctuations are left out, others with b > 3 m (where the
+//! force is below 10⁻³ m/s²) are not looked at, and distances are taken between
 //! rims and not centres where two bodies touch.
 
 use nalgebra::{Point2, Vector2};
@@ -25,7 +25,7 @@ const WALL: (f64, f64) = (10.0, 0.2);
 const FORESIGHT_S: f64 = 2.0;
 /// Cosine of half the angle of sight, 100°, and the weight of what is outside.
 const SIGHT: (f64, f64) = (-0.173_648_177_666_930_3, 0.5);
-/// Others farther than this are not looked at, m.
+/// Others whose ellipse is farther than this are not looked at, m.
 const FAR_M: f64 = 3.0;
 /// Distances below this count as this, m.
 const NEAR_M: f64 = 1e-3;
@@ -47,12 +47,14 @@ pub(super) fn drive(liked_m_s: Vector2<f64>, velocity_m_s: Vector2<f64>) -> Vect
 pub(super) fn away_from(at: Point2<f64>, liked: Vector2<f64>, other: &Other) -> Vector2<f64> {
     let apart = at - other.at;
     let square = apart.x * apart.x + apart.y * apart.y;
-    if square > FAR_M * FAR_M {
+    let step = other.velocity_m_s * FORESIGHT_S;
+    let step_m = length(&step);
+    // Farther, b is above FAR_M.
+    let far_m = FAR_M + step_m;
+    if square > far_m * far_m {
         return Vector2::zeros();
     }
-    let step = other.velocity_m_s * FORESIGHT_S;
     let after = apart - step;
-    let step_m = length(&step);
     let (d1, d2) = (length(&apart).max(NEAR_M), length(&after).max(NEAR_M));
     let sum = d1 + d2;
     let b = 0.5 * (sum * sum - step_m * step_m).max(4.0 * NEAR_M * NEAR_M).sqrt();
@@ -120,7 +122,7 @@ mod tests {
         let wall = away_from_wall(Point2::new(0.2, 0.0), Point2::origin());
         assert!((wall.x - 50.0 * trig::exp(-1.0)).abs() < 1e-12 && wall.y == 0.0);
         assert_eq!(drive(AHEAD * 1.34, Vector2::zeros()), AHEAD * 2.68);
-        let far = Other { at: Point2::new(3.1, 0.0), velocity_m_s: AHEAD };
+        let far = Other { at: Point2::new(5.1, 0.0), velocity_m_s: AHEAD };
         assert_eq!(away_from(Point2::origin(), AHEAD, &far), Vector2::zeros());
     }
 }

@@ -17,6 +17,9 @@ const SWING_M: f64 = 0.2;
 /// Way of a whole cycle of two steps, m.
 const STRIDE_M: f64 = 1.4;
 
+/// How far a leg reaches from the middle at most, m.
+pub(super) const REACH_M: f64 = 0.284;
+
 /// Where in the cycle a walker is, and where they are going.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gait {
@@ -35,6 +38,11 @@ impl Gait {
         let turn = std::f64::consts::TAU;
         self.phase_rad = (self.phase_rad + turn * speed_m_s * dt_s / STRIDE_M) % turn;
         self.swing = SWING_M * (speed_m_s / 1.0).min(1.0);
+    }
+
+    /// Stops, with both legs together.
+    pub fn stand(&mut self) {
+        self.swing = 0.0;
     }
 
     /// The left leg and the right one.

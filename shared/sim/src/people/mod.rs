@@ -116,6 +116,12 @@ impl People {
         homeless
     }
 
+    /// Goes on with the noise of another seed; where people are and where they go
+    /// stays until they choose their next goals.
+    pub fn reseed(&mut self, seed: u64) {
+        self.noise = PeopleNoise::new(seed);
+    }
+
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -131,7 +137,9 @@ impl People {
     fn add_to_crowd(&mut self, world: &World, robot: &SE2) -> bool {
         let (index, radius_m) = (self.people.len(), self.crowd.radius_m);
         let mut person = Person::new(Point2::origin(), 0.0, radius_m);
-        let z = self.noise.normal(index, &mut person.drawn);
+        // Walkers draw nothing: one more of them changes no number of the crowd.
+        let row = index - self.walkers.len();
+        let z = self.noise.normal(row, &mut person.drawn);
         person.likes_m_s = (self.crowd.speed_m_s + self.crowd.speed_std_m_s * z).max(0.0);
         let robot = Point2::from(robot.translation());
         let is_free = |people: &[Person], at: Point2<f64>| {
@@ -140,7 +148,7 @@ impl People {
                 && people.iter().all(|p| length(&(p.at - at)) > p.radius_m + radius_m)
         };
         let found = (0..TRIES).any(|_| {
-            person.at = self.noise.place(index, &mut person.drawn, world.bounds());
+            person.at = self.noise.place(row, &mut person.drawn, world.bounds());
             is_free(&self.people, person.at)
         });
         self.people.push(person);
@@ -150,9 +158,9 @@ impl People {
 
     /// A goal that one can walk to straight on, if one is found soon; else any.
     fn choose_goal(&mut self, index: usize, world: &World) {
-        let person = &mut self.people[index];
+        let (row, person) = (index - self.walkers.len(), &mut self.people[index]);
         for _ in 0..100 {
-            person.goal = self.noise.place(index, &mut person.drawn, world.bounds());
+            person.goal = self.noise.place(row, &mut person.drawn, world.bounds());
             let to = person.goal - person.at;
             let distance_m = length(&to);
             let clear = world.distance_to_nearest(person.goal) > person.radius_m + 0.2
@@ -234,32 +242,43 @@ impl People {
 
     /// A step with the velocity that there is, unless something is in the way.
     fn walk(&mut self, index: usize, world: &World, robot: &Disc) {
-        let (dt_s, is_walker) = (self.dt_s, index < self.walkers.len());
+        let (dt_s, is_walker, shape) = (self.dt_s, index < self.walkers.len(), self.shape(index));
         let person = &mut self.people[index];
-        let next = person.at + person.velocity_m_s * dt_s;
-        let least_m = robot.radius_m + person.radius_m + ROBOT_GAP_M;
-        let (now_m, then_m) = (length(&(person.at - robot.centre)), length(&(next - robot.centre)));
-        let meets_robot = then_m < least_m && then_m < now_m;
+        let way = person.velocity_m_s * dt_s;
+        let (next, way_m) = (person.at + way, length(&way));
         let pose = |at: Point2<f64>| SE2::new(at.x, at.y, 0.0);
-        person.clear_m -= length(&person.velocity_m_s) * dt_s;
+        let reach_m = match shape {
+            Shape::Disc => person.radius_m,
+            Shape::Legs => person.radius_m.max(gait::REACH_M),
+        };
+        let keep = Disc { radius_m: robot.radius_m + ROBOT_GAP_M, ..*robot };
+        let meets_robot = way.dot(&(robot.centre - person.at)) > 0.0
+            && keep.blocks(&pose(person.at), &pose(next), reach_m);
+        person.clear_m -= way_m;
         // Who is too near a wall may walk away from it.
         let meets_wall = !is_walker
             && person.clear_m <= 0.5 * person.radius_m
             && world.blocks(&pose(person.at), &pose(next), 0.5 * person.radius_m)
-            && world.distance_to_nearest(next) <= world.distance_to_nearest(person.at);
+            && (world.distance_to_nearest(next) <= world.distance_to_nearest(person.at)
+                || world.first_wall(person.at, way / way_m, way_m).is_some());
         if meets_robot || meets_wall {
             person.velocity_m_s = Vector2::zeros();
+            person.gait.stand();
             return;
         }
         person.gait.walk(&person.velocity_m_s, dt_s);
         person.at = next;
     }
 
+    fn shape(&self, index: usize) -> Shape {
+        self.walkers.get(index).map_or(self.crowd.shape, |walker| walker.shape)
+    }
+
     /// Puts the bodies where their people are.
     fn show(&mut self) {
         self.bodies.clear();
         for (index, person) in self.people.iter().enumerate() {
-            match self.walkers.get(index).map_or(self.crowd.shape, |walker| walker.shape) {
+            match self.shape(index) {
                 Shape::Disc => {
                     self.bodies.push(Disc { centre: person.at, radius_m: person.radius_m });
                 }

@@ -18,6 +18,8 @@
 //! within the cone, free ends and convex corners do not answer in the specular model, a
 //! range is not lengthened off the axis, and sonars do not hear each other.
 
+use core::cell::RefCell;
+
 use nalgebra::Point2;
 use rusty_contract::config::sensors::{SonarConfig, SonarModel};
 use rusty_contract::readings::MAX_SONARS;
@@ -60,7 +62,7 @@ impl Sonars {
     pub fn new(config: &SonarConfig, world: &World, seed: u64) -> Self {
         let corners = match config.model {
             SonarModel::Nearest => Vec::new(),
-            SonarModel::Specular => corners(world.walls()),
+            SonarModel::Specular => corners(world),
         };
         Self {
             half_aperture: trig::sin_cos(0.5 * config.aperture_rad),
@@ -126,15 +128,24 @@ impl Sonars {
                 seen.filter_map(|corner| visible(corner.at)).fold(wall, f64::min)
             }
         };
-        // A round body answers along the line to its middle, in both models.
-        let bodies = scene.bodies.iter().filter_map(|body| cone.nearest_of(body));
-        bodies.fold(squared.sqrt(), f64::min)
+        // A round mirror answers along the line to its middle, if nothing is before it.
+        let specular = self.config.model == SonarModel::Specular;
+        let echo_m = |body: &Disc| {
+            let echo_m = cone.nearest_of(body)?;
+            let to = body.centre - cone.apex;
+            let hears = !specular
+                || echo_m <= BEFORE_M
+                || (cone.holds(&body.centre)
+                    && !scene.hides(cone.apex, to / trig::hypot(to.x, to.y), echo_m - BEFORE_M));
+            hears.then_some(echo_m)
+        };
+        scene.bodies.iter().filter_map(echo_m).fold(squared.sqrt(), f64::min)
     }
 
     /// The walls are others from now on.
     pub fn walls_changed(&mut self, world: &World) {
         if self.config.model == SonarModel::Specular {
-            self.corners = corners(world.walls());
+            self.corners = corners(world);
         }
     }
 }
@@ -221,30 +232,33 @@ impl Corner {
 
 /// All places where an end of a wall meets another wall at a right angle. At an end
 /// that meets the middle of another wall there are two.
-fn corners(walls: &[Wall]) -> Vec<Corner> {
-    let mut found = Vec::new();
-    for (i, wall) in walls.iter().enumerate() {
+fn corners(world: &World) -> Vec<Corner> {
+    let found = RefCell::new(Vec::new());
+    for wall in world.walls() {
         for (end, other_end) in [(wall.a, wall.b), (wall.b, wall.a)] {
             let along = (other_end - end).normalize();
-            for (j, other) in walls.iter().enumerate() {
-                if i == j || other.distance(&end) > MEETS_M {
-                    continue;
+            // The search is asked for what it passes, not for what it finds.
+            let _ = world.least_squared(end, 4.0 * MEETS_M * MEETS_M, |other| {
+                if std::ptr::eq(wall, other) || other.distance(&end) > MEETS_M {
+                    return None;
                 }
                 for (far, near) in [(other.a, other.b), (other.b, other.a)] {
                     // Where two ends meet, the second wall finds this corner again.
                     let is_end = nalgebra::distance(&near, &end) <= MEETS_M;
-                    if nalgebra::distance(&far, &end) <= MEETS_M || (is_end && j < i) {
+                    let is_earlier = std::ptr::from_ref(other) < std::ptr::from_ref(wall);
+                    if nalgebra::distance(&far, &end) <= MEETS_M || (is_end && is_earlier) {
                         continue;
                     }
                     let other_along = (far - end).normalize();
                     if along.dot(&other_along).abs() <= RIGHT_ANGLE_COSINE {
-                        found.push(Corner { at: end, along: [along, other_along] });
+                        found.borrow_mut().push(Corner { at: end, along: [along, other_along] });
                     }
                 }
-            }
+                None
+            });
         }
     }
-    found
+    found.into_inner()
 }
 
 #[cfg(test)]

@@ -67,7 +67,7 @@ pub fn export(
 }
 
 /// The columns of the small sensors that a robot has, the last of a line: doors as
-/// `3;7`, landmarks as `id:range:bearing;…`.
+/// `3;7`, landmarks as `id:range:bearing;…`, `-` where nothing was seen.
 struct Sensing<'a>(&'a Sensors);
 
 impl Sensing<'_> {
@@ -104,19 +104,24 @@ impl Sensing<'_> {
             line += &number(ranges_m.get(k).copied());
         }
         if doors.is_some() {
-            let seen = readings.doors().unwrap_or_default().iter().map(f64::to_string);
-            line += &format!(",{}", seen.collect::<Vec<_>>().join(";"));
+            line += &list(readings.doors().map(|doors| doors.iter().map(f64::to_string)));
         }
         if landmarks.is_some() {
             let text = |seen: &LandmarkReading| {
                 let id = seen.id().map_or_else(|| "?".to_owned(), |id| id.to_string());
                 format!("{id}:{:?}:{:?}", seen.range_m, seen.bearing_rad)
             };
-            let seen = readings.landmarks().unwrap_or_default().iter().map(text);
-            line += &format!(",{}", seen.collect::<Vec<_>>().join(";"));
+            line += &list(readings.landmarks().map(|seen| seen.iter().map(text)));
         }
         line
     }
+}
+
+/// A cell: nothing where there is no reading, `-` where nothing was seen.
+fn list(seen: Option<impl Iterator<Item = String>>) -> String {
+    let Some(seen) = seen else { return ",".to_owned() };
+    let seen = seen.collect::<Vec<_>>().join(";");
+    if seen.is_empty() { ",-".to_owned() } else { format!(",{seen}") }
 }
 
 fn of_tick(record: &TickRecord, dt_s: f64) -> String {

@@ -87,6 +87,7 @@ fn a_corner_answers_from_between_its_walls_only() {
 #[test]
 fn an_end_on_the_middle_of_a_wall_makes_two_corners() {
     let wall = |a, b| Wall { a: Point2::from(a), b: Point2::from(b), material: Material::Wall };
+    let corners = |walls: &[Wall]| corners(&room().with_walls(walls.to_vec()));
     let through = wall([0.0, 0.0], [4.0, 0.0]);
     let stem = wall([2.0, 0.0], [2.0, 1.0]);
     let found = corners(&[through, stem]);
@@ -108,6 +109,26 @@ fn what_stands_before_an_echo_hides_it() {
     assert_eq!(hidden, 10.7);
     let heard = sonar(SonarModel::Nearest, 0.1, &world).exact_m(&world, &down);
     assert!((heard - 0.5).abs() < 0.06, "{heard}");
+}
+
+#[test]
+fn a_mirror_hears_no_one_behind_a_wall_or_off_its_axis() {
+    let mut spec = room().spec().clone();
+    spec.walls.push(WallSpec { a: [1.9, 0.6], b: [2.1, 0.4], material: Material::Wall });
+    let screened = World::new(spec).unwrap();
+    let down = SE2::new(2.0, 1.0, -std::f64::consts::FRAC_PI_2);
+    let person = |x: f64| [Disc { centre: Point2::new(x, 0.3), radius_m: 0.1 }];
+    let heard_m = |model, world: &World, x| {
+        let sonar = sonar(model, 0.2, world);
+        sonar.exact_m(Scene { world, bodies: &person(x) }, &down)
+    };
+    let open = room();
+    assert!((heard_m(SonarModel::Specular, &open, 2.0) - 0.6).abs() < 1e-12);
+    assert_eq!(heard_m(SonarModel::Specular, &screened, 2.0), 10.7);
+    // With its middle beside the cone, a rim is in it: a mirror hears the wall behind.
+    assert!((heard_m(SonarModel::Specular, &open, 2.15) - 1.0).abs() < 1e-12);
+    let rim_m = heard_m(SonarModel::Nearest, &open, 2.15);
+    assert!((0.6..0.8).contains(&rim_m), "{rim_m}");
 }
 
 #[test]
