@@ -49,22 +49,22 @@ fn a_field_that_cannot_be_used_is_named_with_its_value_in_a_file() {
 #[test]
 fn a_field_that_cannot_be_used_is_named_with_its_value_on_the_command_line() {
     for (change, words) in [
-        ("robot.slip_std=nan", "robot.slip_std = NaN: is not a number"),
+        ("robot.slip_std=nan", "robot.slip_std=nan: is NaN or infinite"),
         ("robot.slip_std=-0.1", "robot.slip_std = -0.1: is out of range"),
         ("robot.ticks_per_rev=0", "robot.ticks_per_rev = 0: is out of range"),
         ("lidar.beams=5000", "lidar.beams = 5000: is out of range; use a whole number from 1"),
         ("lidar.beams=-1", "--set lidar.beams=-1: "),
-        ("lidar.range_max_m=inf", "lidar.range_max_m = inf: is out of range"),
+        ("lidar.range_max_m=inf", "lidar.range_max_m=inf: is NaN or infinite"),
         ("dt_s=0", "dt_s = 0: is out of range"),
         ("ticks=0", "ticks = 0: is out of range"),
         ("ticks=1e18", "expected u64"),
         ("seed=-1", "--set seed=-1: "),
         ("start.x_m=1e300", "is out of range"),
-        ("start.theta_rad=nan", "start.theta_rad = NaN: is not a number"),
+        ("start.theta_rad=nan", "start.theta_rad=nan: is NaN or infinite"),
         ("start.x_m=0.0", "start = (0, 4.5) m in world \"apartment\": the body"),
         ("start.x_m=200.0", "start = (200, 4.5) m: lies outside the world \"apartment\""),
         ("answer_timeout_s=-1", "answer_timeout_s = -1: is out of range"),
-        ("script.leg_s=nan", "script.leg_s = NaN: is not a number"),
+        ("script.leg_s=nan", "script.leg_s=nan: is NaN or infinite"),
         ("script.kind=waltz", "unknown variant `waltz`"),
         ("on_loss=maybe", "unknown variant `maybe`"),
         ("lidar.beems=3", "unknown field `beems`"),
@@ -159,7 +159,7 @@ fn a_client_that_does_not_fit_is_told_why() {
     strange.says(words);
     for (mode, words) in [
         ("wrong-layout", "the client was built for layout "),
-        ("wrong-protocol", "the client speaks protocol 2, the server 1; build both"),
+        ("wrong-protocol", "the client speaks protocol 3, the server 2; build both"),
     ] {
         let args = ["--name", "dead-reckoning", "--mode", mode];
         let client = live.join("probe-client", &args).wait().expect(1);
@@ -193,7 +193,7 @@ fn the_second_of_a_name_is_refused_and_the_first_stays() {
 
 #[test]
 fn a_required_participant_that_is_refused_ends_the_run_in_its_words() {
-    for (mode, words) in [("wrong-layout", "built for layout"), ("wrong-protocol", "protocol 2")] {
+    for (mode, words) in [("wrong-layout", "built for layout"), ("wrong-protocol", "protocol 3")] {
         let after = with_probe("refused", mode, &[&["--ticks", "50"]]).ends_with(1);
         after.lost("dead-reckoning", "dead", "exited with code 1; it printed:\n    probe: refused");
         let detail = text(&after.report["losses"][0], "detail");

@@ -103,7 +103,7 @@ const FAULTS: [(&str, &[&str], &str); 13] = [
     ("", &[], ""),
     ("covariance", &[], ""),
     ("wrong-name", &["joins"], "told was \"client\""),
-    ("wrong-protocol", &["joins"], "protocol 2, known is 1"),
+    ("wrong-protocol", &["joins"], "protocol 3, known is 2"),
     ("wrong-digest", &["answers-every-tick"], "the frame has"),
     ("double", &["answers-every-tick"], "more than one per tick, first to tick 10"),
     ("nan-estimate", &["numbers-are-finite"], "x_m is NaN"),
