@@ -4,7 +4,7 @@
 //! goals drawn from the seed. The LiDAR sees them, the robot is stopped by them, and a
 //! person who would touch the robot waits.
 //!
-//! The forces are computed once in [`DECIDE_S`] of simulated time, in between each
+//! The forces are computed once in 0.1 s of simulated time, in between each
 //! person keeps their velocity. Every draw is a function of seed, person and count, so
 //! a person more changes no number that another draws.
 
