@@ -1,10 +1,9 @@
-//! A disc: a person, a leg, a post; what a robot and its beams meet besides walls.
+//! A disc: a person, a leg, a post; what a robot and its beams meet next to walls.
 
 use nalgebra::{Point2, Vector2};
 
 use crate::motion_arc::MotionArc;
 use crate::se2::SE2;
-use crate::wall::Wall;
 
 /// A solid disc in the world frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,13 +45,6 @@ impl Disc {
             return false;
         }
         MotionArc::between(from, to).distance_to_point(&self.centre) < reach_m
-    }
-
-    /// The smallest distance between the rims of this disc and a wall, m; negative
-    /// where they overlap.
-    #[must_use]
-    pub fn clearance_m(&self, wall: &Wall) -> f64 {
-        wall.distance(&self.centre) - self.radius_m
     }
 }
 

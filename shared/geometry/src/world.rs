@@ -177,6 +177,21 @@ impl World {
         self.tree.least_by(&self.walls, &point, most, |index| measure(&self.walls[index]))
     }
 
+    /// Calls `visit` with index and wall of every wall whose box, larger by a small
+    /// margin, comes within `reach_m` of `point` along both axes. The order is that of
+    /// the tree.
+    pub fn visit_near(
+        &self,
+        point: Point2<f64>,
+        reach_m: f64,
+        mut visit: impl FnMut(usize, &Wall),
+    ) {
+        let _ = self.tree.any_near(&point, reach_m, |index| {
+            visit(index, &self.walls[index]);
+            false
+        });
+    }
+
     /// The search tree, for the other queries of this crate.
     pub(crate) fn tree(&self) -> &WallTree {
         &self.tree

@@ -6,7 +6,7 @@
 use nalgebra::{Point2, Vector2};
 use rusty_geometry::{Disc, trig};
 
-use super::{force::length, towards};
+use super::force::length;
 
 /// Radius of a leg, m.
 const LEG_M: f64 = 0.06;
@@ -47,7 +47,8 @@ impl Gait {
 
     /// The left leg and the right one.
     pub fn legs(&self, at: Point2<f64>) -> [Disc; 2] {
-        let ahead = towards(self.bearing_rad);
+        let (s, c) = trig::sin_cos(self.bearing_rad);
+        let ahead = Vector2::new(c, s);
         let left = Vector2::new(-ahead.y, ahead.x);
         let swing = ahead * (self.swing * trig::sin(self.phase_rad));
         [

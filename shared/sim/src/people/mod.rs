@@ -16,7 +16,7 @@ use core::cell::Cell;
 use nalgebra::{Point2, Vector2};
 use rusty_contract::config::{CrowdConfig, FieldError, Shape, WalkerConfig};
 use rusty_contract::{RunConfig, config::MAX_PEOPLE};
-use rusty_geometry::{Disc, SE2, World, trig};
+use rusty_geometry::{Disc, SE2, World};
 
 use self::force::{Other, away_from, away_from_wall, drive, length};
 use self::gait::Gait;
@@ -99,7 +99,7 @@ impl People {
     }
 
     /// Back before the first tick, with another seed. Returns how many of the crowd
-    /// found no room of theirs; they start where they drew last.
+    /// found no room; they start where they drew last.
     pub fn restart(&mut self, seed: u64, world: &World, robot: &SE2) -> usize {
         self.noise = PeopleNoise::new(seed);
         self.people.clear();
@@ -122,7 +122,7 @@ impl People {
         self.noise = PeopleNoise::new(seed);
     }
 
-    /// Whether there are none.
+    /// Whether the run has no people.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.people.is_empty()
@@ -317,12 +317,6 @@ fn nearest_point(world: &World, at: Point2<f64>) -> Option<Point2<f64>> {
         Some(square)
     });
     nearest.get().1
-}
-
-/// A bearing as the direction of a unit vector.
-fn towards(bearing_rad: f64) -> Vector2<f64> {
-    let (s, c) = trig::sin_cos(bearing_rad);
-    Vector2::new(c, s)
 }
 
 #[cfg(test)]

@@ -6,8 +6,6 @@
 //! Departures from a real one: the switch closes at the first touch, with no force,
 //! and opens in the first tick in which nothing is in the way.
 
-use core::cell::Cell;
-
 use nalgebra::Point2;
 use rusty_contract::config::sensors::BumperConfig;
 use rusty_geometry::{SE2, trig};
@@ -55,27 +53,25 @@ impl Bumper {
             }
         }
         let contact = pose.boxplus(&(way * blocked));
-        let sectors = Cell::new(0);
+        let mut sectors = 0;
         let reach_m = self.body_radius_m + TOUCH_M;
         let centre = Point2::from(contact.translation());
-        // The search is asked for what it passes, not for what it finds.
-        let _ = scene.world.least_squared(centre, reach_m * reach_m, |wall| {
+        scene.world.visit_near(centre, reach_m, |_, wall| {
             if wall.distance_squared(&centre) < reach_m * reach_m {
                 let at = contact.inverse().transform_point(&wall.nearest(&centre));
-                sectors.set(sectors.get() | self.sector(trig::atan2(at.y, at.x)));
+                sectors |= self.sector(trig::atan2(at.y, at.x));
             }
-            None
         });
         for body in scene.bodies {
             let at = contact.inverse().transform_point(&body.centre);
             if trig::hypot(at.x, at.y) < reach_m + body.radius_m {
-                sectors.set(sectors.get() | self.sector(trig::atan2(at.y, at.x)));
+                sectors |= self.sector(trig::atan2(at.y, at.x));
             }
         }
-        sectors.get()
+        sectors
     }
 
-    /// The bit of the sector at a bearing in the body frame; 0 where there is none.
+    /// The bit of the sector at a bearing in the body frame; 0 outside of them.
     fn sector(&self, bearing_rad: f64) -> u16 {
         let BumperConfig { sectors, first_bearing_rad, fov_rad } = self.config;
         let turn = std::f64::consts::TAU;

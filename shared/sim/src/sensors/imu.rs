@@ -55,21 +55,6 @@ impl Axis {
     }
 }
 
-/// The noise of the IMU of a seed.
-#[derive(Clone, Debug)]
-pub struct ImuNoise {
-    ticks: TickNoise,
-    start: TickNoise,
-}
-
-impl ImuNoise {
-    /// The noise of `seed`.
-    #[must_use]
-    pub fn new(seed: u64) -> Self {
-        Self { ticks: TickNoise::imu(seed), start: TickNoise::imu_start(seed) }
-    }
-}
-
 /// An inertial measurement unit and its biases.
 #[derive(Clone, Debug)]
 pub struct Imu {
@@ -78,7 +63,7 @@ pub struct Imu {
     dt_s: f64,
     /// Speed ahead in the tick before, m/s.
     speed_m_s: f64,
-    noise: ImuNoise,
+    noise: TickNoise,
 }
 
 impl Imu {
@@ -103,7 +88,7 @@ impl Imu {
             dt_s,
         );
         let axes = [gyro, accel, accel];
-        let mut imu = Self { axes, dt_s, speed_m_s: 0.0, noise: ImuNoise::new(seed) };
+        let mut imu = Self { axes, dt_s, speed_m_s: 0.0, noise: TickNoise::imu(seed) };
         imu.restart(seed);
         imu
     }
@@ -112,7 +97,7 @@ impl Imu {
     pub fn restart(&mut self, seed: u64) {
         self.reseed(seed);
         self.speed_m_s = 0.0;
-        let z = self.noise.start.normals::<3>(0);
+        let z = TickNoise::imu_start(seed).normals::<3>(0);
         for (axis, z) in self.axes.iter_mut().zip(z) {
             axis.bias = axis.turn_on_std * z;
         }
@@ -120,7 +105,7 @@ impl Imu {
 
     /// Goes on with the noise of another seed; the biases stay as they are.
     pub fn reseed(&mut self, seed: u64) {
-        self.noise = ImuNoise::new(seed);
+        self.noise = TickNoise::imu(seed);
     }
 
     /// What the unit says of the motion of tick `tick`. To be called in every tick,
@@ -134,7 +119,7 @@ impl Imu {
         let ahead_m_s2 = (speed_m_s - self.speed_m_s) / self.dt_s;
         self.speed_m_s = speed_m_s;
         let exact = [yaw_rate_rad_s, ahead_m_s2, speed_m_s * yaw_rate_rad_s];
-        let z = self.noise.ticks.normals::<6>(tick);
+        let z = self.noise.normals::<6>(tick);
         let mut measured = [0.0; 3];
         for (i, axis) in self.axes.iter_mut().enumerate() {
             measured[i] = axis.measured(exact[i], z[2 * i], z[2 * i + 1]);

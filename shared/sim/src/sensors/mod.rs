@@ -16,7 +16,7 @@ use rusty_geometry::{SE2, World};
 
 pub use bumper::Bumper;
 pub use doors::DoorSensor;
-pub use imu::{Imu, ImuNoise};
+pub use imu::Imu;
 pub use landmarks::LandmarkSensor;
 pub use sonar::Sonars;
 

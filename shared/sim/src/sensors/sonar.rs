@@ -18,8 +18,6 @@
 //! within the cone, free ends and convex corners do not answer in the specular model, a
 //! range is not lengthened off the axis, and sonars do not hear each other.
 
-use core::cell::RefCell;
-
 use nalgebra::Point2;
 use rusty_contract::config::sensors::{SonarConfig, SonarModel};
 use rusty_contract::readings::MAX_SONARS;
@@ -233,32 +231,29 @@ impl Corner {
 /// All places where an end of a wall meets another wall at a right angle. At an end
 /// that meets the middle of another wall there are two.
 fn corners(world: &World) -> Vec<Corner> {
-    let found = RefCell::new(Vec::new());
-    for wall in world.walls() {
+    let mut found = Vec::new();
+    for (i, wall) in world.walls().iter().enumerate() {
         for (end, other_end) in [(wall.a, wall.b), (wall.b, wall.a)] {
             let along = (other_end - end).normalize();
-            // The search is asked for what it passes, not for what it finds.
-            let _ = world.least_squared(end, 4.0 * MEETS_M * MEETS_M, |other| {
-                if std::ptr::eq(wall, other) || other.distance(&end) > MEETS_M {
-                    return None;
+            world.visit_near(end, MEETS_M, |j, other| {
+                if i == j || other.distance(&end) > MEETS_M {
+                    return;
                 }
                 for (far, near) in [(other.a, other.b), (other.b, other.a)] {
                     // Where two ends meet, the second wall finds this corner again.
                     let is_end = nalgebra::distance(&near, &end) <= MEETS_M;
-                    let is_earlier = std::ptr::from_ref(other) < std::ptr::from_ref(wall);
-                    if nalgebra::distance(&far, &end) <= MEETS_M || (is_end && is_earlier) {
+                    if nalgebra::distance(&far, &end) <= MEETS_M || (is_end && j < i) {
                         continue;
                     }
                     let other_along = (far - end).normalize();
                     if along.dot(&other_along).abs() <= RIGHT_ANGLE_COSINE {
-                        found.borrow_mut().push(Corner { at: end, along: [along, other_along] });
+                        found.push(Corner { at: end, along: [along, other_along] });
                     }
                 }
-                None
             });
         }
     }
-    found.into_inner()
+    found
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ pub struct Sensors {
 }
 
 impl Sensors {
-    /// Whether there is none.
+    /// Whether the robot has no small sensor.
     #[must_use]
     pub fn is_none(&self) -> bool {
         *self == Self::default()

@@ -125,7 +125,7 @@ fn a_mirror_hears_no_one_behind_a_wall_or_off_its_axis() {
     let open = room();
     assert!((heard_m(SonarModel::Specular, &open, 2.0) - 0.6).abs() < 1e-12);
     assert_eq!(heard_m(SonarModel::Specular, &screened, 2.0), 10.7);
-    // With its middle beside the cone, a rim is in it: a mirror hears the wall behind.
+    // With its middle outside the cone, a rim is in it: a mirror hears the wall behind.
     assert!((heard_m(SonarModel::Specular, &open, 2.15) - 1.0).abs() < 1e-12);
     let rim_m = heard_m(SonarModel::Nearest, &open, 2.15);
     assert!((0.6..0.8).contains(&rim_m), "{rim_m}");
