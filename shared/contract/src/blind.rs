@@ -58,6 +58,7 @@ pub fn blind_header(
     // Where the robot is put is a truth.
     config.kidnappings = Vec::new();
     // No participant is told what moves in the world.
+    config.fleet = None;
     (config.walkers, config.crowd, config.events) = (Vec::new(), None, Vec::new());
     if !start_known {
         config.start = SE2::identity();

@@ -2,11 +2,15 @@
 
 use thiserror::Error;
 
+use crate::config::FieldError;
+
 /// Longest name of a run. The transport puts it into socket paths, which the
 /// kernel cuts at 108 bytes.
 pub const MAX_RUN_NAME: usize = 24;
 /// Longest name of a participant.
 pub const MAX_PARTICIPANT_NAME: usize = 32;
+/// Longest name of a robot: it is the end of the name of a run.
+pub const MAX_ROBOT_NAME: usize = 8;
 
 /// The name of a run: 1 to 24 of `a-z A-Z 0-9 - _`, not starting with `-`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -62,6 +66,26 @@ impl std::str::FromStr for RunName {
 /// [`NameError`] says what is wrong with it.
 pub fn check_participant_name(name: &str) -> Result<(), NameError> {
     check("participant", name, MAX_PARTICIPANT_NAME)
+}
+
+/// Checks the name of a robot: 1 to 8 of the same characters.
+///
+/// # Errors
+/// [`NameError`] says what is wrong with it.
+pub fn check_robot_name(name: &str) -> Result<(), NameError> {
+    check("robot", name, MAX_ROBOT_NAME)
+}
+
+impl NameError {
+    /// The same as an error about `field`.
+    #[must_use]
+    pub(crate) fn field_error(&self, field: &str) -> FieldError {
+        let remedy = format!(
+            "use 1 to {} letters, digits, '-' or '_', starting with a letter or digit",
+            self.max
+        );
+        FieldError::new(field, format!("{:?}", self.name), self.problem, remedy)
+    }
 }
 
 fn check(what: &'static str, name: &str, max: usize) -> Result<(), NameError> {

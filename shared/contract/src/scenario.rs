@@ -1,5 +1,8 @@
 //! The file a person writes: a run, and who takes part with which rights.
 
+mod participant;
+mod robots;
+
 use std::collections::BTreeSet;
 
 use rusty_geometry::{SE2, WorldSpec};
@@ -9,12 +12,15 @@ use thiserror::Error;
 use crate::config::{
     CrowdConfig, Event, Sensors, WalkerConfig, at_least, check_times_and_start, seconds,
 };
-use crate::config::{FieldError, Kidnapping, LidarConfig, RobotConfig, RunConfig, ScriptConfig};
+use crate::config::{
+    FieldError, Fleet, Kidnapping, LidarConfig, OtherRobot, RunConfig, ScriptConfig,
+};
 use crate::names::{NameError, check_participant_name};
-use crate::sandbox::Sandbox;
-use crate::suggest::for_message;
+use crate::suggest::{did_you_mean, for_message};
 use crate::tally::MAX_PARTICIPANTS;
-use crate::timing::ComputeTime;
+
+pub use self::participant::{Access, Participant, Role};
+pub use self::robots::{RobotEntry, Robots, RobotsOwn};
 
 /// A scenario file (TOML). Every field has a default; an empty file is the
 /// Apartment patrol with dead reckoning, scorer and logger.
@@ -44,8 +50,8 @@ pub struct Scenario {
     pub answer_timeout_s: f64,
     /// How long the server waits for all to join, s.
     pub join_timeout_s: f64,
-    /// The robot.
-    pub robot: RobotConfig,
+    /// The robot, or the robots.
+    pub robot: Robots,
     /// The LiDAR.
     pub lidar: LidarConfig,
     /// The small sensors.
@@ -85,141 +91,6 @@ pub enum OnLoss {
     Restart,
 }
 
-/// What a participant may know and do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Role {
-    /// Answers with estimates.
-    Estimator,
-    /// An estimator whose command moves the robot.
-    Driver,
-    /// Holds the key; compares.
-    Scorer,
-    /// Holds the key; writes the log.
-    Logger,
-    /// Observes; is never waited for and may miss frames.
-    Observer,
-}
-
-impl Role {
-    /// Whether its answers are part of the run (and of the digest).
-    #[must_use]
-    pub fn answers(self) -> bool {
-        matches!(self, Self::Estimator | Self::Driver)
-    }
-
-    /// Whether it receives the key to the truth.
-    #[must_use]
-    pub fn holds_key(self) -> bool {
-        matches!(self, Self::Scorer | Self::Logger)
-    }
-
-    /// The word used in files and messages.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Estimator => "estimator",
-            Self::Driver => "driver",
-            Self::Scorer => "scorer",
-            Self::Logger => "logger",
-            Self::Observer => "observer",
-        }
-    }
-}
-
-impl std::fmt::Display for Role {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.word())
-    }
-}
-
-/// Whether a participant is told something.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Access {
-    /// It is told when it joins.
-    #[default]
-    Given,
-    /// It has to find out.
-    Hidden,
-}
-
-/// One participant of a scenario.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Participant {
-    /// Its name in roster, table and log; unique in the run.
-    pub name: String,
-    /// Its role.
-    #[serde(default = "estimator")]
-    pub role: Role,
-    /// Program and arguments. In an argument, `{out}` stands for the run's folder
-    /// (with a `sandbox`: a separate folder in it). `launch` appends `--run`,
-    /// `--name`, `--wait`, `--launcher` and `--key-stdin`. A bare program name is
-    /// searched next to the server, then on the path. Empty: started by hand.
-    #[serde(default)]
-    pub command: Vec<String>,
-    /// Whether the run waits for it. If not, it observes only, and
-    /// its answers are no part of the run.
-    #[serde(default = "yes")]
-    pub required: bool,
-    /// Whether it receives the walls.
-    #[serde(default)]
-    pub map: Access,
-    /// Whether it is told where the robot starts.
-    #[serde(default)]
-    pub initial_pose: Access,
-    /// Whether the kernel confines it, if the server starts it.
-    #[serde(default, skip_serializing_if = "Sandbox::is_none")]
-    pub sandbox: Sandbox,
-    /// Files and folders that it may read although it is confined: its model,
-    /// its parameters, an interpreter's packages. In a scenario relative to the
-    /// scenario's folder.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub files: Vec<String>,
-    /// How long it is modelled to take for an answer, in simulated time.
-    #[serde(default, skip_serializing_if = "ComputeTime::is_none")]
-    pub compute: ComputeTime,
-}
-
-fn estimator() -> Role {
-    Role::Estimator
-}
-fn yes() -> bool {
-    true
-}
-
-impl Participant {
-    /// A required participant with the usual rights, started as
-    /// `<name> --run …`.
-    #[must_use]
-    pub fn new(name: &str, role: Role) -> Self {
-        Self {
-            name: name.to_owned(),
-            role,
-            command: vec![name.to_owned()],
-            required: true,
-            map: Access::Given,
-            initial_pose: Access::Given,
-            sandbox: Sandbox::None,
-            files: Vec::new(),
-            compute: ComputeTime::default(),
-        }
-    }
-
-    /// Whether its answers are part of the run and of the digest.
-    #[must_use]
-    pub fn answers(&self) -> bool {
-        self.required && self.role.answers()
-    }
-
-    /// Whether the server waits for its answers.
-    #[must_use]
-    pub fn is_awaited(&self) -> bool {
-        self.required && self.role != Role::Observer
-    }
-}
-
 impl Default for Scenario {
     fn default() -> Self {
         Self {
@@ -234,7 +105,7 @@ impl Default for Scenario {
             on_loss: OnLoss::Abort,
             answer_timeout_s: 10.0,
             join_timeout_s: 20.0,
-            robot: RobotConfig::default(),
+            robot: Robots::default(),
             lidar: LidarConfig::default(),
             sensors: Sensors::default(),
             script: ScriptConfig::default(),
@@ -282,17 +153,25 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// Returns the configuration of the run in a world. A script's file is not read.
+    /// Returns the configuration of the run in a world: of the first robot's, where there
+    /// are several. A script's file is not read.
     #[must_use]
     pub fn config(&self, world: WorldSpec) -> RunConfig {
-        RunConfig {
+        self.config_of(0, world)
+    }
+
+    /// Returns the configuration of the run of one robot of several; 0 is the only place
+    /// where there is one.
+    #[must_use]
+    pub fn config_of(&self, place: usize, world: WorldSpec) -> RunConfig {
+        let config = RunConfig {
             scenario: self.name.clone(),
             seed: self.seed,
             ticks: self.ticks,
             dt_s: self.dt_s,
             scan_every: self.scan_every,
             start: self.start,
-            robot: self.robot,
+            robot: *self.robot,
             lidar: self.lidar,
             sensors: self.sensors.clone(),
             script: self.script.clone(),
@@ -301,7 +180,36 @@ impl Scenario {
             walkers: self.walkers.clone(),
             crowd: self.crowd,
             events: self.events.clone(),
+            fleet: None,
+        };
+        let Some(entry) = self.robot.entries().get(place) else { return config };
+        let OtherRobot { name, start, robot, script, kidnappings } = self.other(entry);
+        let others = self.robot.entries().iter().enumerate();
+        let others = others.filter(|(i, _)| *i != place).map(|(_, entry)| self.other(entry));
+        let fleet = Some(Box::new(Fleet { name, place, others: others.collect() }));
+        let sensors = entry.own.sensors.clone().unwrap_or(config.sensors);
+        let lidar = entry.own.lidar.unwrap_or(self.lidar);
+        RunConfig { start, robot, script, kidnappings, lidar, sensors, fleet, ..config }
+    }
+
+    /// How one robot of several moves.
+    fn other(&self, entry: &RobotEntry) -> OtherRobot {
+        let RobotsOwn { start, script, kidnappings, .. } = entry.own.clone();
+        OtherRobot {
+            name: entry.name.clone(),
+            start: start.unwrap_or(self.start),
+            robot: entry.robot,
+            script: script.unwrap_or_else(|| self.script.clone()),
+            kidnappings: kidnappings.unwrap_or_else(|| self.kidnappings.clone()),
         }
+    }
+
+    /// Who takes part for one robot of several, in roster order; all where there is one.
+    #[must_use]
+    pub fn roster_of(&self, place: usize) -> Vec<Participant> {
+        let own = self.robot.entries().get(place).map(|entry| &entry.name);
+        let takes_part = |p: &&Participant| p.robot.is_none() || p.robot.as_ref() == own;
+        self.participants.iter().filter(takes_part).cloned().collect()
     }
 
     /// Checks every field but the files it names.
@@ -355,7 +263,7 @@ impl Scenario {
                 let remedy = "leave it out, or give it to an estimator or driver";
                 return Err(FieldError::new(field, p.role, problem, remedy).into());
             }
-            if !names.insert(&p.name) {
+            if !names.insert((&p.robot, &p.name)) {
                 let field = format!("participant[{i}].name");
                 let remedy = "give every participant a name of its own";
                 return Err(FieldError::new(field, &p.name, "is there twice", remedy).into());
@@ -365,19 +273,61 @@ impl Scenario {
     }
 
     fn check_participants(&self) -> Result<(), ScenarioError> {
-        Self::check_roster(&self.participants)?;
-        let drivers = self.participants.iter().filter(|p| p.role == Role::Driver).count();
-        let wanted = usize::from(matches!(self.script, ScriptConfig::Driver {}));
-        if drivers != wanted {
-            let (problem, remedy) = if wanted == 1 {
-                ("must be 1 with script kind \"driver\"", "give one participant role = \"driver\"")
-            } else {
-                ("must be 0 with this script", "set [script] kind = \"driver\", or another role")
+        let entries = self.robot.entries();
+        for (i, p) in self.participants.iter().enumerate() {
+            let Some(robot) = &p.robot else { continue };
+            if entries.iter().all(|entry| entry.name != *robot) {
+                let names = entries.iter().map(|entry| entry.name.as_str());
+                let hint = did_you_mean(robot, names.clone());
+                let names: Vec<&str> = names.collect();
+                let remedy = match names.is_empty() {
+                    true => {
+                        "leave it out: the scenario has one robot, which needs no name".to_owned()
+                    }
+                    false => format!("use one of: {}{hint}", names.join(", ")),
+                };
+                let field = format!("participant[{i}].robot");
+                return Err(FieldError::new(field, robot, "is no robot", remedy).into());
+            }
+        }
+        for place in 0..entries.len().max(1) {
+            let roster = self.roster_of(place);
+            Self::check_roster(&roster)?;
+            let script = entries.get(place).and_then(|entry| entry.own.script.as_ref());
+            check_drivers(&roster, script.unwrap_or(&self.script), entries.get(place))?;
+        }
+        // Names, starts and scripts of several, with what the scenario lends them.
+        if !entries.is_empty() {
+            let nowhere = WorldSpec {
+                name: "none".to_owned(),
+                bounds: [-1e6, -1e6, 1e6, 1e6],
+                walls: Vec::new(),
+                landmarks: Vec::new(),
             };
-            return Err(FieldError::new("drivers", drivers, problem, remedy).into());
+            self.config(nowhere).check_fleet()?;
         }
         Ok(())
     }
+}
+
+/// Checks that a robot has a driver if, and only if, its script is that of one.
+fn check_drivers(
+    roster: &[Participant],
+    script: &ScriptConfig,
+    robot: Option<&RobotEntry>,
+) -> Result<(), FieldError> {
+    let drivers = roster.iter().filter(|p| p.role == Role::Driver).count();
+    let wanted = usize::from(matches!(script, ScriptConfig::Driver {}));
+    if drivers == wanted {
+        return Ok(());
+    }
+    let (problem, remedy) = if wanted == 1 {
+        ("must be 1 with script kind \"driver\"", "give one participant role = \"driver\"")
+    } else {
+        ("must be 0 with this script", "set [script] kind = \"driver\", or another role")
+    };
+    let field = robot.map_or("drivers".to_owned(), |robot| format!("drivers of {}", robot.name));
+    Err(FieldError::new(field, drivers, problem, remedy))
 }
 
 /// Returns the parser's error about a scenario's text, with a suggestion. A table

@@ -14,6 +14,7 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{AllocationStrategy, Node};
 use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
+use rustix::event::PollFd;
 use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally, TruthKey};
 
 use crate::control::ControlCall;
@@ -366,6 +367,25 @@ impl ServerLink {
         self.waiter.block(&mut fds, at_most);
         services::drain(&self.woken);
         true
+    }
+
+    /// Gives the others time if its awake time lasts; says whether it does.
+    #[must_use]
+    pub fn yielded(&self) -> bool {
+        self.waiter.yielded()
+    }
+
+    /// Blocks for several runs of one process until one of them is woken, a process of
+    /// `peers` ends, or a slice or `at_most` is over.
+    pub fn block_all(links: &mut [&mut Self], peers: &[&Peer], at_most: Duration) {
+        let Some(mut waiter) = links.first().map(|link| link.waiter.clone()) else { return };
+        let woken = links.iter().map(|link| readable(services::listener_fd(&link.woken)));
+        let mut fds: Vec<PollFd<'_>> = woken.collect();
+        fds.extend(peers.iter().filter_map(|peer| peer.fd()).map(readable));
+        waiter.block(&mut fds, at_most);
+        drop(fds);
+        links.iter().for_each(|link| services::drain(&link.woken));
+        links[0].waiter = waiter;
     }
 }
 

@@ -77,6 +77,7 @@ pub(crate) fn may_sleep(now_ns: u64, since_ns: u64, awake_ns: u64) -> bool {
 }
 
 /// One wait: yields first, then blocks in growing slices.
+#[derive(Clone)]
 pub(crate) struct Waiter {
     awake_until_ns: u64,
     slice: Duration,

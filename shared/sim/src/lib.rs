@@ -42,6 +42,7 @@
 //!     walkers: Vec::new(),
 //!     crowd: None,
 //!     events: Vec::new(),
+//!     fleet: None,
 //! };
 //! let mut sim = Sim::new(config)?;
 //! let mut frame = Frame::boxed();
@@ -63,6 +64,7 @@ pub mod outcome;
 pub mod robot;
 
 mod events;
+mod fleet;
 pub mod lidar;
 pub mod people;
 pub mod scene;

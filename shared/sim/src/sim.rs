@@ -8,11 +8,12 @@
 //! truth stays here, for the caller to seal, instead of going into the frame.
 
 use nalgebra::Point2;
-use rusty_contract::config::Event;
+use rusty_contract::config::{Event, Kidnapping};
 use rusty_contract::{FieldError, Frame, RunConfig};
 use rusty_geometry::{Disc, SE2, Twist, World};
 
 use crate::events::walls_after;
+use crate::fleet::{Fleet, driven_other};
 use crate::lidar::Lidar;
 use crate::noise::{LidarNoise, TickNoise};
 use crate::outcome::StepOutcome;
@@ -43,7 +44,9 @@ pub struct Sim {
     /// Index of the next event of the configuration.
     next_event: usize,
     people: People,
-    /// Whether anything in the world ever moves but the robot.
+    /// The other robots. Boxed for the same reason as the sensors.
+    fleet: Option<Box<Fleet>>,
+    /// Whether anything in the world ever moves but robots.
     moves: bool,
 }
 
@@ -51,9 +54,24 @@ impl Sim {
     /// The world of `config` before its first tick.
     ///
     /// # Errors
-    /// [`SimError`] when a field cannot be used, the world is not valid, or the
-    /// start touches a wall.
+    /// [`SimError`] when a field cannot be used, the world is not valid, a start
+    /// touches a wall, or another robot has a driver: see [`Sim::among_driven`].
     pub fn new(config: RunConfig) -> Result<Self, SimError> {
+        if let Some((place, name)) = driven_other(&config) {
+            let problem = format!("is \"driver\", and nothing here drives {name}");
+            let remedy = "run it with `sim-server launch`, or give that robot another script";
+            let field = format!("robot[{place}].script.kind");
+            return Err(FieldError::new(field, "driver", problem, remedy).into());
+        }
+        Self::among_driven(config)
+    }
+
+    /// The same, for a caller that gives the commands of other robots' drivers before
+    /// each tick, see [`Sim::drive_other`]; without one such a robot stands.
+    ///
+    /// # Errors
+    /// [`SimError`] as of [`Sim::new`].
+    pub fn among_driven(config: RunConfig) -> Result<Self, SimError> {
         config.check()?;
         let world = World::new(config.world.clone())?;
         check_places(&config, &world)?;
@@ -61,9 +79,10 @@ impl Sim {
             robot: Robot::new(&config.robot, config.start),
             lidar: Lidar::new(&config.lidar),
             sensors: SmallSensors::of(&config, &world).map(Box::new),
+            fleet: Fleet::of(&config).map(Box::new),
             script: Script::new(&config.script, config.dt_s, config.start),
-            slip_noise: TickNoise::slip(config.seed),
-            lidar_noise: LidarNoise::new(config.seed),
+            slip_noise: TickNoise::slip(config.robot_seed()),
+            lidar_noise: LidarNoise::new(config.robot_seed()),
             ticks_done: 0,
             next_kidnapping: 0,
             next_event: 0,
@@ -95,12 +114,14 @@ impl Sim {
         }
         self.robot.reconfigure(&config.robot);
         self.lidar = Lidar::new(&config.lidar);
-        self.sensors.iter_mut().for_each(|sensors| sensors.reseed(config.seed));
+        let robot_seed = config.robot_seed();
+        self.sensors.iter_mut().for_each(|sensors| sensors.reseed(robot_seed));
         self.people.reseed(config.seed);
+        self.fleet.iter_mut().for_each(|fleet| fleet.reseed(&config));
         // A command depends on tick and pose, not on commands before it.
         self.script = Script::new(&config.script, config.dt_s, config.start);
-        self.slip_noise = TickNoise::slip(config.seed);
-        self.lidar_noise = LidarNoise::new(config.seed);
+        self.slip_noise = TickNoise::slip(robot_seed);
+        self.lidar_noise = LidarNoise::new(robot_seed);
         // Those of ticks that are done are past, or never were.
         self.next_kidnapping = config.kidnappings.partition_point(|k| k.tick < self.ticks_done);
         let past = config.events.partition_point(|event| event.tick() < self.ticks_done);
@@ -116,14 +137,18 @@ impl Sim {
     /// Back before the first tick, with another seed: the same as [`Sim::new`]
     /// with it, but what no seed has a part in (walls and their tree, beams,
     /// script) stays and is not made again. Allocates nothing where no event has
-    /// changed the walls. A crowd that finds no room with this seed, which
+    /// changed the walls and there are no other robots. A crowd that finds no room with this seed, which
     /// [`Sim::new`] refuses, begins where it drew last.
     pub fn restart(&mut self, seed: u64) {
         self.config.seed = seed;
         self.robot = Robot::new(&self.config.robot, self.config.start);
-        self.slip_noise = TickNoise::slip(seed);
-        self.lidar_noise.restart(seed);
-        self.sensors.iter_mut().for_each(|sensors| sensors.restart(seed));
+        let robot_seed = self.config.robot_seed();
+        self.slip_noise = TickNoise::slip(robot_seed);
+        self.lidar_noise.restart(robot_seed);
+        self.sensors.iter_mut().for_each(|sensors| sensors.restart(robot_seed));
+        if self.fleet.is_some() {
+            self.fleet = Fleet::of(&self.config).map(Box::new);
+        }
         // The script stays: a command depends on tick and pose alone.
         self.ticks_done = 0;
         self.next_kidnapping = 0;
@@ -132,7 +157,7 @@ impl Sim {
             self.rebuild_walls();
         }
         // A crowd that finds no room is refused when the simulation is made.
-        let _ = self.people.restart(seed, &self.world, &self.config.start);
+        let _ = self.people.restart(seed, &self.world, self.config.starts());
     }
 
     /// Makes the walls those after all events so far.
@@ -151,7 +176,7 @@ impl Sim {
                 .then(|| self.robot.blocked_on_way_to()),
             outcome,
         };
-        let scene = Scene { world: &self.world, bodies: self.people.bodies() };
+        let scene = Scene { world: &self.world, bodies: met(&self.fleet, &self.people) };
         if let Some(sensors) = &mut self.sensors {
             sensors.read(scene, &motion, tick, frame);
         }
@@ -167,11 +192,43 @@ impl Sim {
             self.next_event += now;
             self.rebuild_walls();
         }
-        if !self.people.is_empty() {
-            let centre = Point2::from(self.truth().translation());
-            let robot = Disc { centre, radius_m: self.config.robot.body_radius_m };
-            self.people.step(&self.world, &robot, tick);
+        if self.people.is_empty() {
+            return;
         }
+        let pose = self.robot.pose_in_world();
+        match &mut self.fleet {
+            Some(fleet) => self.people.step(&self.world, fleet.stand(&pose), tick),
+            None => {
+                let centre = Point2::from(pose.translation());
+                let robot = Disc { centre, radius_m: self.config.robot.body_radius_m };
+                self.people.step(&self.world, &[robot], tick);
+            }
+        }
+    }
+
+    /// The motion of the own robot in a tick, between those of the robots before and after
+    /// it.
+    #[inline(never)]
+    fn move_among_others(&mut self, applied: Twist, slip_z: [f64; 2], tick: u64) -> StepOutcome {
+        let (world, people, dt_s) = (&self.world, self.people.bodies(), self.config.dt_s);
+        let Some(fleet) = &mut self.fleet else { return StepOutcome::Blocked };
+        fleet.move_before(world, people, &self.robot.pose_in_world(), tick);
+        let scene = Scene { world, bodies: fleet.met() };
+        let outcome = self.robot.step(scene, applied, dt_s, slip_z);
+        fleet.move_after(world, people, &self.robot.pose_in_world(), tick);
+        outcome
+    }
+
+    /// Sets the command of the driver of another robot, by its place, for the next tick:
+    /// as that robot's wheels can follow it. Without one it stands.
+    pub fn drive_other(&mut self, place: usize, applied: Twist) {
+        self.fleet.iter_mut().for_each(|fleet| fleet.drive(place, applied));
+    }
+
+    /// A driver's command as the robot's wheels can follow it.
+    #[must_use]
+    pub fn limit(&self, command: Twist) -> Twist {
+        self.robot.limit(command)
     }
 
     /// One tick: takes the script's command (or `driver`'s, where the script is
@@ -200,14 +257,21 @@ impl Sim {
             self.robot.put(kidnapping.to);
             self.next_kidnapping += 1;
         }
+        if let Some(fleet) = &mut self.fleet {
+            fleet.carry_away(tick);
+        }
         if self.moves {
             self.change_world(tick);
         }
         let wanted = self.script.command(tick, &self.truth(), driver);
         let applied = self.robot.limit(wanted);
         let slip_z = self.slip_noise.normals(tick);
-        let scene = Scene { world: &self.world, bodies: self.people.bodies() };
-        let outcome = self.robot.step(scene, applied, self.config.dt_s, slip_z);
+        let outcome = if self.fleet.is_some() {
+            self.move_among_others(applied, slip_z, tick)
+        } else {
+            let scene = Scene { world: &self.world, bodies: self.people.bodies() };
+            self.robot.step(scene, applied, self.config.dt_s, slip_z)
+        };
 
         let time_s = self.config.time_s(tick);
         frame.begin(tick, time_s, self.robot.encoder_ticks(), applied);
@@ -218,7 +282,7 @@ impl Sim {
         if tick.checked_rem(self.config.scan_every) == Some(0) {
             let ranges_m = frame.write_scan(self.lidar.beams());
             let pose = self.robot.pose_in_world();
-            let scene = Scene { world: &self.world, bodies: self.people.bodies() };
+            let scene = Scene { world: &self.world, bodies: met(&self.fleet, &self.people) };
             self.lidar.scan(scene, &pose, &mut self.lidar_noise, tick, ranges_m);
         }
         self.ticks_done += 1;
@@ -244,10 +308,10 @@ impl Sim {
         self.robot.wheel_angles_rad()
     }
 
-    /// The bodies of people as they are now: what the robot and its sensors meet.
+    /// People and other robots as they are now: what the robot and its sensors meet.
     #[must_use]
     pub fn bodies(&self) -> &[Disc] {
-        self.people.bodies()
+        met(&self.fleet, &self.people)
     }
 
     /// The walls, as they are now.
@@ -263,11 +327,33 @@ impl Sim {
     }
 }
 
+/// What the robot and its sensors meet but walls.
+fn met<'a>(fleet: &'a Option<Box<Fleet>>, people: &'a People) -> &'a [Disc] {
+    fleet.as_ref().map_or(people.bodies(), |fleet| fleet.met())
+}
+
 /// Checks every place where the robot is put: the start, and kidnappings.
 fn check_places(config: &RunConfig, world: &World) -> Result<(), SimError> {
-    check_place("start", &config.start, config, world)?;
-    for (i, kidnapping) in config.kidnappings.iter().enumerate() {
-        check_place(&format!("kidnapping[{i}].to"), &kidnapping.to, config, world)?;
+    let radius_m = config.robot.body_radius_m;
+    check_place("start", &config.start, radius_m, world)?;
+    check_kidnappings("", &config.kidnappings, radius_m, world)?;
+    for (place, other) in config.fleet.iter().flat_map(|fleet| fleet.others()) {
+        let (field, radius_m) = (format!("robot[{place}]."), other.robot.body_radius_m);
+        check_place(&format!("{field}start"), &other.start, radius_m, world)?;
+        check_kidnappings(&field, &other.kidnappings, radius_m, world)?;
+    }
+    Ok(())
+}
+
+fn check_kidnappings(
+    prefix: &str,
+    list: &[Kidnapping],
+    body_radius_m: f64,
+    world: &World,
+) -> Result<(), SimError> {
+    for (i, kidnapping) in list.iter().enumerate() {
+        let field = format!("{prefix}kidnapping[{i}].to");
+        check_place(&field, &kidnapping.to, body_radius_m, world)?;
     }
     Ok(())
 }
@@ -277,10 +363,9 @@ fn check_places(config: &RunConfig, world: &World) -> Result<(), SimError> {
 fn check_place(
     field: &str,
     place: &SE2,
-    config: &RunConfig,
+    body_radius_m: f64,
     world: &World,
 ) -> Result<(), SimError> {
-    let body_radius_m = config.robot.body_radius_m;
     if world.blocks(place, place, body_radius_m) {
         let distance_m = world.distance_to_nearest(Point2::from(place.translation()));
         return Err(SimError::StartInWall {
@@ -293,7 +378,7 @@ fn check_place(
             missing_m: body_radius_m - distance_m,
         });
     }
-    let [x_min, y_min, x_max, y_max] = config.world.bounds;
+    let [x_min, y_min, x_max, y_max] = world.spec().bounds;
     if !((x_min..=x_max).contains(&place.x()) && (y_min..=y_max).contains(&place.y())) {
         let value = format!("({}, {}) m", place.x(), place.y());
         let problem = format!("lies outside the world {:?}", world.name());

@@ -203,6 +203,7 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         kidnappings: _,
         walkers: _,
         crowd: _,
+        fleet: _,
         events: _,
     } = config;
     let RobotConfig {

@@ -7,7 +7,7 @@ pub use changes::change_config;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::input;
-use rusty_contract::scenario::ScenarioError;
+use rusty_contract::scenario::{Robots, ScenarioError};
 use rusty_contract::suggest::did_you_mean;
 use rusty_contract::{FieldError, Participant, Role, RunConfig, Scenario, ScriptConfig};
 use rusty_geometry::WorldSpec;
@@ -15,7 +15,7 @@ use rusty_geometry::places::{PLACES, place};
 use thiserror::Error;
 
 /// The scenarios that come with the program: name and text.
-pub const BUILT_IN: [(&str, &str); 10] = [
+pub const BUILT_IN: [(&str, &str); 11] = [
     ("apartment", include_str!("../scenarios/apartment.toml")),
     ("patrol", include_str!("../scenarios/patrol.toml")),
     ("figure-eight", include_str!("../scenarios/figure-eight.toml")),
@@ -26,6 +26,7 @@ pub const BUILT_IN: [(&str, &str); 10] = [
     ("seed-lab", include_str!("../scenarios/seed-lab.toml")),
     ("anatomy", include_str!("../scenarios/anatomy.toml")),
     ("glass-lobby", include_str!("../scenarios/glass-lobby.toml")),
+    ("two-robots", include_str!("../scenarios/two-robots.toml")),
 ];
 
 /// Longest scenario or list of commands that is read, bytes: a million commands
@@ -198,8 +199,9 @@ impl Loaded {
         })
     }
 
-    /// Returns the configuration of the run, with all files read; `read_world` reads
-    /// and checks a world file, whose formats the engine does not know.
+    /// Returns the configuration of the run (of the first robot's, where there are
+    /// several), with all files read; `read_world` reads and checks a world file, whose
+    /// formats the engine does not know.
     ///
     /// # Errors
     /// [`SetupError`] names file, field, value and remedy.
@@ -207,6 +209,18 @@ impl Loaded {
         &self,
         read_world: impl FnOnce(&Path) -> Result<WorldSpec, E>,
     ) -> Result<RunConfig, SetupError> {
+        Ok(self.configs_with(read_world)?.swap_remove(0))
+    }
+
+    /// Returns the configurations of the runs of all robots, in the order of their
+    /// places; see [`Loaded::config_with`].
+    ///
+    /// # Errors
+    /// [`SetupError`] names file, field, value and remedy.
+    pub fn configs_with<E: std::error::Error + Send + Sync + 'static>(
+        &self,
+        read_world: impl FnOnce(&Path) -> Result<WorldSpec, E>,
+    ) -> Result<Vec<RunConfig>, SetupError> {
         let s = &self.scenario;
         let world = match &s.world_file {
             Some(file) => read_world(&self.folder.join(file))
@@ -222,20 +236,33 @@ impl Loaded {
                 }
             },
         };
-        let mut script = s.script.clone();
-        if let ScriptConfig::Commands { file: Some(file), list } = &mut script {
-            let path = self.folder.join(&*file);
-            let text = input::read_text_at_most(&path, MAX_FILE_BYTES);
-            let text = text.map_err(|error| SetupError::Read {
-                path: path.display().to_string(),
-                error,
-                hint: String::new(),
-            })?;
-            *list = rusty_contract::config::parse_commands(&text)?;
+        let mut scenario = s.clone();
+        self.read_script(&mut scenario.script)?;
+        if let Robots::Several(robots) = &mut scenario.robot {
+            let scripts = robots.iter_mut().filter_map(|robot| robot.own.script.as_mut());
+            scripts.map(|script| self.read_script(script)).collect::<Result<(), _>>()?;
         }
-        let config = RunConfig { script, ..s.config(world) };
-        config.check()?;
-        Ok(config)
+        let places = 0..scenario.robot.entries().len().max(1);
+        let config = |place| {
+            let config = scenario.config_of(place, world.clone());
+            config.check()?;
+            Ok(config)
+        };
+        places.map(config).collect()
+    }
+
+    /// Reads the commands of a script that names a file.
+    fn read_script(&self, script: &mut ScriptConfig) -> Result<(), SetupError> {
+        let ScriptConfig::Commands { file: Some(file), list } = script else { return Ok(()) };
+        let path = self.folder.join(&*file);
+        let text = input::read_text_at_most(&path, MAX_FILE_BYTES);
+        let text = text.map_err(|error| SetupError::Read {
+            path: path.display().to_string(),
+            error,
+            hint: String::new(),
+        })?;
+        *list = rusty_contract::config::parse_commands(&text)?;
+        Ok(())
     }
 }
 

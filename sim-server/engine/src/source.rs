@@ -1,13 +1,15 @@
 //! Where frames come from: the world, or a log.
 
 use rusty_contract::log::{LogError, Source};
-use rusty_contract::{Frame, LogHeader, OnLoss, Participant, Reply, RunConfig};
+use rusty_contract::{Frame, LogHeader, OnLoss, Participant, Reply, RunConfig, ScriptConfig};
 use rusty_geometry::{SE2, Twist};
 use rusty_sim::SimError;
 use thiserror::Error;
 
+mod board;
 mod course;
 
+use board::Seat;
 pub use course::Course;
 
 /// Something that makes one frame after the other.
@@ -30,6 +32,18 @@ pub trait FrameSource {
         driver: Option<Twist>,
         frame: &mut Frame,
     ) -> Result<Option<SE2>, SourceError>;
+
+    /// Whether the next tick may happen: where robots share a world, once all are ready
+    /// for it. `driver` is as for [`make`](Self::make).
+    ///
+    /// # Errors
+    /// [`SourceError`] if it never will.
+    fn is_ready(&mut self, _driver: Option<Twist>) -> Result<bool, SourceError> {
+        Ok(true)
+    }
+
+    /// The run ends after `ticks`, which may be fewer than there are.
+    fn ended(&mut self, _ticks: u64) {}
 
     /// The same frames again, from the first one on.
     ///
@@ -60,6 +74,14 @@ pub enum SourceError {
         /// What was found there.
         problem: String,
     },
+    /// A robot that shares the world has no more ticks.
+    #[error("robot {robot} ended after {ticks} ticks, and a world goes on with all of its robots")]
+    OtherEnded {
+        /// Its name.
+        robot: String,
+        /// Its complete ticks.
+        ticks: u64,
+    },
 }
 
 /// Returns the header of a simulated run, as this version writes it.
@@ -74,6 +96,8 @@ pub struct Simulated<'a> {
     header: LogHeader,
     course: Course,
     before: Option<Box<dyn FnMut(u64) + 'a>>,
+    /// Where other robots share the world.
+    seat: Option<Seat>,
 }
 
 impl<'a> Simulated<'a> {
@@ -87,7 +111,22 @@ impl<'a> Simulated<'a> {
             Some(course) => course,
             None => Course::unchanging(&header.config)?,
         };
-        Ok(Self { header, course, before: None })
+        Ok(Self { header, course, before: None, seat: None })
+    }
+
+    /// The runs of the robots of one world, in the order of their places.
+    ///
+    /// # Errors
+    /// [`SimError`] if a configuration cannot be used.
+    pub fn together(headers: Vec<LogHeader>) -> Result<Vec<Self>, SimError> {
+        let seats = Seat::all(headers.len());
+        let robots = headers.into_iter().zip(seats);
+        robots.map(|(header, seat)| Self::seated(header, seat)).collect()
+    }
+
+    fn seated(header: LogHeader, seat: Seat) -> Result<Self, SimError> {
+        let course = Course::among_driven(&header.config)?;
+        Ok(Self { header, course, before: None, seat: Some(seat) })
     }
 
     /// Calls `before` with the index of each tick before it is made.
@@ -110,10 +149,33 @@ impl FrameSource for Simulated<'_> {
         if let Some(before) = &mut self.before {
             before(self.course.tick());
         }
+        if let Some(seat) = &self.seat {
+            let course = &mut self.course;
+            seat.commands(course.tick(), |place, command| course.drive_other(place, command));
+        }
         Ok(Some(self.course.step(driver, frame)?))
     }
 
+    fn is_ready(&mut self, driver: Option<Twist>) -> Result<bool, SourceError> {
+        let Some(seat) = &self.seat else { return Ok(true) };
+        let is_driven = matches!(self.header.config.script, ScriptConfig::Driver {});
+        let command = is_driven.then(|| self.course.limit(driver.unwrap_or_default()));
+        seat.ready(self.course.tick(), command)
+    }
+
+    fn ended(&mut self, ticks: u64) {
+        if let (Some(seat), Some(fleet)) = (&self.seat, &self.header.config.fleet)
+            && ticks < self.tick_count()
+        {
+            seat.end(&fleet.name, ticks);
+        }
+    }
+
     fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
-        Ok(Box::new(Simulated::new(self.header.clone())?))
+        let header = self.header.clone();
+        Ok(Box::new(match &self.seat {
+            None => Simulated::new(header)?,
+            Some(seat) => Simulated::seated(header, seat.clone())?,
+        }))
     }
 }

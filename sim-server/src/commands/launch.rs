@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use clap::Args;
-use rusty_contract::{Exit, errln};
+use rusty_contract::{Exit, LogHeader, errln};
 use rusty_engine::scenario_file::{self, SetupError};
 use rusty_engine::source::{Simulated, simulated_header};
 
@@ -37,22 +37,33 @@ fn simulate(args: &LaunchArgs, starting: Starting) -> Result<Exit> {
     scenario
         .check()
         .map_err(|error| SetupError::Scenario { path: which.scenario.clone(), error })?;
-    let config = loaded.config_with(rusty_floorplan::read)?;
+    let configs = loaded.configs_with(rusty_floorplan::read)?;
     let scenario = &loaded.scenario;
-    let place = RunPlace::find(run, &config.scenario, None)?;
-    let header = simulated_header(config, scenario.participants.clone(), scenario.on_loss);
-    let late = header.config.kidnappings.iter().find(|k| k.tick >= header.config.ticks);
-    if let Some(late) = late {
-        let (tick, ticks) = (late.tick, header.config.ticks);
-        errln!("the run has {ticks} ticks: a kidnapping at tick {tick} will not happen");
-    }
-    let mut source = Simulated::new(header)?;
-    RunSession {
+    let session = RunSession {
         args: run,
         starting,
         answer_timeout_s: scenario.answer_timeout_s,
         join_timeout_s: scenario.join_timeout_s,
         announced: true,
+    };
+    let header =
+        |(place, config)| simulated_header(config, scenario.roster_of(place), scenario.on_loss);
+    let mut headers: Vec<LogHeader> = configs.into_iter().enumerate().map(header).collect();
+    headers.iter().for_each(warn_of_late_kidnapping);
+    let robots = scenario.robot.entries();
+    if robots.is_empty() {
+        let place = RunPlace::find(run, &scenario.name, None)?;
+        return session.run(place, &mut Simulated::new(headers.swap_remove(0))?);
     }
-    .run(place, &mut source)
+    let names: Vec<&str> = robots.iter().map(|robot| robot.name.as_str()).collect();
+    let places = RunPlace::find_each(run, &scenario.name, &names)?;
+    session.run_together(places, &mut Simulated::together(headers)?)
+}
+
+fn warn_of_late_kidnapping(header: &LogHeader) {
+    let ticks = header.config.ticks;
+    if let Some(late) = header.config.kidnappings.iter().find(|k| k.tick >= ticks) {
+        let tick = late.tick;
+        errln!("the run has {ticks} ticks: a kidnapping at tick {tick} will not happen");
+    }
 }

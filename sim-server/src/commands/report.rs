@@ -19,6 +19,9 @@ use serde::Serialize;
 pub struct RunReport {
     pub scenario: String,
     pub run: String,
+    /// The robot, where several share the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
     /// The seed; null for a recording.
     pub seed: Option<u64>,
     /// Complete ticks.
@@ -129,6 +132,7 @@ impl RunReport {
         Self {
             scenario: header.config.scenario.clone(),
             run: name.to_string(),
+            robot: header.config.fleet.as_ref().map(|fleet| fleet.name.clone()),
             seed: header.seed(),
             ticks: outcome.ticks,
             ticks_planned: source.tick_count(),
@@ -216,6 +220,9 @@ impl RunReport {
 
 impl std::fmt::Display for RunReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(robot) = &self.robot {
+            writeln!(f, "\nrobot {robot}")?;
+        }
         self.write_processes(f)?;
         if !self.scores.is_empty() {
             writeln!(f, "{}", ScoreTable(&self.scores))?;

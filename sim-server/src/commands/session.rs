@@ -7,8 +7,8 @@ use rusty_contract::config::check_seconds;
 use rusty_contract::score::seconds;
 use rusty_contract::{Exit, FieldError, LogHeader, RunName, errln, outln};
 use rusty_engine::confine::{self, Gate};
-use rusty_engine::run::{Outcome, RunBuilder, RunError, find_program, fresh_name};
-use rusty_logs::folder::{FreeFolder, Marker, RunEnd};
+use rusty_engine::run::{Outcome, Pace, Run, RunBuilder, RunError, Stop, find_program, fresh_name};
+use rusty_logs::folder::{FreeFolder, Marker, RunEnd, RunFolder};
 use rusty_logs::original::Compare;
 
 use super::arguments::RunArgs;
@@ -35,10 +35,28 @@ impl RunPlace {
     pub(super) fn find(args: &RunArgs, scenario: &str, played: Option<&Path>) -> Result<Self> {
         let name = match &args.run {
             Some(name) => name.clone(),
-            None => name_after(scenario)?,
+            None => name_after(scenario, 0)?,
         };
         let path = args.out.clone().unwrap_or_else(|| Path::new("runs").join(name.as_str()));
         Ok(Self { folder: FreeFolder::check(&path, args.force, played)?, name })
+    }
+
+    /// Looks for the places of the runs of several robots: `NAME-robot` for each.
+    pub(super) fn find_each(args: &RunArgs, scenario: &str, robots: &[&str]) -> Result<Vec<Self>> {
+        let longest = robots.iter().map(|robot| robot.len() + 1).max().unwrap_or(0);
+        let all = match &args.run {
+            Some(name) => name.clone(),
+            None => name_after(scenario, longest)?,
+        };
+        let place = |robot: &&str| {
+            let name = RunName::new(&format!("{all}-{robot}"))?;
+            let path = match &args.out {
+                Some(folder) => folder.join(robot),
+                None => Path::new("runs").join(name.as_str()),
+            };
+            Ok(Self { folder: FreeFolder::check(&path, args.force, None)?, name })
+        };
+        robots.iter().map(place).collect()
     }
 }
 
@@ -62,56 +80,113 @@ pub(super) struct FinishedRun {
     pub gates: Vec<Gate>,
 }
 
+impl FinishedRun {
+    fn report(&self, source: &impl Compare) -> RunReport {
+        let Self { header, name, out_dir, outcome, gates } = self;
+        let Outcome { ended_badly, outputs, .. } = outcome;
+        RunReport::new(header, name, out_dir, outcome, ended_badly, source)
+            .with_outputs(header, outputs, ended_badly)
+            .with_gates(header, gates)
+    }
+}
+
 impl RunSession<'_> {
     pub(super) fn run(self, place: RunPlace, source: &mut impl Compare) -> Result<Exit> {
         let made = self.make(place, source)?;
-        let FinishedRun { header, name, out_dir, outcome, gates } = &made;
-        let Outcome { ended_badly, outputs, .. } = outcome;
-        let report = RunReport::new(header, name, out_dir, outcome, ended_badly, source)
-            .with_outputs(header, outputs, ended_badly)
-            .with_gates(header, gates);
+        let report = made.report(source);
         self.args.output.print(&report);
         Ok(report.exit())
     }
 
+    /// Makes the runs of several robots, and reports on each.
+    pub(super) fn run_together(
+        self,
+        places: Vec<RunPlace>,
+        sources: &mut [impl Compare],
+    ) -> Result<Exit> {
+        let made = self.make_together(places, sources)?;
+        let reports = made.iter().zip(&*sources).map(|(made, source)| made.report(source));
+        let reports: Vec<RunReport> = reports.collect();
+        self.args.output.print_with(&reports, || reports.iter().for_each(|r| outln!("{r}")));
+        Ok(reports.iter().map(RunReport::exit).max_by_key(|exit| *exit as u8).unwrap_or(Exit::Done))
+    }
+
     /// Makes the run, from the first join to the end of the last participant.
-    pub(super) fn make(&self, place: RunPlace, source: &mut impl Compare) -> Result<FinishedRun> {
-        let RunPlace { name, folder } = place;
-        let args = self.args;
-        let header = source.header().clone();
-        let (answer_timeout_s, join_timeout_s) = self.timeouts_s()?;
+    pub(super) fn make<S: Compare>(&self, place: RunPlace, source: &mut S) -> Result<FinishedRun> {
+        let mut made = self.make_together(vec![place], std::slice::from_mut(source))?;
+        Ok(made.swap_remove(0))
+    }
+
+    fn make_together(
+        &self,
+        places: Vec<RunPlace>,
+        sources: &mut [impl Compare],
+    ) -> Result<Vec<FinishedRun>> {
         confine::close_memory().context("this process's memory")?;
-        let options = RunBuilder {
-            pace: args.pace,
-            paused: args.paused,
+        let names: Vec<RunName> = places.iter().map(|place| place.name.clone()).collect();
+        let stop = Stop::listen(&names)?;
+        let (mut runs, mut made, mut folders) = (Vec::new(), Vec::new(), Vec::new());
+        for (RunPlace { name, folder }, source) in places.into_iter().zip(sources) {
+            let header = source.header().clone();
+            let options = self.options(&name, &names[0], &header, &stop)?;
+            let prepared = options.prepare(&header.roster)?;
+            let gates = prepared.gates().to_vec();
+            report_gates(&header, &gates);
+            let folder = folder.take(Marker::new(name.as_str(), &header))?;
+            let out_dir = folder.path().to_owned();
+            if self.announced {
+                self.first_line(&header, &name, source.tick_count());
+                if header.roster.iter().any(|p| !p.sandbox.is_none()) {
+                    warn_of_guessable_seed(&header, "a confined participant");
+                }
+            }
+            runs.push(prepared.build(source, &out_dir)?);
+            made.push((header, name, out_dir, gates));
+            folders.push(folder);
+        }
+        folders.iter_mut().for_each(RunFolder::begin);
+        let outcomes = match runs.len() {
+            1 => vec![runs.swap_remove(0).drive()?],
+            _ => Run::drive_together(runs)?,
+        };
+        let ended = made.into_iter().zip(outcomes).zip(folders);
+        let finish =
+            |(((header, name, out_dir, gates), outcome), folder): ((_, Outcome), RunFolder)| {
+                let end = RunEnd {
+                    ended: how_ended(outcome.phase).to_owned(),
+                    ticks: outcome.ticks,
+                    digest: outcome.digest.run_hex(),
+                };
+                // The run is none the worse for it; `runs` then has it as cut short.
+                folder.end(end).unwrap_or_else(|e| errln!("{e}"));
+                FinishedRun { header, name, out_dir, outcome, gates }
+            };
+        Ok(ended.map(finish).collect())
+    }
+
+    /// The options of one run, of which the first sets the pace of all.
+    fn options(
+        &self,
+        name: &RunName,
+        first: &RunName,
+        header: &LogHeader,
+        stop: &Stop,
+    ) -> Result<RunBuilder, FieldError> {
+        let args = self.args;
+        let (answer_timeout_s, join_timeout_s) = self.timeouts_s()?;
+        let leader = (name != first).then(|| first.clone());
+        Ok(RunBuilder {
+            pace: if leader.is_none() { args.pace } else { Pace::Max },
+            paused: args.paused && leader.is_none(),
             join_timeout_s,
             answer_timeout_s,
             by_hand: self.starting == Starting::ByHand,
             quiet: args.quiet || args.output.json,
+            stop: Some(stop.clone()),
+            robot: header.config.fleet.as_ref().map(|fleet| fleet.name.clone()),
+            leader,
             ..RunBuilder::new(name.clone(), args.wait)
-        };
-        let prepared = options.prepare(&header.roster)?;
-        let gates = prepared.gates().to_vec();
-        report_gates(&header, &gates);
-        let mut folder = folder.take(Marker::new(name.as_str(), &header))?;
-        let out_dir = folder.path().to_owned();
-        if self.announced {
-            self.first_line(&header, &name, source.tick_count());
-            if header.roster.iter().any(|p| !p.sandbox.is_none()) {
-                warn_of_guessable_seed(&header, "a confined participant");
-            }
-        }
-        let run = prepared.build(source, &out_dir)?;
-        folder.begin();
-        let outcome = run.drive()?;
-        let end = RunEnd {
-            ended: how_ended(outcome.phase).to_owned(),
-            ticks: outcome.ticks,
-            digest: outcome.digest.run_hex(),
-        };
-        // The run is none the worse for it; `runs` then has it as cut short.
-        folder.end(end).unwrap_or_else(|e| errln!("{e}"));
-        Ok(FinishedRun { header, name, out_dir, outcome, gates })
+        })
     }
 
     /// How long an answer, and joining, may take, s.
@@ -126,9 +201,10 @@ impl RunSession<'_> {
     fn first_line(&self, header: &LogHeader, name: &RunName, ticks: u64) {
         let config = &header.config;
         let line = format!(
-            "{} · scenario {} · {ticks} ticks of {} s · run {name}",
+            "{} · scenario {} ·{} {ticks} ticks of {} s · run {name}",
             header.seed_in_words(),
             config.scenario,
+            config.fleet.as_ref().map_or(String::new(), |f| format!(" robot {} ·", f.name)),
             seconds(config.dt_s)
         );
         if self.args.output.json {
@@ -164,10 +240,12 @@ fn report_gates(header: &LogHeader, gates: &[Gate]) {
     }
 }
 
-/// Returns the scenario's name, shortened, and eight random digits.
-fn name_after(scenario: &str) -> Result<RunName, RunError> {
+/// Returns the scenario's name, shortened so that `free` characters fit behind all, and
+/// eight random digits.
+fn name_after(scenario: &str, free: usize) -> Result<RunName, RunError> {
+    let room = 15_usize.saturating_sub(free.max(1));
     let stem: String =
-        scenario.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').take(14).collect();
+        scenario.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').take(room).collect();
     let stem = stem.trim_start_matches('-');
     fresh_name(if stem.is_empty() { "run" } else { stem })
 }

@@ -3,7 +3,8 @@
 use rusty_geometry::SE2;
 use serde::{Deserialize, Serialize};
 
-use super::{FieldError, at_least, within};
+use super::run::check_pose;
+use super::{FieldError, at_least};
 
 /// The most of them in a run.
 const MOST: usize = 1000;
@@ -29,9 +30,7 @@ impl Kidnapping {
         at_least("kidnapping (number of)", list.len() as u64, 0, MOST as u64)?;
         for (i, k) in list.iter().enumerate() {
             at_least(&format!("kidnapping[{i}].tick"), k.tick, 0, 1 << 40)?;
-            within(&format!("kidnapping[{i}].to.x_m"), k.to.x(), -1e6, 1e6)?;
-            within(&format!("kidnapping[{i}].to.y_m"), k.to.y(), -1e6, 1e6)?;
-            within(&format!("kidnapping[{i}].to.theta_rad"), k.to.theta(), -4.0, 4.0)?;
+            check_pose(&format!("kidnapping[{i}].to"), k.to)?;
             if i > 0 && list[i - 1].tick >= k.tick {
                 let problem = format!("is not after the one before it, {}", list[i - 1].tick);
                 let remedy = "list them in the order in which they happen, one a tick";

@@ -5,6 +5,7 @@
 
 mod check;
 mod event;
+mod fleet;
 mod kidnapping;
 mod lidar;
 mod people;
@@ -16,6 +17,7 @@ pub mod sensors;
 pub use check::{FieldError, seconds as check_seconds, within as check_within};
 pub(crate) use check::{at_least, seconds, within};
 pub use event::Event;
+pub use fleet::{Fleet, MAX_ROBOTS, OtherRobot, robot_seed};
 pub use kidnapping::Kidnapping;
 pub use lidar::LidarConfig;
 pub use people::{CrowdConfig, MAX_PEOPLE, Shape, WalkerConfig};

@@ -7,8 +7,8 @@ use rusty_geometry::{Material, SE2, WallSpec, WorldSpec};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CrowdConfig, Event, FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConfig, Sensors,
-    WalkerConfig, at_least, within,
+    CrowdConfig, Event, FieldError, Fleet, Kidnapping, LidarConfig, RobotConfig, ScriptConfig,
+    Sensors, WalkerConfig, at_least, within,
 };
 
 /// The configuration of a run. A seed, this and the driver's commands
@@ -51,6 +51,9 @@ pub struct RunConfig {
     /// What changes in the world, in the order of the ticks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
+    /// The robot's place among others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fleet: Option<Box<Fleet>>,
 }
 
 impl RunConfig {
@@ -103,7 +106,14 @@ impl RunConfig {
         }
         kept("walker", &self.walkers, &after.walkers)?;
         kept("crowd", &self.crowd, &after.crowd)?;
+        kept("fleet", &self.fleet, &after.fleet)?;
         kept("world", &self.world, &after.world)
+    }
+
+    /// Checks the other robots, and that no two start in one place.
+    pub(crate) fn check_fleet(&self) -> Result<(), FieldError> {
+        let fleet = self.fleet.as_deref();
+        fleet.map_or(Ok(()), |fleet| fleet.check(self.start, self.robot.body_radius_m))
     }
 
     /// Checks every field, the world included.
@@ -129,6 +139,7 @@ impl RunConfig {
         WalkerConfig::check(&self.walkers)?;
         self.crowd.as_ref().map_or(Ok(()), CrowdConfig::check)?;
         Event::check(&self.events)?;
+        self.check_fleet()?;
         self.world.check().map_err(|e| {
             FieldError::new("world", &self.world.name, e.to_string(), "mend the world file")
         })?;
@@ -156,9 +167,14 @@ pub(crate) fn check_times_and_start(
 ) -> Result<(), FieldError> {
     within("dt_s", dt_s, 1e-6, 10.0)?;
     at_least("scan_every", scan_every, 0, 1 << 40)?;
-    within("start.x_m", start.x(), -1e6, 1e6)?;
-    within("start.y_m", start.y(), -1e6, 1e6)?;
-    within("start.theta_rad", start.theta(), -4.0, 4.0)
+    check_pose("start", start)
+}
+
+/// Checks that a pose is near enough to be used.
+pub(super) fn check_pose(field: &str, pose: SE2) -> Result<(), FieldError> {
+    within(&format!("{field}.x_m"), pose.x(), -1e6, 1e6)?;
+    within(&format!("{field}.y_m"), pose.y(), -1e6, 1e6)?;
+    within(&format!("{field}.theta_rad"), pose.theta(), -4.0, 4.0)
 }
 
 #[cfg(test)]
@@ -183,6 +199,7 @@ mod tests {
             walkers: Vec::new(),
             crowd: None,
             events: Vec::new(),
+            fleet: None,
         }
     }
 

@@ -1,6 +1,7 @@
 //! Tests of the scenario file.
 
 use super::*;
+use crate::sandbox::Sandbox;
 
 #[test]
 fn an_empty_file_is_the_default_run() {

@@ -54,6 +54,7 @@ fn rusty(name: &str, world: &World, start: SE2, script: ScriptConfig) -> RunConf
         walkers: Vec::new(),
         crowd: None,
         events: Vec::new(),
+        fleet: None,
     }
 }
 
@@ -254,6 +255,7 @@ pub(super) fn lopsided() -> RunConfig {
         walkers: Vec::new(),
         crowd: None,
         events: Vec::new(),
+        fleet: None,
     }
 }
 

@@ -89,7 +89,7 @@ impl People {
             dt_s: config.dt_s,
             decide_every: ((DECIDE_S / config.dt_s) as u64).max(1),
         };
-        let homeless = people.restart(config.seed, world, &config.start);
+        let homeless = people.restart(config.seed, world, config.starts());
         if homeless > 0 {
             let problem = format!("{homeless} found no room in {TRIES} tries each");
             let remedy = "lower crowd.people or crowd.radius_m, or take a larger world";
@@ -100,7 +100,12 @@ impl People {
 
     /// Back before the first tick, with another seed. Returns how many of the crowd
     /// found no room; they start where they drew last.
-    pub fn restart(&mut self, seed: u64, world: &World, robot: &SE2) -> usize {
+    pub fn restart(
+        &mut self,
+        seed: u64,
+        world: &World,
+        robots: impl Iterator<Item = SE2> + Clone,
+    ) -> usize {
         self.noise = PeopleNoise::new(seed);
         self.people.clear();
         for walker in &self.walkers {
@@ -110,7 +115,7 @@ impl People {
             person.goal = Point2::from(walker.waypoints[person.waypoint]);
             self.people.push(person);
         }
-        let found = (0..self.crowd.people).map(|_| self.add_to_crowd(world, robot));
+        let found = (0..self.crowd.people).map(|_| self.add_to_crowd(world, robots.clone()));
         let homeless = found.filter(|found| !found).count();
         self.show();
         homeless
@@ -134,17 +139,17 @@ impl People {
         &self.bodies
     }
 
-    fn add_to_crowd(&mut self, world: &World, robot: &SE2) -> bool {
+    fn add_to_crowd(&mut self, world: &World, robots: impl Iterator<Item = SE2> + Clone) -> bool {
         let (index, radius_m) = (self.people.len(), self.crowd.radius_m);
         let mut person = Person::new(Point2::origin(), 0.0, radius_m);
         // Walkers draw nothing: one more of them changes no number of the crowd.
         let row = index - self.walkers.len();
         let z = self.noise.normal(row, &mut person.drawn);
         person.likes_m_s = (self.crowd.speed_m_s + self.crowd.speed_std_m_s * z).max(0.0);
-        let robot = Point2::from(robot.translation());
+        let starts = robots.map(|robot| Point2::from(robot.translation()));
         let is_free = |people: &[Person], at: Point2<f64>| {
             world.distance_to_nearest(at) > radius_m + 0.1
-                && length(&(at - robot)) > radius_m + 1.0
+                && starts.clone().all(|robot| length(&(at - robot)) > radius_m + 1.0)
                 && people.iter().all(|p| length(&(p.at - at)) > p.radius_m + radius_m)
         };
         let found = (0..TRIES).any(|_| {
@@ -173,17 +178,18 @@ impl People {
         (person.nearest_m, person.waited_s) = (f64::INFINITY, 0.0);
     }
 
-    /// One tick: everybody walks. `robot` is where the robot's body stands.
+    /// One tick: everybody walks. `robots` are the bodies of robots, in the
+    /// order of their places.
     /// Allocates nothing.
-    pub fn step(&mut self, world: &World, robot: &Disc, tick: u64) {
+    pub fn step(&mut self, world: &World, robots: &[Disc], tick: u64) {
         let decides = tick.is_multiple_of(self.decide_every);
         for index in 0..self.people.len() {
             if index < self.walkers.len() {
                 self.follow(index);
             } else if decides {
-                self.decide(index, world, robot);
+                self.decide(index, world, robots);
             }
-            self.walk(index, world, robot);
+            self.walk(index, world, robots);
         }
         self.show();
     }
@@ -204,7 +210,7 @@ impl People {
     }
 
     /// The velocity of one of the crowd until the next decision.
-    fn decide(&mut self, index: usize, world: &World, robot: &Disc) {
+    fn decide(&mut self, index: usize, world: &World, robots: &[Disc]) {
         let decision_s = self.decide_every as f64 * self.dt_s;
         let person = &mut self.people[index];
         let distance_m = length(&(person.goal - person.at));
@@ -227,8 +233,10 @@ impl People {
             }
         }
         if self.crowd.avoids_robot {
-            let other = Other { at: robot.centre, velocity_m_s: Vector2::zeros() };
-            force += away_from(person.at, liked, &other);
+            for robot in robots {
+                let other = Other { at: robot.centre, velocity_m_s: Vector2::zeros() };
+                force += away_from(person.at, liked, &other);
+            }
         }
         let wall = nearest_point(world, person.at);
         force += wall.map_or_else(Vector2::zeros, |wall| away_from_wall(person.at, wall));
@@ -241,7 +249,7 @@ impl People {
     }
 
     /// A step with the velocity that there is, unless something is in the way.
-    fn walk(&mut self, index: usize, world: &World, robot: &Disc) {
+    fn walk(&mut self, index: usize, world: &World, robots: &[Disc]) {
         let (dt_s, is_walker, shape) = (self.dt_s, index < self.walkers.len(), self.shape(index));
         let person = &mut self.people[index];
         let way = person.velocity_m_s * dt_s;
@@ -251,9 +259,11 @@ impl People {
             Shape::Disc => person.radius_m,
             Shape::Legs => person.radius_m.max(gait::REACH_M),
         };
-        let keep = Disc { radius_m: robot.radius_m + ROBOT_GAP_M, ..*robot };
-        let meets_robot = way.dot(&(robot.centre - person.at)) > 0.0
-            && keep.blocks(&pose(person.at), &pose(next), reach_m);
+        let meets_robot = robots.iter().any(|robot| {
+            let keep = Disc { radius_m: robot.radius_m + ROBOT_GAP_M, ..*robot };
+            way.dot(&(robot.centre - person.at)) > 0.0
+                && keep.blocks(&pose(person.at), &pose(next), reach_m)
+        });
         person.clear_m -= way_m;
         // Who is too near a wall may walk away from it.
         let meets_wall = !is_walker

@@ -29,7 +29,7 @@ fn a_walker_goes_round_its_waypoints_at_its_speed() {
     assert_eq!(people.bodies(), [Disc { centre: Point2::new(1.0, 1.0), radius_m: 0.25 }]);
     let mut at = Vec::new();
     for tick in 0..400 {
-        people.step(&open(), &NOWHERE, tick);
+        people.step(&open(), &[NOWHERE], tick);
         at.push(people.bodies()[0].centre);
     }
     for (tick, expected) in
@@ -49,7 +49,7 @@ fn legs_stand_beside_the_middle_and_swing_with_the_way() {
     let mut people = People::new(&run, &open()).unwrap();
     let (mut most, mut least) = (f64::NEG_INFINITY, f64::INFINITY);
     for tick in 0..200 {
-        people.step(&open(), &NOWHERE, tick);
+        people.step(&open(), &[NOWHERE], tick);
         let [left, right] = people.bodies() else { panic!("two legs") };
         assert!((left.centre.y - 0.1).abs() < 1e-12 && (right.centre.y + 0.1).abs() < 1e-12);
         let ahead = left.centre.x - right.centre.x;
@@ -65,7 +65,7 @@ fn a_crowd_is_that_of_its_seed_and_walks_between_the_walls() {
         let mut people = People::new(config, &world).unwrap();
         let mut all = Vec::new();
         for tick in 0..3000 {
-            people.step(&world, &NOWHERE, tick);
+            people.step(&world, &[NOWHERE], tick);
             all.push(people.bodies().to_vec());
         }
         all

@@ -49,7 +49,7 @@ impl SmallSensors {
     /// none. The configuration must be checked.
     #[must_use]
     pub fn of(config: &RunConfig, world: &World) -> Option<Self> {
-        let (sensors, seed) = (&config.sensors, config.seed);
+        let (sensors, seed) = (&config.sensors, config.robot_seed());
         let body_radius_m = config.robot.body_radius_m;
         (!sensors.is_none()).then(|| Self {
             bumper: sensors.bumper.map(|bumper| Bumper::new(&bumper, body_radius_m)),

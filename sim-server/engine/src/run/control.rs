@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use rustix::process::{Pid, getpgid};
+use rusty_contract::RunName;
 use rusty_contract::control::{ControlError, ControlReply, ControlRequest, ControlStatus};
 use rusty_link::{ControlCall, LinkError};
 
@@ -48,6 +49,14 @@ impl Run<'_> {
                 }
                 Ok(_) if self.lockstep.has_ended() => {
                     self.refuse(call, "it has ended".to_owned());
+                    continue;
+                }
+                Ok(ControlRequest::Step(_) | ControlRequest::Pause | ControlRequest::Resume)
+                    if self.leader.is_some() =>
+                {
+                    let leader = self.leader.iter().map(RunName::as_str).collect::<String>();
+                    let problem = "follows the first robot of its world: control its run";
+                    self.refuse(call, format!("{problem}, {leader}"));
                     continue;
                 }
                 Ok(ControlRequest::Step(ticks)) => {

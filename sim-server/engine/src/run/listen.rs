@@ -11,13 +11,12 @@ use crate::lockstep::ParticipantState;
 const REFUSALS_REPORTED: u32 = 50;
 
 impl Run<'_> {
-    pub(super) fn listen(&mut self, at_most_ns: u64) -> Result<(), LinkError> {
+    /// Waits for an event, unless answers are there; says whether they were.
+    pub(super) fn listen(&mut self, at_most_ns: u64) -> Result<bool, LinkError> {
         // Answers without end keep no check from being made.
         let is_idle = self.take_answers()? == 0;
-        let (peers, slots) = (&self.participants.peers, self.lockstep.slots());
-        // One whose end is known would end every wait at once.
-        let present = || peers.iter().zip(slots).filter(|(_, s)| s.is_present());
-        let peers = || present().filter_map(|(p, _)| p.as_ref());
+        let (participants, lockstep) = (&self.participants, &self.lockstep);
+        let peers = || participants.present(lockstep);
         if self.wire.pause(is_idle, peers, at_most_ns) || self.lockstep.is_gathering() {
             // First what came while this process did not run: who answered in
             // time is not late because the server was stopped.
@@ -29,7 +28,7 @@ impl Run<'_> {
                 self.lockstep.interrupt();
             }
         }
-        Ok(())
+        Ok(!is_idle)
     }
 
     fn take_answers(&mut self) -> Result<usize, LinkError> {

@@ -27,6 +27,7 @@ mod program;
 mod progress;
 mod setup;
 mod stop;
+mod together;
 mod wire;
 
 pub use arguments::{OUT, with_folder};
@@ -45,7 +46,7 @@ pub use stop::Stop;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use rusty_contract::{OnLoss, Phase, RunDigest, Timing};
+use rusty_contract::{OnLoss, Phase, RunDigest, RunName, Timing};
 use rusty_link::{Domain, LinkError, ServerLink, monotonic_ns};
 
 use self::control::Control;
@@ -109,6 +110,9 @@ pub struct Run<'a> {
     control: Control,
     stop: Stop,
     progress: Progress,
+    /// The run that sets the pace, where robots share a world and it is not this one.
+    leader: Option<RunName>,
+    finished: bool,
     domain: Domain,
 }
 
@@ -133,7 +137,10 @@ impl<'a> Run<'a> {
             participants: Participants::new(children, header.roster.len(), options.join_timeout_s),
             control: Control::default(),
             stop,
-            progress: Progress::new(ticks, options.quiet),
+            progress: Progress::new(ticks, options.quiet || options.leader.is_some())
+                .about(options.robot.as_deref()),
+            leader: options.leader.clone(),
+            finished: false,
             domain,
             identity,
             source,
@@ -151,27 +158,33 @@ impl<'a> Run<'a> {
     /// # Errors
     /// [`LinkError`] if shared memory fails under the run.
     pub fn drive(mut self) -> Result<Outcome, LinkError> {
-        loop {
-            let now = self.wire.now_ns();
-            let participants = &self.participants;
-            match self.lockstep.next(now, |slot| participants.describe(slot)) {
-                Step::Wait { until_ns } => self.listen(until_ns.saturating_sub(now))?,
-                Step::Publish(tick) => self.publish(tick)?,
-                Step::Close(tick) => self.close(tick)?,
-                Step::Slow { slot, waited_ns } => self.report_slow(slot, waited_ns),
-                Step::Lost(loss) => {
-                    let output = self.participants.output(loss.slot);
-                    self.progress.say(&format!("lost: {loss}{output}"));
-                    self.ledger.losses.push(loss);
-                }
-                Step::Restart(loss) => self.bring_back(loss),
-                Step::Feed { slot, tick } => self.feed(slot, tick)?,
-                Step::Echo { slot, tick, reply } => self.echo(slot, tick, reply),
-                Step::End(phase) => self.end(phase)?,
-                Step::Finished => break,
-            }
+        while !self.finished {
+            self.step()?;
         }
         Ok(self.outcome())
+    }
+
+    /// Does what comes next. Returns false if that was to wait, and nothing came.
+    fn step(&mut self) -> Result<bool, LinkError> {
+        let now = self.wire.now_ns();
+        let participants = &self.participants;
+        match self.lockstep.next(now, |slot| participants.describe(slot)) {
+            Step::Wait { until_ns } => return self.listen(until_ns.saturating_sub(now)),
+            Step::Publish(tick) => return self.publish(tick),
+            Step::Close(tick) => self.close(tick)?,
+            Step::Slow { slot, waited_ns } => self.report_slow(slot, waited_ns),
+            Step::Lost(loss) => {
+                let output = self.participants.output(loss.slot);
+                self.progress.say(&format!("lost: {loss}{output}"));
+                self.ledger.losses.push(loss);
+            }
+            Step::Restart(loss) => self.bring_back(loss),
+            Step::Feed { slot, tick } => self.feed(slot, tick)?,
+            Step::Echo { slot, tick, reply } => self.echo(slot, tick, reply),
+            Step::End(phase) => self.end(phase)?,
+            Step::Finished => self.finished = true,
+        }
+        Ok(true)
     }
 
     fn report_slow(&self, slot: usize, waited_ns: u64) {
@@ -185,7 +198,7 @@ impl<'a> Run<'a> {
         self.progress.say(&format!("{name} is slow: no {missing} for {seconds:.1} s{state}"));
     }
 
-    fn publish(&mut self, tick: u64) -> Result<(), LinkError> {
+    fn publish(&mut self, tick: u64) -> Result<bool, LinkError> {
         if tick.is_multiple_of(TICKS_PER_CONTROL) {
             // At full speed the server never sleeps, so it looks now and then.
             self.take_requests()?;
@@ -210,18 +223,29 @@ impl<'a> Run<'a> {
             self.wire.rest(wait_ns);
             return self.listen(wait_ns);
         }
+        if is_stopped {
+            self.pacer.began.get_or_insert_with(Instant::now);
+            self.lockstep.interrupt();
+            return Ok(true);
+        }
+        let command = self.ledger.chain.effects.command();
+        match self.source.is_ready(command) {
+            Ok(true) => {}
+            // Another robot's answers are missing.
+            Ok(false) => return self.listen(u64::MAX),
+            Err(e) => {
+                self.end_for(e);
+                return Ok(true);
+            }
+        }
         self.pacer.began.get_or_insert_with(Instant::now);
         self.progress.goes_on_at(tick);
-        if is_stopped {
-            self.lockstep.interrupt();
-            return Ok(());
-        }
         let mut frame = self.wire.link.loan()?;
-        let truth = match self.source.make(self.ledger.chain.effects.command(), &mut frame) {
+        let truth = match self.source.make(command, &mut frame) {
             Ok(truth) => truth,
             Err(e) => {
                 self.end_for(e);
-                return Ok(());
+                return Ok(true);
             }
         };
         frame.run_id = self.identity.run_id;
@@ -234,7 +258,7 @@ impl<'a> Run<'a> {
         self.pacer.published(tick, now);
         let waiting = self.lockstep.slots().iter().filter(|s| s.is_present());
         self.wire.link.wake_sleepers(waiting.map(|s| (s.waiting_since_ns, s.awake_ns)));
-        Ok(())
+        Ok(true)
     }
 
     /// Ends the run because the source has no more frames.
@@ -260,6 +284,7 @@ impl<'a> Run<'a> {
     fn end(&mut self, phase: Phase) -> Result<(), LinkError> {
         let mut frame = self.wire.link.loan()?;
         frame.end(phase, self.lockstep.ticks_done());
+        self.source.ended(self.lockstep.ticks_done());
         frame.run_id = self.identity.run_id;
         frame.set_lost(self.lockstep.lost());
         let digest = frame.digest();

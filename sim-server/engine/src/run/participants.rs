@@ -8,7 +8,7 @@ use rusty_link::{Peer, PeerState};
 use super::catch_up::Feeding;
 use super::children::{Children, Leaving};
 use super::has_content;
-use crate::lockstep::{LossKind, ParticipantSummary};
+use crate::lockstep::{Lockstep, LossKind, ParticipantSummary};
 
 /// The processes of the participants, by slot.
 pub(super) struct Participants {
@@ -36,6 +36,13 @@ impl Participants {
             forged: false,
             refused: 0,
         }
+    }
+
+    /// Returns the processes whose end is worth waiting for: one whose end is known would
+    /// end every wait at once.
+    pub(super) fn present<'a>(&'a self, lockstep: &'a Lockstep) -> impl Iterator<Item = &'a Peer> {
+        let present = self.peers.iter().zip(lockstep.slots()).filter(|(_, s)| s.is_present());
+        present.filter_map(|(peer, _)| peer.as_ref())
     }
 
     /// Returns what the kernel knows of a participant, as the end of a sentence.

@@ -24,6 +24,8 @@ pub struct Progress {
     /// Nothing is under way: participants join, or the run is paused.
     waits: bool,
     last_line: Instant,
+    /// The robot that it is about, where there are several.
+    about: String,
     /// The last line is out.
     told_all: bool,
     ended: Option<Instant>,
@@ -50,9 +52,17 @@ impl Progress {
             before: 0,
             waits: true,
             last_line: now,
+            about: String::new(),
             told_all: false,
             ended: None,
         }
+    }
+
+    /// Every text names this robot.
+    #[must_use]
+    pub(super) fn about(self, robot: Option<&str>) -> Self {
+        let about = robot.map(|robot| format!("{robot}: ")).unwrap_or_default();
+        Self { about, ..self }
     }
 
     /// Nothing happens until [`goes_on_at`](Self::goes_on_at).
@@ -117,8 +127,8 @@ impl Progress {
     /// about a participant in trouble.
     pub fn say(&self, text: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| errln!("{text}")),
-            None => errln!("{text}"),
+            Some(bar) => bar.suspend(|| errln!("{}{text}", self.about)),
+            None => errln!("{}{text}", self.about),
         }
     }
 

@@ -41,6 +41,10 @@ pub struct RunBuilder {
     pub quiet: bool,
     /// Signals; `None`: the run listens for them itself.
     pub stop: Option<Stop>,
+    /// The robot's name, where several share a world.
+    pub robot: Option<String>,
+    /// The run of another robot that sets the pace and the pauses of this one.
+    pub leader: Option<RunName>,
 }
 
 /// A run that has its name to itself; nothing is started yet.
@@ -68,6 +72,8 @@ impl RunBuilder {
             by_hand: false,
             quiet: true,
             stop: None,
+            robot: None,
+            leader: None,
         }
     }
 
@@ -80,7 +86,7 @@ impl RunBuilder {
         check_limits(roster.len())?;
         let stop = match &self.stop {
             Some(stop) => stop.clone(),
-            None => Stop::listen(&self.run)?,
+            None => Stop::listen(std::slice::from_ref(&self.run))?,
         };
         // Traces of killed runs go first. `clean` names what cannot go now.
         let _ = Domain::sweep_dead();

@@ -19,25 +19,25 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// Listens for signals on behalf of `run`. The first raises the flag; the
-    /// second kills the participants, removes what the run has in shared
+    /// Listens for signals on behalf of `runs`. The first raises the flag; the
+    /// second kills the participants, removes what the runs have in shared
     /// memory, and ends this process.
     ///
     /// # Errors
     /// [`RunError::Signals`] if signals cannot be listened for.
-    pub fn listen(run: &RunName) -> Result<Self, RunError> {
-        Self::listen_for(run).map_err(RunError::Signals)
+    pub fn listen(runs: &[RunName]) -> Result<Self, RunError> {
+        Self::listen_for(runs).map_err(RunError::Signals)
     }
 
-    fn listen_for(run: &RunName) -> std::io::Result<Self> {
+    fn listen_for(runs: &[RunName]) -> std::io::Result<Self> {
         let stop = Self { flag: Arc::default(), groups: Groups::default() };
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
-        let (received, run) = (stop.clone(), run.clone());
+        let (received, runs) = (stop.clone(), runs.to_vec());
         std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
             for _ in signals.forever() {
                 if received.flag.swap(true, Ordering::Relaxed) {
                     received.groups.end_with_all(|| {
-                        Domain::remove_traces(&run);
+                        runs.iter().for_each(Domain::remove_traces);
                         std::process::exit(i32::from(Exit::Lost as u8));
                     });
                 }

@@ -22,11 +22,14 @@ pub(super) struct Wire {
     clock_ns: u64,
     /// This process has slept since.
     slept: bool,
+    /// Other runs share this process: what it waits for, it waits for with them, at most
+    /// this long, ns.
+    pub(super) shared_wait_ns: Option<u64>,
 }
 
 impl Wire {
     pub(super) fn new(link: ServerLink) -> Self {
-        Self { link, looks: 0, steps: 0, clock_ns: 0, slept: true }
+        Self { link, looks: 0, steps: 0, clock_ns: 0, slept: true, shared_wait_ns: None }
     }
 
     /// The monotonic clock, ns, or what it was a few steps ago: it costs as much
@@ -59,10 +62,21 @@ impl Wire {
     where
         P: Iterator<Item = &'p Peer>,
     {
-        let blocked = is_idle && self.link.pause(peers, Duration::from_nanos(at_most_ns));
+        let blocked = match &mut self.shared_wait_ns {
+            Some(wait_ns) => {
+                *wait_ns = at_most_ns;
+                self.slept
+            }
+            None => is_idle && self.link.pause(peers, Duration::from_nanos(at_most_ns)),
+        };
         self.slept |= blocked;
         self.looks = self.looks.wrapping_add(1);
         blocked || self.looks.is_multiple_of(LOOKS_PER_CHECK)
+    }
+
+    /// This process has slept, in a wait for several runs.
+    pub(super) fn woke(&mut self) {
+        self.slept = true;
     }
 
     /// Sends a frame to the participants at these slots. Returns the clock, ns.

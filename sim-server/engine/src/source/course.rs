@@ -21,6 +21,15 @@ impl Course {
         Ok(Self { sim: Sim::new(config.clone())?, change: None })
     }
 
+    /// The same where other robots may have drivers, whose commands are given, see
+    /// [`Sim::among_driven`].
+    ///
+    /// # Errors
+    /// [`SimError`] if the configuration cannot be used.
+    pub fn among_driven(config: &RunConfig) -> Result<Self, SimError> {
+        Ok(Self { sim: Sim::among_driven(config.clone())?, change: None })
+    }
+
     /// The course of a run with this header, before its first tick; `None`
     /// where no world made the frames.
     ///
@@ -43,6 +52,17 @@ impl Course {
     /// The index of the next tick.
     pub(super) fn tick(&self) -> u64 {
         self.sim.tick()
+    }
+
+    /// Sets the command of another robot's driver for the next tick, see
+    /// [`Sim::drive_other`].
+    pub fn drive_other(&mut self, place: usize, applied: Twist) {
+        self.sim.drive_other(place, applied);
+    }
+
+    /// A driver's command as the robot's wheels can follow it.
+    pub(super) fn limit(&self, command: Twist) -> Twist {
+        self.sim.limit(command)
     }
 
     /// The next tick, written into `frame`, unsealed; the true pose after it.

@@ -56,6 +56,7 @@ pub(super) fn plan(
         walkers: Vec::new(),
         crowd: None,
         events: Vec::new(),
+        fleet: None,
     };
     config.check().map_err(|error| ImportError::file(input, error))?;
     let file = input.file_name().unwrap_or_default();

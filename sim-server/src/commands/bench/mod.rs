@@ -262,7 +262,7 @@ fn check_repeat(repeat: usize) -> Result<(), FieldError> {
 /// Returns a name that no other benchmark has, and the signals that stop it.
 fn prepare() -> Result<(RunName, Stop)> {
     let run = fresh_name("bench")?;
-    let stop = Stop::listen(&run)?;
+    let stop = Stop::listen(std::slice::from_ref(&run))?;
     // `clean` names what cannot be removed here.
     let _ = Domain::sweep_dead();
     Ok((run, stop))

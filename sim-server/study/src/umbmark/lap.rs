@@ -113,6 +113,7 @@ pub fn lap(
         walkers: Vec::new(),
         crowd: None,
         events: Vec::new(),
+        fleet: None,
         ..config.clone()
     })?;
     let mut frame = Frame::boxed();
