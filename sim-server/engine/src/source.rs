@@ -3,7 +3,7 @@
 use rusty_contract::log::{LogError, Source};
 use rusty_contract::{Frame, LogHeader, OnLoss, Participant, Reply, RunConfig, ScriptConfig};
 use rusty_geometry::{SE2, Twist};
-use rusty_sim::SimError;
+use rusty_sim::{Sim, SimError};
 use thiserror::Error;
 
 mod board;
@@ -109,7 +109,7 @@ impl<'a> Simulated<'a> {
     pub fn new(header: LogHeader) -> Result<Self, SimError> {
         let course = match Course::of(&header)? {
             Some(course) => course,
-            None => Course::unchanging(&header.config)?,
+            None => Course::unchanging(Sim::new(header.config.clone())?),
         };
         Ok(Self { header, course, before: None, seat: None })
     }
@@ -125,7 +125,7 @@ impl<'a> Simulated<'a> {
     }
 
     fn seated(header: LogHeader, seat: Seat) -> Result<Self, SimError> {
-        let course = Course::among_driven(&header.config)?;
+        let course = Course::unchanging(Sim::among_driven(header.config.clone())?);
         Ok(Self { header, course, before: None, seat: Some(seat) })
     }
 

@@ -1,6 +1,6 @@
 //! A run that leaves another one in the middle.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rusty_contract::log::{LogError, LogReader, Read, Source, TickRecord};
 use rusty_contract::score::Score;
@@ -13,6 +13,7 @@ use thiserror::Error;
 
 use super::compare::{self, Mismatch, record_of};
 use super::comparison::Comparison;
+use super::drivers::{Drivers, DriversError};
 
 /// Why a run cannot be continued from the middle.
 #[derive(Debug, Error)]
@@ -56,6 +57,9 @@ pub enum ForkError {
         /// Where.
         tick: u64,
     },
+    /// The commands of another robot's driver are missing.
+    #[error(transparent)]
+    Drivers(#[from] DriversError),
     /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
@@ -71,6 +75,7 @@ impl ForkError {
         match self {
             Self::OtherPast { .. } => Exit::NotBitExact,
             Self::Source { .. } | Self::NoSuchTick { .. } | Self::Sim(_) => Exit::Usage,
+            Self::Drivers(error) => error.exit(),
             Self::Damaged { .. } | Self::Log(_) => Exit::Failed,
         }
     }
@@ -120,6 +125,7 @@ impl Fork {
 pub struct Branch {
     header: LogHeader,
     course: Course,
+    drivers: Drivers,
     original: LogReader,
     record: Option<TickRecord>,
     names: Vec<String>,
@@ -130,11 +136,17 @@ pub struct Branch {
 impl Branch {
     /// A branch of `log` whose configuration is `after` from `at_tick` on.
     /// The ticks before it are simulated once here, with the recorded commands
-    /// of a driver, to see that they come again.
+    /// of a driver, to see that they come again. `others` are the logs of other robots
+    /// with drivers, which drive as they did.
     ///
     /// # Errors
     /// [`ForkError`] names what stands against it.
-    pub fn new(log: &Path, at_tick: u64, after: RunConfig) -> Result<Self, ForkError> {
+    pub fn new(
+        log: &Path,
+        at_tick: u64,
+        after: RunConfig,
+        others: &[PathBuf],
+    ) -> Result<Self, ForkError> {
         let original = LogReader::open(log)?;
         let before = original.header().clone();
         let name = log.display().to_string();
@@ -149,15 +161,16 @@ impl Branch {
         if let Some(why) = why {
             return Err(ForkError::Source { log: name, why });
         }
-        check_past(log, &before, at_tick)?;
+        check_past(log, &before, at_tick, Drivers::of(&before, others)?)?;
+        let drivers = Drivers::of(&before, others)?;
         let source = Source::Forked { at_tick, before: Box::new(before.config.clone()) };
         let names = before.answering().map(|p| p.name.clone()).collect();
         let header = LogHeader { source, config: after, ..before };
         let none = ForkError::Source { log: name.clone(), why: "no world made it" };
-        let course = Course::of(&header)?.ok_or(none)?;
+        let course = Course::of_driven(&header)?.ok_or(none)?;
         let fork = Fork { original: name, at_tick, ..Fork::default() };
         let comparison = Comparison::default();
-        Ok(Self { header, course, original, record: None, names, comparison, fork })
+        Ok(Self { header, course, drivers, original, record: None, names, comparison, fork })
     }
 
     /// Changes who takes part.
@@ -172,10 +185,15 @@ impl Branch {
 }
 
 /// Simulates the ticks before `at_tick` and compares them with the log's.
-fn check_past(log: &Path, header: &LogHeader, at_tick: u64) -> Result<(), ForkError> {
+fn check_past(
+    log: &Path,
+    header: &LogHeader,
+    at_tick: u64,
+    mut drivers: Drivers,
+) -> Result<(), ForkError> {
     let name = log.display().to_string();
     let mut reader = LogReader::open(log)?;
-    let Some(mut course) = Course::of(header)? else { return Ok(()) };
+    let Some(mut course) = Course::of_driven(header)? else { return Ok(()) };
     let (mut frame, mut effects) = (Frame::boxed(), Effects::of(header));
     for tick in 0..at_tick {
         let record = match reader.read()? {
@@ -183,6 +201,7 @@ fn check_past(log: &Path, header: &LogHeader, at_tick: u64) -> Result<(), ForkEr
             Read::Tick(_) => return Err(ForkError::Damaged { log: name, tick }),
             Read::End(_) => return Err(ForkError::NoSuchTick { log: name, at_tick, ticks: tick }),
         };
+        drivers.drive(&mut course)?;
         let truth = course.step(effects.command(), &mut frame)?;
         let again = record_of(&frame, truth);
         if let Some(found) = compare::frames(&record, &again, header.config.dt_s) {
@@ -203,6 +222,7 @@ impl FrameSource for Branch {
         driver: Option<Twist>,
         frame: &mut Frame,
     ) -> Result<Option<SE2>, SourceError> {
+        self.drivers.drive(&mut self.course)?;
         let truth = self.course.step(driver, frame)?;
         self.record = match self.original.read()? {
             Read::Tick(entry) => Some(entry.record),

@@ -1,6 +1,7 @@
 //! Work on finished logs.
 //!
 //! * [`import`]: recordings of real robots;
+//! * [`drivers`]: commands of other robots' drivers;
 //! * [`export`]: logs for other programs;
 //! * [`replay`]: the frames of a log for another run;
 //! * [`fork`]: runs that leave a log's run in the middle;
@@ -10,6 +11,7 @@
 
 pub mod compare;
 pub mod comparison;
+pub mod drivers;
 pub mod export;
 pub mod folder;
 pub mod fork;

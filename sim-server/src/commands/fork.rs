@@ -34,6 +34,9 @@ pub struct ForkArgs {
     /// Total number of ticks [default: the log's]
     #[arg(long)]
     pub ticks: Option<u64>,
+    /// Log of another robot of the run that has a driver
+    #[arg(long, value_name = "LOG")]
+    pub with: Vec<PathBuf>,
     #[command(flatten)]
     pub run: RunArgs,
 }
@@ -44,7 +47,7 @@ pub fn run(args: &ForkArgs) -> Result<Exit> {
     after.seed = args.seed.unwrap_or(after.seed);
     after.ticks = args.ticks.unwrap_or(after.ticks);
     check(args, &before.config, &after)?;
-    let mut source = Branch::new(&args.log, args.at, after)?;
+    let mut source = Branch::new(&args.log, args.at, after, &args.with)?;
     args.run.change_roster(&mut source.header_mut().roster)?;
     check_driver(source.header())?;
     let place = RunPlace::find(&args.run, &source.header().config.scenario, Some(&args.log))?;

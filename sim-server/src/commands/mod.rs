@@ -181,6 +181,7 @@ fn exit_code(error: &anyhow::Error) -> Exit {
         rusty_bench::BenchError,
         rusty_bench::page::PageError,
         rusty_engine::run::RunError,
+        rusty_logs::drivers::DriversError,
         rusty_logs::export::ExportError,
         rusty_logs::folder::FolderError,
         rusty_logs::fork::ForkError,

@@ -212,7 +212,8 @@ impl RunSession<'_> {
         } else {
             outln!("{line}");
         }
-        if self.args.paused {
+        let is_first = config.fleet.as_ref().is_none_or(|fleet| fleet.place == 0);
+        if self.args.paused && is_first {
             errln!("paused; `sim-server control {name} step` or `resume` lets it go on");
         }
         if self.starting == Starting::ByHand {

@@ -15,6 +15,7 @@ use rusty_engine::source::{Course, FrameSource as _};
 use rusty_link::WaitPolicy;
 use rusty_logs::compare::{self, Mismatch, record_of};
 use rusty_logs::comparison::Compared;
+use rusty_logs::drivers::Drivers;
 use rusty_logs::original::Compare as _;
 use rusty_logs::replay::Recording;
 use serde::Serialize;
@@ -29,6 +30,9 @@ pub struct VerifyArgs {
     /// Run the estimators and the driver again and compare answers
     #[arg(long)]
     pub clients: bool,
+    /// Log of another robot of the run that has a driver
+    #[arg(long, value_name = "LOG")]
+    pub with: Vec<PathBuf>,
     #[command(flatten)]
     pub output: Output,
 }
@@ -54,7 +58,7 @@ struct Verdict {
 
 /// Exits with 0 if the log is bit-exact, 4 if not, 3 if it is bit-exact but cut off.
 pub fn run(args: &VerifyArgs) -> Result<Exit> {
-    let mut verdict = check(&args.log)?;
+    let mut verdict = check(&args.log, &args.with)?;
     if args.clients {
         verdict.add_clients(run_clients(&args.log)?);
     }
@@ -104,18 +108,21 @@ fn print(v: &Verdict) {
 /// The simulation that is compared with the log.
 struct Again {
     course: Course,
+    drivers: Drivers,
     effects: Effects,
     frame: Box<Frame>,
 }
 
 impl Again {
-    fn new(header: &LogHeader) -> Result<Option<Self>> {
-        let Some(course) = Course::of(header)? else { return Ok(None) };
-        Ok(Some(Self { course, effects: Effects::of(header), frame: Frame::boxed() }))
+    fn new(header: &LogHeader, others: &[PathBuf]) -> Result<Option<Self>> {
+        let Some(course) = Course::of_driven(header)? else { return Ok(None) };
+        let drivers = Drivers::of(header, others)?;
+        Ok(Some(Self { course, drivers, effects: Effects::of(header), frame: Frame::boxed() }))
     }
 
     /// The next tick as it should be.
     fn next(&mut self) -> Result<TickRecord> {
+        self.drivers.drive(&mut self.course)?;
         let truth = self.course.step(self.effects.command(), &mut self.frame)?;
         Ok(record_of(&self.frame, truth))
     }
@@ -129,10 +136,10 @@ impl Again {
     }
 }
 
-fn check(path: &Path) -> Result<Verdict> {
+fn check(path: &Path, others: &[PathBuf]) -> Result<Verdict> {
     let mut reader = LogReader::open(path)?;
     let header = reader.header().clone();
-    let mut again = Again::new(&header)?;
+    let mut again = Again::new(&header, others)?;
     let mut verdict = Verdict {
         bit_exact: true,
         complete: true,

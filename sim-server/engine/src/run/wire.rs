@@ -25,11 +25,21 @@ pub(super) struct Wire {
     /// Other runs share this process: what it waits for, it waits for with them, at most
     /// this long, ns.
     pub(super) shared_wait_ns: Option<u64>,
+    /// Such a wait is over, and nothing was checked since.
+    woke: bool,
 }
 
 impl Wire {
     pub(super) fn new(link: ServerLink) -> Self {
-        Self { link, looks: 0, steps: 0, clock_ns: 0, slept: true, shared_wait_ns: None }
+        Self {
+            link,
+            looks: 0,
+            steps: 0,
+            clock_ns: 0,
+            slept: true,
+            shared_wait_ns: None,
+            woke: false,
+        }
     }
 
     /// The monotonic clock, ns, or what it was a few steps ago: it costs as much
@@ -65,7 +75,7 @@ impl Wire {
         let blocked = match &mut self.shared_wait_ns {
             Some(wait_ns) => {
                 *wait_ns = at_most_ns;
-                self.slept
+                std::mem::take(&mut self.woke)
             }
             None => is_idle && self.link.pause(peers, Duration::from_nanos(at_most_ns)),
         };
@@ -76,7 +86,7 @@ impl Wire {
 
     /// This process has slept, in a wait for several runs.
     pub(super) fn woke(&mut self) {
-        self.slept = true;
+        (self.slept, self.woke) = (true, true);
     }
 
     /// Sends a frame to the participants at these slots. Returns the clock, ns.

@@ -14,20 +14,8 @@ pub struct Course {
 
 impl Course {
     /// A world that stays as it is.
-    ///
-    /// # Errors
-    /// [`SimError`] if the configuration cannot be used.
-    pub fn unchanging(config: &RunConfig) -> Result<Self, SimError> {
-        Ok(Self { sim: Sim::new(config.clone())?, change: None })
-    }
-
-    /// The same where other robots may have drivers, whose commands are given, see
-    /// [`Sim::among_driven`].
-    ///
-    /// # Errors
-    /// [`SimError`] if the configuration cannot be used.
-    pub fn among_driven(config: &RunConfig) -> Result<Self, SimError> {
-        Ok(Self { sim: Sim::among_driven(config.clone())?, change: None })
+    pub(super) fn unchanging(sim: Sim) -> Self {
+        Self { sim, change: None }
     }
 
     /// The course of a run with this header, before its first tick; `None`
@@ -36,11 +24,26 @@ impl Course {
     /// # Errors
     /// [`SimError`] if the configuration, or the change, cannot be used.
     pub fn of(header: &LogHeader) -> Result<Option<Self>, SimError> {
+        Self::with(header, Sim::new)
+    }
+
+    /// The same where other robots may have drivers, whose commands are given.
+    ///
+    /// # Errors
+    /// [`SimError`] as of [`Course::of`].
+    pub fn of_driven(header: &LogHeader) -> Result<Option<Self>, SimError> {
+        Self::with(header, Sim::among_driven)
+    }
+
+    fn with(
+        header: &LogHeader,
+        sim: impl Fn(RunConfig) -> Result<Sim, SimError>,
+    ) -> Result<Option<Self>, SimError> {
         let config = header.config.clone();
         match &header.source {
-            Source::Simulated => Ok(Some(Self::unchanging(&config)?)),
+            Source::Simulated => Ok(Some(Self::unchanging(sim(config)?))),
             Source::Forked { at_tick, before } => {
-                let sim = Sim::new((**before).clone())?;
+                let sim = sim((**before).clone())?;
                 // What cannot be used is said before the first tick.
                 sim.clone().reconfigure(config.clone())?;
                 Ok(Some(Self { sim, change: Some((*at_tick, config)) }))
