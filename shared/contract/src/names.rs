@@ -2,8 +2,6 @@
 
 use thiserror::Error;
 
-use crate::config::FieldError;
-
 /// Longest name of a run. The transport puts it into socket paths, which the
 /// kernel cuts at 108 bytes.
 pub const MAX_RUN_NAME: usize = 24;
@@ -77,14 +75,10 @@ pub fn check_robot_name(name: &str) -> Result<(), NameError> {
 }
 
 impl NameError {
-    /// The same as an error about `field`.
+    /// What is wrong with the name.
     #[must_use]
-    pub(crate) fn field_error(&self, field: &str) -> FieldError {
-        let remedy = format!(
-            "use 1 to {} letters, digits, '-' or '_', starting with a letter or digit",
-            self.max
-        );
-        FieldError::new(field, format!("{:?}", self.name), self.problem, remedy)
+    pub fn problem(&self) -> &'static str {
+        self.problem
     }
 }
 

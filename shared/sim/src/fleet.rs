@@ -2,7 +2,7 @@
 //!
 //! Within a tick the robots move one after the other, in the order of their places. Each
 //! meets the others where they are at that moment: those before it have moved, those
-//! after it have not, so no two ever stand in one another. Every robot's simulation moves
+//! after it have not, so no two ever overlap. Every robot's simulation moves
 //! all of them, with the same numbers, and senses for its own alone.
 
 use nalgebra::Point2;

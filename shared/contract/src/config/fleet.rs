@@ -13,7 +13,7 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use super::run::check_pose;
 use super::{FieldError, Kidnapping, RobotConfig, RunConfig, ScriptConfig, at_least};
-use crate::names::check_robot_name;
+use crate::names::{MAX_ROBOT_NAME, check_robot_name};
 
 /// The most robots in a world.
 pub const MAX_ROBOTS: usize = 8;
@@ -69,11 +69,10 @@ impl Fleet {
         at_least("robot (place)", self.place as u64, 0, self.others.len() as u64)?;
         let mut names = BTreeSet::from([self.name.as_str()]);
         let mut bodies = vec![(self.place, start, body_radius_m)];
-        check_robot_name(&self.name)
-            .map_err(|e| e.field_error(&format!("robot[{}].name", self.place)))?;
+        check_name(&self.name, self.place)?;
         for (place, other) in self.others() {
             let field = |name: &str| format!("robot[{place}].{name}");
-            check_robot_name(&other.name).map_err(|e| e.field_error(&field("name")))?;
+            check_name(&other.name, place)?;
             if !names.insert(&other.name) {
                 let remedy = "give every robot another name";
                 return Err(FieldError::new(field("name"), &other.name, "is there twice", remedy));
@@ -107,6 +106,15 @@ impl Fleet {
         }
         Ok(())
     }
+}
+
+fn check_name(name: &str, place: usize) -> Result<(), FieldError> {
+    check_robot_name(name).map_err(|e| {
+        let remedy = format!(
+            "use 1 to {MAX_ROBOT_NAME} letters, digits, '-' or '_', starting with a letter or digit"
+        );
+        FieldError::new(format!("robot[{place}].name"), format!("{name:?}"), e.problem(), remedy)
+    })
 }
 
 /// The seed of the noise of a robot in a run with this seed. The first draws with the

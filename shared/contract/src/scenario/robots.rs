@@ -27,7 +27,7 @@ pub enum Robots {
 pub struct RobotEntry {
     /// Its name, 1 to 8 characters.
     pub name: String,
-    /// The robot: its fields stand in the entry.
+    /// The robot, whose fields are those of the entry.
     #[serde(flatten)]
     pub robot: RobotConfig,
     /// What differs from the scenario.
