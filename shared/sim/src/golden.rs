@@ -23,8 +23,10 @@
 mod driver;
 mod runs;
 
-use rusty_contract::{Frame, RunConfig, RunDigest, TruthKey};
+use rusty_contract::{Frame, Log, RunConfig, RunDigest, ScriptConfig, TruthKey};
 
+use crate::record::record;
+use crate::script::{BuiltInScript, Moment};
 use crate::sim::Sim;
 use crate::sim_error::SimError;
 
@@ -120,6 +122,19 @@ impl Golden {
     /// [`SimError`] if the configuration cannot be used, which a test excludes.
     pub fn found(&self) -> Result<String, SimError> {
         Ok(digest_of(self.config())?.world_hex())
+    }
+
+    /// Records the run, with [`driver_command`] where it asks for a driver.
+    ///
+    /// # Errors
+    /// As [`Golden::found`].
+    pub fn record(&self) -> Result<Log, SimError> {
+        let config = self.config();
+        if matches!(config.script, ScriptConfig::Driver {}) {
+            return record(config, &mut |moment: &Moment<'_>| driver_command(moment.tick));
+        }
+        let mut script = BuiltInScript::new(&config.script, config.dt_s, config.start);
+        record(config, &mut script)
     }
 }
 

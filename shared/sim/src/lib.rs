@@ -14,6 +14,7 @@
 //! * [`lidar`]: one scan;
 //! * [`patrol`], [`steering`], [`script`]: where commands come from;
 //! * [`sim_error`], [`sim`]: all of it together;
+//! * [`record`](mod@record): a whole run as a log, without a server;
 //! * [`golden`]: runs whose digests are constants.
 //!
 //! Units are metres, radians and seconds; poses are in the world frame and
@@ -77,12 +78,15 @@ pub mod sim_error;
 
 pub mod sim;
 
+pub mod record;
+
 pub mod golden;
 
 pub use golden::{GOLDENS, Golden};
 pub use lidar::Lidar;
 pub use outcome::StepOutcome;
+pub use record::record;
 pub use robot::Robot;
-pub use script::Script;
+pub use script::{BuiltInScript, Moment, Script};
 pub use sim::Sim;
 pub use sim_error::SimError;

@@ -19,7 +19,7 @@ use crate::outcome::StepOutcome;
 use crate::people::People;
 use crate::robot::Robot;
 use crate::scene::Scene;
-use crate::script::Script;
+use crate::script::BuiltInScript;
 use crate::sensors::{Motion, SmallSensors};
 use crate::sim_error::SimError;
 
@@ -34,7 +34,7 @@ pub struct Sim {
     lidar: Lidar,
     /// Boxed: few runs have any, and a run without passes by.
     sensors: Option<Box<SmallSensors>>,
-    script: Script,
+    script: BuiltInScript,
     slip_noise: TickNoise,
     lidar_noise: LidarNoise,
     ticks_done: u64,
@@ -61,7 +61,7 @@ impl Sim {
             robot: Robot::new(&config.robot, config.start),
             lidar: Lidar::new(&config.lidar),
             sensors: SmallSensors::of(&config, &world).map(Box::new),
-            script: Script::new(&config.script, config.dt_s, config.start),
+            script: BuiltInScript::new(&config.script, config.dt_s, config.start),
             slip_noise: TickNoise::slip(config.seed),
             lidar_noise: LidarNoise::new(config.seed),
             ticks_done: 0,
@@ -98,7 +98,7 @@ impl Sim {
         self.sensors.iter_mut().for_each(|sensors| sensors.reseed(config.seed));
         self.people.reseed(config.seed);
         // A command depends on tick and pose, not on commands before it.
-        self.script = Script::new(&config.script, config.dt_s, config.start);
+        self.script = BuiltInScript::new(&config.script, config.dt_s, config.start);
         self.slip_noise = TickNoise::slip(config.seed);
         self.lidar_noise = LidarNoise::new(config.seed);
         // Those of ticks that are done are past, or never were.
@@ -203,7 +203,7 @@ impl Sim {
         if self.moves {
             self.change_world(tick);
         }
-        let wanted = self.script.command(tick, &self.truth(), driver);
+        let wanted = self.script.command_at(tick, &self.truth(), driver);
         let applied = self.robot.limit(wanted);
         let slip_z = self.slip_noise.normals(tick);
         let scene = Scene { world: &self.world, bodies: self.people.bodies() };

@@ -22,5 +22,5 @@ pub use people::{CrowdConfig, MAX_PEOPLE, Shape, WalkerConfig};
 pub use robot::{NominalRobot, RobotConfig};
 pub use run::RunConfig;
 pub(crate) use run::check_times_and_start;
-pub use script::{PatrolConfig, ScriptConfig, parse_commands};
+pub use script::{MAX_COMMANDS, PatrolConfig, ScriptConfig, parse_commands};
 pub use sensors::Sensors;
