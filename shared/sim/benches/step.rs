@@ -31,6 +31,7 @@ fn config(scan_every: u64, beams: u32) -> RunConfig {
         walkers: Vec::new(),
         crowd: None,
         events: Vec::new(),
+        patches: Vec::new(),
     }
 }
 

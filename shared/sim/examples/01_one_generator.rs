@@ -37,6 +37,7 @@ fn config(beams: u32) -> RunConfig {
         walkers: Vec::new(),
         crowd: None,
         events: Vec::new(),
+        patches: Vec::new(),
     }
 }
 

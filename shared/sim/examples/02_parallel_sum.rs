@@ -53,6 +53,7 @@ fn scan() -> Result<Vec<Beam>, SimError> {
         walkers: Vec::new(),
         crowd: None,
         events: Vec::new(),
+        patches: Vec::new(),
     })?;
     let mut frame = Frame::boxed();
     let _ = sim.step(None, &mut frame);

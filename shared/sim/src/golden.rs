@@ -45,7 +45,7 @@ pub struct Golden {
 }
 
 /// All golden runs.
-pub const GOLDENS: [Golden; 10] = [
+pub const GOLDENS: [Golden; 11] = [
     Golden {
         name: "apartment-steered",
         pins: "a patrol steered on the truth, slip, range noise, a scan in every fifth tick",
@@ -106,6 +106,12 @@ pub const GOLDENS: [Golden; 10] = [
         pins: "beams that pass up to three panes, mixed pixels at edges, noise that grows with range",
         expected: "9e6cea6560aa424c93b247cf19cefea2",
         config: runs::lobby_glass,
+    },
+    Golden {
+        name: "apartment-slippery",
+        pins: "a left wheel that slips more, slips with outliers, patches of floor that overlap",
+        expected: "247fafc07ae39190424e8daeefc785d2",
+        config: runs::apartment_slippery,
     },
 ];
 

@@ -10,7 +10,7 @@
 //!
 //! * [`noise`]: where every random number comes from, and why a change in one
 //!   place reshuffles nothing in another;
-//! * [`outcome`], [`robot`]: one tick of a differential drive that slips;
+//! * [`outcome`], [`robot`], [`slip`]: one tick of a differential drive that slips;
 //! * [`lidar`]: one scan;
 //! * [`patrol`], [`steering`], [`script`]: where commands come from;
 //! * [`sim_error`], [`sim`]: all of it together;
@@ -43,6 +43,7 @@
 //!     walkers: Vec::new(),
 //!     crowd: None,
 //!     events: Vec::new(),
+//!     patches: Vec::new(),
 //! };
 //! let mut sim = Sim::new(config)?;
 //! let mut frame = Frame::boxed();
@@ -62,6 +63,7 @@ pub mod noise;
 
 pub mod outcome;
 pub mod robot;
+pub mod slip;
 
 mod events;
 pub mod lidar;

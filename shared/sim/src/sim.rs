@@ -14,7 +14,7 @@ use rusty_geometry::{Disc, SE2, Twist, World};
 
 use crate::events::walls_after;
 use crate::lidar::Lidar;
-use crate::noise::{LidarNoise, TickNoise};
+use crate::noise::LidarNoise;
 use crate::outcome::StepOutcome;
 use crate::people::People;
 use crate::robot::Robot;
@@ -22,6 +22,7 @@ use crate::scene::Scene;
 use crate::script::BuiltInScript;
 use crate::sensors::{Motion, SmallSensors};
 use crate::sim_error::SimError;
+use crate::slip::Slip;
 
 /// A robot in a place, between two ticks.
 ///
@@ -35,7 +36,7 @@ pub struct Sim {
     /// Boxed: few runs have any, and a run without passes by.
     sensors: Option<Box<SmallSensors>>,
     script: BuiltInScript,
-    slip_noise: TickNoise,
+    slip: Slip,
     lidar_noise: LidarNoise,
     ticks_done: u64,
     /// Index of the next kidnapping of the configuration.
@@ -62,7 +63,7 @@ impl Sim {
             lidar: Lidar::new(&config.lidar),
             sensors: SmallSensors::of(&config, &world).map(Box::new),
             script: BuiltInScript::new(&config.script, config.dt_s, config.start),
-            slip_noise: TickNoise::slip(config.seed),
+            slip: Slip::new(&config),
             lidar_noise: LidarNoise::new(config.seed),
             ticks_done: 0,
             next_kidnapping: 0,
@@ -99,7 +100,7 @@ impl Sim {
         self.people.reseed(config.seed);
         // A command depends on tick and pose, not on commands before it.
         self.script = BuiltInScript::new(&config.script, config.dt_s, config.start);
-        self.slip_noise = TickNoise::slip(config.seed);
+        self.slip = Slip::new(&config);
         self.lidar_noise = LidarNoise::new(config.seed);
         // Those of ticks that are done are past, or never were.
         self.next_kidnapping = config.kidnappings.partition_point(|k| k.tick < self.ticks_done);
@@ -121,7 +122,7 @@ impl Sim {
     pub fn restart(&mut self, seed: u64) {
         self.config.seed = seed;
         self.robot = Robot::new(&self.config.robot, self.config.start);
-        self.slip_noise = TickNoise::slip(seed);
+        self.slip.reseed(seed);
         self.lidar_noise.restart(seed);
         self.sensors.iter_mut().for_each(|sensors| sensors.restart(seed));
         // The script stays: a command depends on tick and pose alone.
@@ -205,9 +206,9 @@ impl Sim {
         }
         let wanted = self.script.command_at(tick, &self.truth(), driver);
         let applied = self.robot.limit(wanted);
-        let slip_z = self.slip_noise.normals(tick);
+        let slip = self.slip.at(tick, &self.robot.pose_in_world());
         let scene = Scene { world: &self.world, bodies: self.people.bodies() };
-        let outcome = self.robot.step(scene, applied, self.config.dt_s, slip_z);
+        let outcome = self.robot.step(scene, applied, self.config.dt_s, slip);
 
         let time_s = self.config.time_s(tick);
         frame.begin(tick, time_s, self.robot.encoder_ticks(), applied);

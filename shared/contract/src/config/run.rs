@@ -7,8 +7,8 @@ use rusty_geometry::{Material, SE2, WallSpec, WorldSpec};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CrowdConfig, Event, FieldError, Kidnapping, LidarConfig, RobotConfig, ScriptConfig, Sensors,
-    WalkerConfig, at_least, within,
+    CrowdConfig, Event, FieldError, Kidnapping, LidarConfig, PatchConfig, RobotConfig,
+    ScriptConfig, Sensors, WalkerConfig, at_least, within,
 };
 
 /// The configuration of a run. A seed, this and the driver's commands
@@ -51,6 +51,9 @@ pub struct RunConfig {
     /// What changes in the world, in the order of the ticks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
+    /// Where on the floor the wheels slip otherwise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub patches: Vec<PatchConfig>,
 }
 
 impl RunConfig {
@@ -60,10 +63,42 @@ impl RunConfig {
         (tick + 1) as f64 * self.dt_s
     }
 
+    /// Whether the wheels slip, anywhere.
+    #[must_use]
+    pub fn slips(&self) -> bool {
+        let wheels = self.robot.slip_figures();
+        let patches = self.patches.iter().map(PatchConfig::figures);
+        wheels.into_iter().chain(patches).any(|figures| figures.std != 0.0)
+    }
+
+    /// The figures of the slip on one line; `unit` is put after σ.
+    #[must_use]
+    pub fn slip_in_words(&self, unit: &str) -> String {
+        let [left, right] = self.robot.slip_figures();
+        let mut text = match left.std.to_bits() == right.std.to_bits() {
+            true => format!("{}{unit}", left.std),
+            false => format!("{} left and {} right{unit}", left.std, right.std),
+        };
+        if left.outlier_rate > 0.0 {
+            text += &format!(", {} % × {}", 100.0 * left.outlier_rate, left.outlier_factor);
+        }
+        match self.patches.len() {
+            0 => text,
+            1 => text + ", 1 patch of floor",
+            n => format!("{text}, {n} patches of floor"),
+        }
+    }
+
+    /// Makes the wheels not slip, anywhere.
+    pub fn remove_slip(&mut self) {
+        self.robot = self.robot.without_slip();
+        self.patches.clear();
+    }
+
     /// Whether a run with this configuration can go on with `after` in the
     /// middle. Seed, number of ticks, script, the noise of the LiDAR, the true
-    /// parameters of the robot, kidnappings and events may change. What participants rely on from
-    /// the start on, and what is past, may not.
+    /// parameters of the robot, kidnappings, events and patches may change. What participants rely
+    /// on from the start on, and what is past, may not.
     ///
     /// # Errors
     /// [`FieldError`] names the first field that must stay as it was.
@@ -129,6 +164,7 @@ impl RunConfig {
         WalkerConfig::check(&self.walkers)?;
         self.crowd.as_ref().map_or(Ok(()), CrowdConfig::check)?;
         Event::check(&self.events)?;
+        PatchConfig::check(&self.patches)?;
         self.world.check().map_err(|e| {
             FieldError::new("world", &self.world.name, e.to_string(), "mend the world file")
         })?;
@@ -183,6 +219,7 @@ mod tests {
             walkers: Vec::new(),
             crowd: None,
             events: Vec::new(),
+            patches: Vec::new(),
         }
     }
 
@@ -194,10 +231,12 @@ mod tests {
 
     #[test]
     fn noise_and_script_may_change_in_the_middle_and_what_was_told_may_not() {
-        let free: [fn(&mut RunConfig); 12] = [
+        let free: [fn(&mut RunConfig); 14] = [
             |c| c.seed = 2,
             |c| c.ticks = 20,
             |c| c.robot.slip_std = 0.1,
+            |c| c.robot.slip_std_left = Some(0.1),
+            |c| c.robot.slip_outlier_rate = 0.1,
             |c| c.robot.radius_bias_right = 0.1,
             |c| c.robot.track_bias = 0.1,
             |c| c.lidar.range_std_m = 0.1,

@@ -17,6 +17,7 @@
 //! | landmarks            |      7 | 32768·t              | 32768 = 8·4096     | 8·k: u, 8·k + 2: ε_r, 8·k + 4: ε_φ of the landmark with index k |
 //! | glass ([`LidarNoise`]) |      8 | 32768·t              | 32768 = 16·2048    | 16·k + 2·j: u of beam k at the pane with index j on its way |
 //! | people               |      9 | person k at 2^56·k   | 2 a draw           | speed, place at the start, goals, one after the other |
+//! | slip, outliers       |     10 |                  4·t | 4                   | 0: u_L, 2: u_R                        |
 //! | your own ([`OwnNoise`]) | 2^63 + n |            2^24·t | 2^24                | 256·k: 128 numbers of 64 bits of slot k |
 //!
 //! [`Source`] has these numbers as code, and [`Stream`] the words of any source as a

@@ -33,6 +33,8 @@ pub enum Source {
     Glass,
     /// Places and speeds of people.
     People,
+    /// Which slips are outliers.
+    SlipOutliers,
     /// A sensor that the simulator does not have, by a number of your choice; see
     /// [`OwnNoise`](super::OwnNoise).
     Own(u32),
@@ -40,7 +42,7 @@ pub enum Source {
 
 impl Source {
     /// All sources of the simulator, in the order of their numbers.
-    pub const BUILT_IN: [Self; 9] = [
+    pub const BUILT_IN: [Self; 10] = [
         Self::Slip,
         Self::Lidar,
         Self::Imu,
@@ -50,6 +52,7 @@ impl Source {
         Self::Landmarks,
         Self::Glass,
         Self::People,
+        Self::SlipOutliers,
     ];
 
     /// The number of its stream. It never changes.
@@ -65,6 +68,7 @@ impl Source {
             Self::Landmarks => 7,
             Self::Glass => 8,
             Self::People => 9,
+            Self::SlipOutliers => 10,
             Self::Own(number) => FIRST_OWN + number as u64,
         }
     }
@@ -82,6 +86,7 @@ impl Source {
             Self::Landmarks => "landmarks",
             Self::Glass => "glass",
             Self::People => "people",
+            Self::SlipOutliers => "slip-outliers",
             Self::Own(_) => "own",
         }
     }
@@ -91,7 +96,7 @@ impl Source {
     #[must_use]
     pub const fn tick_words(self) -> Option<u64> {
         match self {
-            Self::Slip => Some(4),
+            Self::Slip | Self::SlipOutliers => Some(4),
             Self::Lidar => Some(8192),
             Self::Imu | Self::ImuStart => Some(16),
             Self::Sonars => Some(64),
@@ -228,7 +233,7 @@ mod tests {
         let numbers: Vec<u64> =
             Source::BUILT_IN.into_iter().chain(ends).map(Source::number).collect();
         assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
-        assert_eq!(numbers[..9], [1, 2, 3, 4, 5, 6, 7, 8, 9], "recorded runs depend on them");
+        assert_eq!(numbers[..10], [1, 2, 3, 4, 5, 6, 7, 8, 9, 10], "recorded runs depend on them");
     }
 
     #[test]

@@ -29,6 +29,12 @@ impl TickNoise {
         Self::of(seed, Source::Slip)
     }
 
+    /// Choice of the outliers of the slip, `[left, right]`.
+    #[must_use]
+    pub fn slip_outliers(seed: u64) -> Self {
+        Self::of(seed, Source::SlipOutliers)
+    }
+
     /// Walk and white noise of each axis of the IMU.
     #[must_use]
     pub fn imu(seed: u64) -> Self {

@@ -24,6 +24,7 @@ pub fn config(script: ScriptConfig, world: &World, start: SE2) -> RunConfig {
         walkers: Vec::new(),
         crowd: None,
         events: Vec::new(),
+        patches: Vec::new(),
     }
 }
 

@@ -113,6 +113,7 @@ pub fn lap(
         walkers: Vec::new(),
         crowd: None,
         events: Vec::new(),
+        patches: Vec::new(),
         ..config.clone()
     })?;
     let mut frame = Frame::boxed();
