@@ -45,7 +45,7 @@ pub struct Golden {
 }
 
 /// All golden runs.
-pub const GOLDENS: [Golden; 11] = [
+pub const GOLDENS: [Golden; 15] = [
     Golden {
         name: "apartment-steered",
         pins: "a patrol steered on the truth, slip, range noise, a scan in every fifth tick",
@@ -112,6 +112,30 @@ pub const GOLDENS: [Golden; 11] = [
         pins: "a left wheel that slips more, slips with outliers, patches of floor that overlap",
         expected: "247fafc07ae39190424e8daeefc785d2",
         config: runs::apartment_slippery,
+    },
+    Golden {
+        name: "corridor",
+        pins: "a place that repeats itself, made by rule",
+        expected: "327e2b7712d5a51e1f04e2a7f39361e9",
+        config: runs::corridor,
+    },
+    Golden {
+        name: "twin-rooms",
+        pins: "two rooms that are images of each other, made by rule",
+        expected: "64b2ef823400ebba25bf697e5539c776",
+        config: runs::twin_rooms,
+    },
+    Golden {
+        name: "workshop",
+        pins: "boxes at all angles, drawn from a seed",
+        expected: "27ca6c8910ed2d1de01250e7659d29bd",
+        config: runs::workshop,
+    },
+    Golden {
+        name: "warehouse",
+        pins: "4096 walls, drawn from a seed",
+        expected: "042c94a80b773bc959505c4b0842f57f",
+        config: runs::warehouse,
     },
 ];
 

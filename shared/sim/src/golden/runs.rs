@@ -13,7 +13,7 @@ use rusty_contract::config::{PatchConfig, PatrolConfig};
 use rusty_contract::{LidarConfig, RobotConfig, RunConfig, ScriptConfig, Sensors};
 use rusty_geometry::{
     Landmark, Material, SE2, Twist, WallSpec, World, WorldSpec, apartment, hallway, lobby, open,
-    trig, wrap_angle,
+    place, trig, wrap_angle,
 };
 
 /// Rusty in a place; for each run to change.
@@ -299,4 +299,27 @@ pub(super) fn apartment_silent() -> RunConfig {
     run.robot.slip_std = 0.0;
     run.lidar.range_std_m = 0.0;
     run
+}
+
+/// Two seconds in a place that is made by rule, with ten scans.
+fn generated(name: &str, start: SE2) -> RunConfig {
+    let script = ScriptConfig::FigureEight { v_m_s: 0.4, omega_rad_s: 0.7, half_s: 1.1 };
+    let world = place(name).unwrap_or_else(open);
+    RunConfig { ticks: 100, scan_every: 10, ..rusty(name, &world, start, script) }
+}
+
+pub(super) fn corridor() -> RunConfig {
+    generated("corridor", SE2::new(18.0, 1.0, 0.1))
+}
+
+pub(super) fn twin_rooms() -> RunConfig {
+    generated("twin-rooms", SE2::new(2.2, 2.4, 0.4))
+}
+
+pub(super) fn workshop() -> RunConfig {
+    generated("workshop", SE2::new(6.0, 4.5, 0.0))
+}
+
+pub(super) fn warehouse() -> RunConfig {
+    generated("warehouse", SE2::new(24.0, 30.9, -0.2))
 }
