@@ -67,7 +67,7 @@ impl Facts {
                     observable.absorb(&frame);
                     ticks += 1;
                     scans += u64::from(record.ranges_m.is_some());
-                    for name in present(&record) {
+                    for name in record.readings.get().present().names() {
                         *readings.entry(name).or_default() += 1;
                     }
                     truths += u64::from(record.truth.is_some());
@@ -220,19 +220,6 @@ fn print_header(header: &LogHeader) {
     for p in &header.roster {
         outln!("roster    {} ({}){}", p.name, p.role, command(&p.command));
     }
-}
-
-/// Returns the names of the small sensors that say something in a tick.
-fn present(record: &TickRecord) -> impl Iterator<Item = &'static str> {
-    let present = record.readings.get().present();
-    let names = [
-        ("bumper", present.bumper),
-        ("imu", present.imu),
-        ("sonars", present.sonars.is_some()),
-        ("doors", present.doors.is_some()),
-        ("landmarks", present.landmarks.is_some()),
-    ];
-    names.into_iter().filter(|(_, is_there)| *is_there).map(|(name, _)| name)
 }
 
 /// Returns the errors of the motion of a robot.
