@@ -1,4 +1,4 @@
-//! A recorded run is the simulated one, whoever gives the commands.
+//! A recorded run is the simulated one, with any source of commands.
 
 use rusty_contract::log::LogError;
 use rusty_contract::{Log, RunConfig, ScriptConfig};

@@ -230,6 +230,29 @@ mod tests {
     }
 
     #[test]
+    fn all_slip_is_named_and_removed() {
+        let mut config = config();
+        assert_eq!(config.slip_in_words(" per tick"), "0.02 per tick");
+        config.remove_slip();
+        assert!(!config.slips());
+        config.robot.slip_std_left = Some(0.03);
+        assert!(config.slips());
+        (config.robot.slip_outlier_rate, config.robot.slip_outlier_factor) = (0.25, 5.0);
+        config.patches = vec![PatchConfig {
+            corners: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            slip_std: 0.3,
+            slip_outlier_rate: 0.0,
+            slip_outlier_factor: 10.0,
+        }];
+        let said = config.slip_in_words("");
+        assert_eq!(said, "0.03 left and 0 right, 25 % × 5, 1 patch of floor");
+        config.robot.slip_std_left = None;
+        assert!(config.slips(), "a patch alone");
+        config.remove_slip();
+        assert!(!config.slips());
+    }
+
+    #[test]
     fn noise_and_script_may_change_in_the_middle_and_what_was_told_may_not() {
         let free: [fn(&mut RunConfig); 14] = [
             |c| c.seed = 2,

@@ -158,7 +158,8 @@ impl ScriptConfig {
     pub fn check_command(tick: u64, command: Twist) -> Result<(), FieldError> {
         // A name is made for those that are refused only: there may be a million.
         let bounded = [("v_m_s", command.v_m_s, 100.0), ("omega_rad_s", command.omega_rad_s, 1e3)];
-        let mut bad = bounded.into_iter().filter(|(_, value, most)| !(value.abs() <= *most));
+        let mut bad =
+            bounded.into_iter().filter(|(_, value, most)| value.is_nan() || value.abs() > *most);
         bad.next().map_or(Ok(()), |(name, value, most)| {
             within(&format!("script.list[{tick}].{name}"), value, -most, most)
         })

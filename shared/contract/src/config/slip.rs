@@ -99,7 +99,8 @@ mod tests {
             slip_outlier_factor: 10.0,
         };
         PatchConfig::check(std::slice::from_ref(&square)).unwrap();
-        let broken: [(fn(&mut PatchConfig), &str); 6] = [
+        type Change = fn(&mut PatchConfig);
+        let broken: [(Change, &str); 6] = [
             (|p| p.corners.truncate(2), "patch[1].corners (number of)"),
             (|p| p.corners[2][0] = f64::NAN, "patch[1].corners[2][0]"),
             (|p| p.corners[0][1] = 1e7, "patch[1].corners[0][1]"),

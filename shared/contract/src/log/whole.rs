@@ -15,8 +15,8 @@ pub struct Log {
     pub header: LogHeader,
     /// The ticks, from tick 0 on.
     pub records: Vec<TickRecord>,
-    /// Number of ticks and digests. They are those of the records as they were made; whoever
-    /// changes a record makes a log that is not bit-exact.
+    /// Number of ticks and digests, of the records as they were made: with another record the
+    /// log is not bit-exact.
     pub trailer: Trailer,
 }
 

@@ -12,7 +12,7 @@ const DOMAIN: [u8; 24] = *b"rusty-sim noise, form 1.";
 /// Number of the first stream of [`Source::Own`].
 const FIRST_OWN: u64 = 1 << 63;
 
-/// A source of noise, which has a stream of its own. [`crate::noise`] has a table.
+/// A source of noise, which has a separate stream. [`crate::noise`] has a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Source {
     /// Slip of the wheels.
