@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rusty_contract::log::{Ending, LogError, LogReader, Read, TickRecord};
+use rusty_contract::readings::SENSOR_NAMES;
 use rusty_contract::{Frame, OwnedReadings, Reply, RunDigest, TruthKey};
 
 use crate::arrays::shaped;
@@ -134,21 +135,30 @@ impl Columns {
             let missing = std::iter::repeat(f64::NAN);
             rows.extend(numbers.iter().copied().chain(missing).take(*width - 1));
         };
+        let [bumper, imu, sonars, doors, landmarks] = SENSOR_NAMES;
         if let Some(sectors) = readings.bumper() {
-            row("bumper", &[sectors.into()]);
+            row(bumper, &[sectors.into()]);
         }
-        if let Some(imu) = readings.imu() {
-            row("imu", &[imu.yaw_rate_rad_s, imu.accel_x_m_s2, imu.accel_y_m_s2]);
+        if let Some(read) = readings.imu() {
+            row(imu, &[read.yaw_rate_rad_s, read.accel_x_m_s2, read.accel_y_m_s2]);
         }
         if let Some(ranges_m) = readings.sonar_ranges_m() {
-            row("sonars", ranges_m);
+            row(sonars, ranges_m);
         }
-        for door in readings.doors().unwrap_or_default() {
-            row("doors", &[*door]);
+        if let Some(seen) = readings.doors() {
+            seen.iter().for_each(|door| row(doors, &[*door]));
+            if seen.is_empty() {
+                row(doors, &[f64::NAN]);
+            }
         }
-        for seen in readings.landmarks().unwrap_or_default() {
-            let id = seen.id().map_or(-1.0, f64::from);
-            row("landmarks", &[id, seen.range_m, seen.bearing_rad]);
+        if let Some(all) = readings.landmarks() {
+            for seen in all {
+                let id = seen.id().map_or(-1.0, f64::from);
+                row(landmarks, &[id, seen.range_m, seen.bearing_rad]);
+            }
+            if all.is_empty() {
+                row(landmarks, &[f64::NAN; 3]);
+            }
         }
     }
 

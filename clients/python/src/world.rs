@@ -29,7 +29,8 @@ pub struct PyWorld(pub World);
 
 #[pymethods]
 impl PyWorld {
-    /// A built-in world: "open", "hallway", "apartment" or "lobby".
+    /// A built-in world: "open", "hallway", "apartment", "lobby", "corridor", "twin-rooms",
+    /// "workshop" or "warehouse".
     #[staticmethod]
     fn builtin(name: &str) -> PyResult<Self> {
         let names = || PLACES.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");

@@ -52,8 +52,8 @@ pub fn blind_header(
     let mut config = header.config.clone();
     config.seed = 0;
     config.lidar = header.told().lidar;
-    config.robot =
-        RobotConfig { slip_std: 0.0, radius_bias_right: 0.0, track_bias: 0.0, ..config.robot };
+    config.remove_slip();
+    config.robot = RobotConfig { radius_bias_right: 0.0, track_bias: 0.0, ..config.robot };
     config.script = ScriptConfig::Commands { file: None, list: Vec::new() };
     // Where the robot is put is a truth.
     config.kidnappings = Vec::new();
@@ -86,6 +86,14 @@ mod tests {
         let mut scenario = Scenario { seed: 77, ..Scenario::default() };
         scenario.robot.radius_bias_right = 0.01;
         scenario.robot.track_bias = 0.02;
+        scenario.robot.slip_std_left = Some(0.04);
+        scenario.robot.slip_outlier_rate = 0.01;
+        scenario.patches = vec![crate::config::PatchConfig {
+            corners: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            slip_std: 0.3,
+            slip_outlier_rate: 0.0,
+            slip_outlier_factor: 10.0,
+        }];
         scenario.crowd = Some(crate::config::CrowdConfig::default());
         scenario.events = vec![crate::config::Event::OpenDoor { tick: 3, door: 1 }];
         scenario.walkers = vec![crate::config::WalkerConfig {
@@ -130,6 +138,7 @@ mod tests {
         let robot = blind.config.robot;
         let hidden = (robot.slip_std, robot.radius_bias_right, robot.track_bias);
         assert_eq!(hidden, (0.0, 0.0, 0.0));
+        assert_eq!((robot, blind.config.slips()), (robot.without_slip(), false));
         assert_eq!(robot.nominal(), open.config.robot.nominal());
         assert_eq!(told(&blind), told(&open));
 

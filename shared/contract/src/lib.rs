@@ -128,7 +128,7 @@ pub use effects::{Effects, Timing};
 pub use exit::Exit;
 pub use frame::{Frame, MAX_BEAMS, Phase};
 pub use join::{Brief, CatchUp, JoinReply, JoinRequest, Refusal, Start};
-pub use log::LogHeader;
+pub use log::{Log, LogHeader};
 pub use names::{NameError, RunName};
 pub use readings::{ImuReading, LandmarkReading, OwnedReadings, Present, Readings};
 pub use replacement::{Replacement, replace};

@@ -26,6 +26,9 @@ pub const MAX_READINGS: usize = 1 + IMU_NUMBERS + MAX_SONARS + MAX_DOORS + 3 * M
 
 const IMU_NUMBERS: usize = 3;
 
+/// The names of the small sensors, in the order of the table.
+pub const SENSOR_NAMES: [&str; 5] = ["bumper", "imu", "sonars", "doors", "landmarks"];
+
 /// What the IMU says: the mean over a tick, body frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -87,6 +90,16 @@ impl Present {
         let sonars = imu + count(self.sonars, MAX_SONARS);
         let doors = sonars + count(self.doors, MAX_DOORS);
         [bumper, imu, sonars, doors, doors + 3 * count(self.landmarks, MAX_LANDMARKS)]
+    }
+
+    /// The names of the sensors that say something.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        let Self { bumper, imu, sonars, doors, landmarks } = *self;
+        let present = [bumper, imu, sonars.is_some(), doors.is_some(), landmarks.is_some()];
+        SENSOR_NAMES
+            .into_iter()
+            .zip(present)
+            .filter_map(|(name, is_there)| is_there.then_some(name))
     }
 
     /// How many numbers all readings take together, at most [`MAX_READINGS`].

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::config::{
-    CrowdConfig, Event, Sensors, WalkerConfig, at_least, check_times_and_start, seconds,
+    CrowdConfig, Event, PatchConfig, Sensors, WalkerConfig, at_least, check_times_and_start,
+    seconds,
 };
 use crate::config::{
     FieldError, Fleet, Kidnapping, LidarConfig, OtherRobot, RunConfig, ScriptConfig,
@@ -71,6 +72,9 @@ pub struct Scenario {
     /// What changes in the world, in the order of the ticks.
     #[serde(rename = "event", skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
+    /// Where on the floor the wheels slip otherwise.
+    #[serde(rename = "patch", skip_serializing_if = "Vec::is_empty")]
+    pub patches: Vec<PatchConfig>,
     /// Who takes part, in roster order.
     #[serde(rename = "participant")]
     pub participants: Vec<Participant>,
@@ -113,6 +117,7 @@ impl Default for Scenario {
             walkers: Vec::new(),
             crowd: None,
             events: Vec::new(),
+            patches: Vec::new(),
             participants: Self::usual_participants(),
         }
     }
@@ -180,6 +185,7 @@ impl Scenario {
             walkers: self.walkers.clone(),
             crowd: self.crowd,
             events: self.events.clone(),
+            patches: self.patches.clone(),
             fleet: None,
         };
         let Some(entry) = self.robot.entries().get(place) else { return config };
@@ -229,6 +235,7 @@ impl Scenario {
         WalkerConfig::check(&self.walkers)?;
         self.crowd.as_ref().map_or(Ok(()), CrowdConfig::check)?;
         Event::check(&self.events)?;
+        PatchConfig::check(&self.patches)?;
         self.check_participants()
     }
 
@@ -335,7 +342,7 @@ fn check_drivers(
 fn syntax_error(text: &str, error: &toml::de::Error) -> ScenarioError {
     let table: toml::Table = toml::from_str(text).unwrap_or_default();
     let is_table = |key: &&str| table.get(*key).is_some_and(toml::Value::is_table);
-    if let Some(list) = ["kidnapping", "participant"].into_iter().find(is_table) {
+    if let Some(list) = ["kidnapping", "participant", "patch"].into_iter().find(is_table) {
         let remedy = format!("write [[{list}]], once for each");
         let value = format!("[{list}]");
         return FieldError::new(list, value, "is a table, expected a list", remedy).into();

@@ -79,7 +79,7 @@ impl Recipe {
     /// ```
     #[must_use]
     pub fn spec(&self) -> WorldSpec {
-        let mut dice = Dice(self.seed);
+        let mut dice = Dice::new(self.seed);
         let (walls, rows) = match self.pattern {
             Pattern::Rooms => self.rooms(&mut dice),
             Pattern::Segments => self.segments(&mut dice),
@@ -158,7 +158,7 @@ impl Recipe {
 /// every wall, in all directions; fewer where chance finds too few.
 #[must_use]
 pub fn free_poses(world: &World, seed: u64, count: usize, clearance_m: f64) -> Vec<SE2> {
-    let mut dice = Dice(seed);
+    let mut dice = Dice::new(seed);
     let [x_min, y_min, x_max, y_max] = world.bounds();
     let drawn = (0..1000 * count).map(|_| {
         let x = x_min + (x_max - x_min) * dice.uniform();
@@ -170,7 +170,7 @@ pub fn free_poses(world: &World, seed: u64, count: usize, clearance_m: f64) -> V
     drawn.filter(free).take(count).collect()
 }
 
-fn wall(a: [f64; 2], b: [f64; 2]) -> WallSpec {
+pub(crate) fn wall(a: [f64; 2], b: [f64; 2]) -> WallSpec {
     WallSpec { a, b, material: Material::Wall }
 }
 
@@ -201,11 +201,16 @@ fn room_side(side: usize, columns: usize, cell_m: f64, dice: &mut Dice) -> Vec<W
 }
 
 /// A generator of random numbers (SplitMix64, Steele, Lea and Flood 2014).
-struct Dice(u64);
+pub(crate) struct Dice(u64);
 
 impl Dice {
+    /// The numbers of a seed.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
     /// The next number, uniform in [0, 1).
-    fn uniform(&mut self) -> f64 {
+    pub(crate) fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

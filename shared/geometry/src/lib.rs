@@ -43,6 +43,7 @@ pub mod motion_arc;
 pub mod sweep;
 
 pub mod generated;
+pub mod generated_places;
 pub mod places;
 
 pub use angle::wrap_angle;

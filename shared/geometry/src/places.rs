@@ -1,11 +1,13 @@
-//! The places of the book (the open plane, the hallway and the apartment), and a lobby.
+//! The places of the book (the open plane, the hallway and the apartment), a lobby, and
+//! places that are hard for a filter ([`crate::generated_places`]).
 //!
 //! The book's own floor plans are not published. The two here were found by a
 //! search for plans consistent with every digit the chapter prints; matching is
-//! selection, not recovery. Say so wherever they are shown. The lobby is our own.
+//! selection, not recovery. Say so wherever they are shown. The others are our own.
 
 use std::sync::LazyLock;
 
+use crate::generated_places;
 use crate::world::World;
 use crate::world_error::WorldError;
 use crate::world_spec::WorldSpec;
@@ -16,7 +18,14 @@ pub const PLACES: &[(&str, &str)] = &[
     ("hallway", "a corridor 12 m long and 1.6 m wide with three identical doors"),
     ("apartment", "12 m by 9 m, five rooms off one corridor, with glass and two doors"),
     ("lobby", "12 m by 6 m between a front of glass and two rooms behind glass"),
+    ("corridor", "48 m by 2 m with the same niche every 4 m"),
+    ("twin-rooms", "two rooms, each the image of the other in half a turn"),
+    ("workshop", "12 m by 9 m with 70 boxes at all angles"),
+    ("warehouse", "51 m by 64 m with 1023 shelves: 4096 walls"),
 ];
+
+/// The seed of the furniture of built-in places.
+const SEED: u64 = 1;
 
 static OPEN: LazyLock<World> = LazyLock::new(|| embedded(include_str!("../worlds/open.json")));
 static HALLWAY: LazyLock<World> =
@@ -58,6 +67,10 @@ pub fn place(name: &str) -> Option<World> {
         "hallway" => Some(hallway()),
         "apartment" => Some(apartment()),
         "lobby" => Some(lobby()),
+        "corridor" => Some(made(generated_places::corridor())),
+        "twin-rooms" => Some(made(generated_places::twin_rooms())),
+        "workshop" => Some(made(generated_places::workshop(SEED))),
+        "warehouse" => Some(made(generated_places::warehouse(SEED))),
         _ => None,
     }
 }
@@ -69,6 +82,12 @@ pub fn place(name: &str) -> Option<World> {
 )]
 fn embedded(text: &str) -> World {
     parse(text).expect("an embedded world must be valid; its test must have failed, too")
+}
+
+/// A world made by rule.
+#[allow(clippy::expect_used, reason = "the rules are code of this crate, and a test calls all")]
+fn made(spec: WorldSpec) -> World {
+    World::new(spec).expect("a world made by rule must be valid; its test must have failed, too")
 }
 
 /// What can go wrong with a text, as a value.

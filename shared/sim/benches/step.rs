@@ -32,6 +32,7 @@ fn config(scan_every: u64, beams: u32) -> RunConfig {
         crowd: None,
         events: Vec::new(),
         fleet: None,
+        patches: Vec::new(),
     }
 }
 

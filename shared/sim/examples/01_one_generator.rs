@@ -38,6 +38,7 @@ fn config(beams: u32) -> RunConfig {
         crowd: None,
         events: Vec::new(),
         fleet: None,
+        patches: Vec::new(),
     }
 }
 

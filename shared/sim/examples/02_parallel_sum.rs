@@ -54,6 +54,7 @@ fn scan() -> Result<Vec<Beam>, SimError> {
         crowd: None,
         events: Vec::new(),
         fleet: None,
+        patches: Vec::new(),
     })?;
     let mut frame = Frame::boxed();
     let _ = sim.step(None, &mut frame);

@@ -7,21 +7,21 @@
 
 use nalgebra::Point2;
 use rusty_contract::RunConfig;
-use rusty_contract::config::{Kidnapping, robot_seed};
+use rusty_contract::config::{Kidnapping, OtherRobot, robot_seed};
 use rusty_geometry::{Disc, SE2, Twist, World};
 
-use crate::noise::TickNoise;
 use crate::robot::Robot;
 use crate::scene::Scene;
-use crate::script::Script;
+use crate::script::BuiltInScript;
+use crate::slip::Slip;
 
 /// Another robot.
 #[derive(Clone, Debug)]
 struct Other {
     place: usize,
     robot: Robot,
-    script: Script,
-    slip_noise: TickNoise,
+    script: BuiltInScript,
+    slip: Slip,
     kidnappings: Vec<Kidnapping>,
     /// The command of a driver, as applied in the next tick.
     driver: Option<Twist>,
@@ -45,6 +45,11 @@ fn disc(pose: &SE2, radius_m: f64) -> Disc {
     Disc { centre: Point2::from(pose.translation()), radius_m }
 }
 
+/// The slip of another robot on the floor of `config`.
+fn slip(config: &RunConfig, place: usize, other: &OtherRobot) -> Slip {
+    Slip::new(&other.robot, &config.patches, robot_seed(config.seed, place, &other.name))
+}
+
 impl Fleet {
     /// The others of `config` before the first tick, if there are any.
     pub(crate) fn of(config: &RunConfig) -> Option<Self> {
@@ -52,8 +57,8 @@ impl Fleet {
         let others = fleet.others().map(|(place, other)| Other {
             place,
             robot: Robot::new(&other.robot, other.start),
-            script: Script::new(&other.script, config.dt_s, other.start),
-            slip_noise: TickNoise::slip(robot_seed(config.seed, place, &other.name)),
+            script: BuiltInScript::new(&other.script, config.dt_s, other.start),
+            slip: slip(config, place, other),
             kidnappings: other.kidnappings.clone(),
             driver: None,
             radius_m: other.robot.body_radius_m,
@@ -69,7 +74,7 @@ impl Fleet {
     pub(crate) fn reseed(&mut self, config: &RunConfig) {
         let Some(fleet) = config.fleet.as_deref() else { return };
         for (other, (place, spec)) in self.others.iter_mut().zip(fleet.others()) {
-            other.slip_noise = TickNoise::slip(robot_seed(config.seed, place, &spec.name));
+            other.slip = slip(config, place, spec);
         }
     }
 
@@ -123,11 +128,11 @@ impl Fleet {
         self.meet(self.others[index].place, people);
         let other = &mut self.others[index];
         let applied = other.driver.take().unwrap_or_else(|| {
-            other.robot.limit(other.script.command(tick, &other.robot.pose_in_world(), None))
+            other.robot.limit(other.script.command_at(tick, &other.robot.pose_in_world(), None))
         });
-        let slip_z = other.slip_noise.normals(tick);
+        let slip = other.slip.at(tick, &other.robot.pose_in_world());
         // Whether it was blocked shows in its own simulation.
-        let _ = other.robot.step(Scene { world, bodies: &self.met }, applied, self.dt_s, slip_z);
+        let _ = other.robot.step(Scene { world, bodies: &self.met }, applied, self.dt_s, slip);
         self.discs[other.place].centre = Point2::from(other.robot.pose_in_world().translation());
     }
 

@@ -23,8 +23,10 @@
 mod driver;
 mod runs;
 
-use rusty_contract::{Frame, RunConfig, RunDigest, TruthKey};
+use rusty_contract::{Frame, Log, RunConfig, RunDigest, ScriptConfig, TruthKey};
 
+use crate::record::record;
+use crate::script::{BuiltInScript, Moment};
 use crate::sim::Sim;
 use crate::sim_error::SimError;
 
@@ -43,7 +45,7 @@ pub struct Golden {
 }
 
 /// All golden runs.
-pub const GOLDENS: [Golden; 10] = [
+pub const GOLDENS: [Golden; 15] = [
     Golden {
         name: "apartment-steered",
         pins: "a patrol steered on the truth, slip, range noise, a scan in every fifth tick",
@@ -105,6 +107,36 @@ pub const GOLDENS: [Golden; 10] = [
         expected: "9e6cea6560aa424c93b247cf19cefea2",
         config: runs::lobby_glass,
     },
+    Golden {
+        name: "apartment-slippery",
+        pins: "a left wheel that slips more, slips with outliers, patches of floor that overlap",
+        expected: "247fafc07ae39190424e8daeefc785d2",
+        config: runs::apartment_slippery,
+    },
+    Golden {
+        name: "corridor",
+        pins: "a place that repeats itself, made by rule",
+        expected: "327e2b7712d5a51e1f04e2a7f39361e9",
+        config: runs::corridor,
+    },
+    Golden {
+        name: "twin-rooms",
+        pins: "two rooms that are images of each other, made by rule",
+        expected: "64b2ef823400ebba25bf697e5539c776",
+        config: runs::twin_rooms,
+    },
+    Golden {
+        name: "workshop",
+        pins: "boxes at all angles, drawn from a seed",
+        expected: "27ca6c8910ed2d1de01250e7659d29bd",
+        config: runs::workshop,
+    },
+    Golden {
+        name: "warehouse",
+        pins: "4096 walls, drawn from a seed",
+        expected: "042c94a80b773bc959505c4b0842f57f",
+        config: runs::warehouse,
+    },
 ];
 
 impl Golden {
@@ -120,6 +152,19 @@ impl Golden {
     /// [`SimError`] if the configuration cannot be used, which a test excludes.
     pub fn found(&self) -> Result<String, SimError> {
         Ok(digest_of(self.config())?.world_hex())
+    }
+
+    /// Records the run, with [`driver_command`] where it asks for a driver.
+    ///
+    /// # Errors
+    /// As [`Golden::found`].
+    pub fn record(&self) -> Result<Log, SimError> {
+        let config = self.config();
+        if matches!(config.script, ScriptConfig::Driver {}) {
+            return record(config, &mut |moment: &Moment<'_>| driver_command(moment.tick));
+        }
+        let mut script = BuiltInScript::new(&config.script, config.dt_s, config.start);
+        record(config, &mut script)
     }
 }
 

@@ -10,10 +10,11 @@
 //!
 //! * [`noise`]: where every random number comes from, and why a change in one
 //!   place reshuffles nothing in another;
-//! * [`outcome`], [`robot`]: one tick of a differential drive that slips;
+//! * [`outcome`], [`robot`], [`slip`]: one tick of a differential drive that slips;
 //! * [`lidar`]: one scan;
 //! * [`patrol`], [`steering`], [`script`]: where commands come from;
 //! * [`sim_error`], [`sim`]: all of it together;
+//! * [`record`](mod@record): a whole run as a log, without a server;
 //! * [`golden`]: runs whose digests are constants.
 //!
 //! Units are metres, radians and seconds; poses are in the world frame and
@@ -43,6 +44,7 @@
 //!     crowd: None,
 //!     events: Vec::new(),
 //!     fleet: None,
+//!     patches: Vec::new(),
 //! };
 //! let mut sim = Sim::new(config)?;
 //! let mut frame = Frame::boxed();
@@ -62,6 +64,7 @@ pub mod noise;
 
 pub mod outcome;
 pub mod robot;
+pub mod slip;
 
 mod events;
 mod fleet;
@@ -79,12 +82,15 @@ pub mod sim_error;
 
 pub mod sim;
 
+pub mod record;
+
 pub mod golden;
 
 pub use golden::{GOLDENS, Golden};
 pub use lidar::Lidar;
 pub use outcome::StepOutcome;
+pub use record::record;
 pub use robot::Robot;
-pub use script::Script;
+pub use script::{BuiltInScript, Moment, Script};
 pub use sim::Sim;
 pub use sim_error::SimError;

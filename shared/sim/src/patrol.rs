@@ -44,7 +44,7 @@ impl Patrol {
     /// The command of tick `tick`, body frame. Once the first straight is over,
     /// a patrol whose every part was rounded to nothing stands.
     #[must_use]
-    pub fn command(&self, tick: u64) -> Twist {
+    pub fn command_at(&self, tick: u64) -> Twist {
         if tick < self.first {
             return self.straight(tick, self.first);
         }
@@ -97,19 +97,19 @@ mod tests {
     #[test]
     fn the_timetable_tick_by_tick() {
         let p = script_g();
-        let v = |tick| p.command(tick).v_m_s;
+        let v = |tick| p.command_at(tick).v_m_s;
         // Ramps of six steps at both ends of the first straight.
         assert_eq!(v(0), 0.57 / 7.0);
         assert_eq!(v(5), 0.57 * 6.0 / 7.0);
         assert!((6..17).all(|tick| v(tick) == 0.57));
         assert_eq!((v(17), v(22)), (0.57 * 6.0 / 7.0, 0.57 / 7.0));
         // Stand, turn, and the long leg; then the round again.
-        assert!((23..26).all(|tick| p.command(tick) == Twist::default()));
-        assert!((26..36).all(|tick| p.command(tick).omega_rad_s == -3.1363));
+        assert!((23..26).all(|tick| p.command_at(tick) == Twist::default()));
+        assert!((26..36).all(|tick| p.command_at(tick).omega_rad_s == -3.1363));
         assert_eq!(v(36), 0.57 / 7.0);
         assert_eq!((v(158), v(159)), (0.57 / 7.0, 0.0));
         for tick in 23..159 {
-            assert_eq!(p.command(tick), p.command(tick + 136));
+            assert_eq!(p.command_at(tick), p.command_at(tick + 136));
         }
     }
 
@@ -126,7 +126,7 @@ mod tests {
     fn a_timetable_of_nothing_stands() {
         // Every part shorter than half a tick.
         let p = Patrol::new(&PatrolConfig::default(), 100.0);
-        assert_eq!(p.command(0), Twist::default());
-        assert_eq!(p.command(u64::MAX), Twist::default());
+        assert_eq!(p.command_at(0), Twist::default());
+        assert_eq!(p.command_at(u64::MAX), Twist::default());
     }
 }

@@ -10,7 +10,7 @@
 //! * x ← x ⊞ (½(Δs_R + Δs_L), 0, (Δs_R − Δs_L)/(ℓ·(1 + ε))), the exact arc,
 //!   unless it touches a wall.
 //!
-//! The gap between the first line and the second is all that odometry can never
+//! [`crate::slip`] has ε_L, ε_R and their departures. The gap between the first line and the second is all that odometry can never
 //! know. σ is per tick on purpose: it is not scaled by √dt.
 //!
 //! Departures: the whole arc is tested against the walls with the whole body, a
@@ -33,7 +33,6 @@ pub struct Robot {
     true_drive: DiffDrive,
     body_radius_m: f64,
     wheel_limit_rad_s: f64,
-    slip_std: f64,
     /// r·(1 + δ).
     right_radius_m: f64,
     pose_in_world: SE2,
@@ -53,7 +52,6 @@ impl Robot {
             true_drive: DiffDrive { track_m: drive.track_m * (1.0 + config.track_bias), ..drive },
             body_radius_m: config.body_radius_m,
             wheel_limit_rad_s: config.wheel_limit_rad_s,
-            slip_std: config.slip_std,
             right_radius_m: config.wheel_radius_m * (1.0 + config.radius_bias_right),
             pose_in_world: start,
             blocked_on_way_to: start,
@@ -76,21 +74,20 @@ impl Robot {
     }
 
     /// One tick of `dt_s` seconds with the constant command `applied` (body
-    /// frame, already limited) and the standard normal deviates `slip_z`,
-    /// `[left, right]`.
+    /// frame, already limited) and the slips ε of both wheels, `[left, right]`.
     pub fn step<'a>(
         &mut self,
         scene: impl Into<Scene<'a>>,
         applied: Twist,
         dt_s: f64,
-        slip_z: [f64; 2],
+        slip: [f64; 2],
     ) -> StepOutcome {
         let rates = self.drive.wheel_rates(applied);
         let turned_rad = [rates.left_rad_s * dt_s, rates.right_rad_s * dt_s];
         self.wheel_angles_rad[0] += turned_rad[0];
         self.wheel_angles_rad[1] += turned_rad[1];
 
-        let grip = slip_z.map(|z| 1.0 + self.slip_std * z);
+        let grip = slip.map(|slip| 1.0 + slip);
         let ds_left_m = self.drive.wheel_radius_m * turned_rad[0] * grip[0];
         let ds_right_m = self.right_radius_m * turned_rad[1] * grip[1];
         let tau = self.true_drive.tangent(ds_left_m, ds_right_m);
@@ -167,7 +164,7 @@ mod tests {
         let (mut plain, mut slips) = (rusty(SE2::identity()), rusty(SE2::identity()));
         let world = open();
         let _ = plain.step(&world, AHEAD, 0.1, [0.0, 0.0]);
-        let outcome = slips.step(&world, AHEAD, 0.1, [1.0, 1.0]);
+        let outcome = slips.step(&world, AHEAD, 0.1, [0.02, 0.02]);
         assert_eq!(plain.wheel_angles_rad(), slips.wheel_angles_rad());
         let StepOutcome::Moved { ds_m, dtheta_rad } = outcome else {
             panic!("{outcome:?}");

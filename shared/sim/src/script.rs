@@ -1,20 +1,79 @@
 //! Scripts: where the command of a tick comes from.
 //!
-//! A command is held for one tick. All scripts but one are open loop; the
+//! A command is held for one tick. All built-in scripts but one are open loop; the
 //! truth-steered patrol looks at the true pose, see [`crate::steering`]. The
 //! encoders follow the commands to a count, so that a patrol steered by odometry
 //! would be the open-loop one.
 
-use rusty_contract::ScriptConfig;
+use rusty_contract::{Frame, ScriptConfig};
 use rusty_geometry::{SE2, Twist};
 
 use crate::patrol::{Patrol, whole_ticks};
 use crate::steering::Steering;
 
-/// A source of commands.
+/// A source of commands: a built-in script, a closure, or a type of yours.
+/// [`record`](crate::record()) drives a robot with it.
+pub trait Script {
+    /// The command of the tick that begins, body frame, not yet limited to what the
+    /// wheels can do.
+    fn command(&mut self, moment: &Moment<'_>) -> Twist;
+
+    /// The configuration with which a scenario gives the same commands. A script
+    /// without one is recorded as a list of its commands.
+    fn config(&self) -> Option<ScriptConfig> {
+        None
+    }
+}
+
+/// The beginning of a tick, as a script sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<'a> {
+    /// Index of the tick that begins.
+    pub tick: u64,
+    /// Time at its beginning, s.
+    pub time_s: f64,
+    /// The frame of the tick before, which is all that a driver sees; `None` in tick 0.
+    pub frame: Option<&'a Frame>,
+    /// The true pose, world frame. No driver knows it: commands that depend on it give
+    /// it away to everyone who sees them.
+    pub truth: SE2,
+}
+
+/// A closure is a script.
+impl<F: FnMut(&Moment<'_>) -> Twist> Script for F {
+    fn command(&mut self, moment: &Moment<'_>) -> Twist {
+        self(moment)
+    }
+}
+
+/// A script that a scenario can name.
 #[derive(Clone, Debug)]
-pub struct Script {
+pub struct BuiltInScript {
     kind: Kind,
+    config: ScriptConfig,
+}
+
+impl Script for BuiltInScript {
+    /// A driven robot stands: there is no driver here.
+    fn command(&mut self, moment: &Moment<'_>) -> Twist {
+        self.command_at(moment.tick, &moment.truth, None)
+    }
+
+    fn config(&self) -> Option<ScriptConfig> {
+        (!matches!(self.config, ScriptConfig::Driver {})).then(|| self.config.clone())
+    }
+}
+
+impl Script for Patrol {
+    fn command(&mut self, moment: &Moment<'_>) -> Twist {
+        self.command_at(moment.tick)
+    }
+}
+
+impl Script for Steering {
+    fn command(&mut self, moment: &Moment<'_>) -> Twist {
+        self.command_at(moment.tick, &moment.truth)
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -23,11 +82,11 @@ enum Kind {
     TruthSteeredPatrol(Steering),
     FigureEight { left: Twist, half: u64 },
     Straight(Twist),
-    Commands(Vec<Twist>),
+    Commands,
     Driver,
 }
 
-impl Script {
+impl BuiltInScript {
     /// The script of `config` in ticks of `dt_s` seconds for a robot that starts
     /// at `start`, world frame. The configuration must be checked, see
     /// [`ScriptConfig::check`]. Times are rounded to whole ticks.
@@ -46,10 +105,10 @@ impl Script {
             ScriptConfig::Straight { v_m_s } => {
                 Kind::Straight(Twist { v_m_s: *v_m_s, omega_rad_s: 0.0 })
             }
-            ScriptConfig::Commands { list, .. } => Kind::Commands(list.clone()),
+            ScriptConfig::Commands { .. } => Kind::Commands,
             ScriptConfig::Driver {} => Kind::Driver,
         };
-        Self { kind }
+        Self { kind, config: config.clone() }
     }
 
     /// The command of tick `tick`, body frame, not yet limited to what wheels
@@ -57,10 +116,10 @@ impl Script {
     /// is the driver's latest command: without one a driven robot stands, and
     /// every other script ignores it. A list of commands that is used up stands.
     #[must_use]
-    pub fn command(&mut self, tick: u64, truth: &SE2, driver: Option<Twist>) -> Twist {
+    pub fn command_at(&mut self, tick: u64, truth: &SE2, driver: Option<Twist>) -> Twist {
         match &mut self.kind {
-            Kind::Patrol(patrol) => patrol.command(tick),
-            Kind::TruthSteeredPatrol(steering) => steering.command(tick, truth),
+            Kind::Patrol(patrol) => patrol.command_at(tick),
+            Kind::TruthSteeredPatrol(steering) => steering.command_at(tick, truth),
             Kind::FigureEight { left, half } => {
                 let turn_left = (tick / *half).is_multiple_of(2);
                 Twist {
@@ -69,11 +128,14 @@ impl Script {
                 }
             }
             Kind::Straight(command) => *command,
-            Kind::Commands(list) => usize::try_from(tick)
-                .ok()
-                .and_then(|index| list.get(index))
-                .copied()
-                .unwrap_or_default(),
+            Kind::Commands => match &self.config {
+                ScriptConfig::Commands { list, .. } => usize::try_from(tick)
+                    .ok()
+                    .and_then(|index| list.get(index))
+                    .copied()
+                    .unwrap_or_default(),
+                _ => Twist::default(),
+            },
             Kind::Driver => driver.unwrap_or_default(),
         }
     }
@@ -89,8 +151,8 @@ mod tests {
     }
 
     fn script(config: ScriptConfig, dt_s: f64) -> impl FnMut(u64) -> Twist {
-        let mut script = Script::new(&config, dt_s, SE2::identity());
-        move |tick| script.command(tick, &SE2::identity(), Some(twist(9.0, 9.0)))
+        let mut script = BuiltInScript::new(&config, dt_s, SE2::identity());
+        move |tick| script.command_at(tick, &SE2::identity(), Some(twist(9.0, 9.0)))
     }
 
     #[test]
@@ -117,20 +179,20 @@ mod tests {
         assert_eq!(script(ScriptConfig::Driver {}, 0.1)(5), twist(9.0, 9.0));
         let straight = ScriptConfig::Straight { v_m_s: 0.4 };
         assert_eq!(script(straight, 0.1)(5), twist(0.4, 0.0));
-        let mut driven = Script::new(&ScriptConfig::Driver {}, 0.1, SE2::identity());
-        assert_eq!(driven.command(0, &SE2::identity(), None), Twist::default());
+        let mut driven = BuiltInScript::new(&ScriptConfig::Driver {}, 0.1, SE2::identity());
+        assert_eq!(driven.command_at(0, &SE2::identity(), None), Twist::default());
     }
 
     #[test]
     fn steering_on_the_plan_is_the_plan() {
         let patrol = PatrolConfig::default();
         let start = SE2::new(6.0, 4.5, 0.2);
-        let mut plain = Script::new(&ScriptConfig::Patrol(patrol), 0.1, start);
-        let mut steered = Script::new(&ScriptConfig::TruthSteeredPatrol(patrol), 0.1, start);
+        let mut plain = BuiltInScript::new(&ScriptConfig::Patrol(patrol), 0.1, start);
+        let mut steered = BuiltInScript::new(&ScriptConfig::TruthSteeredPatrol(patrol), 0.1, start);
         let mut pose = start;
         for tick in 0..300 {
-            let plan = plain.command(tick, &pose, None);
-            let command = steered.command(tick, &pose, None);
+            let plan = plain.command_at(tick, &pose, None);
+            let command = steered.command_at(tick, &pose, None);
             assert!((plan.v_m_s - command.v_m_s).abs() < 1e-12);
             assert!((plan.omega_rad_s - command.omega_rad_s).abs() < 1e-12);
             let tau = nalgebra::Vector3::new(plan.v_m_s * 0.1, 0.0, plan.omega_rad_s * 0.1);
@@ -141,20 +203,20 @@ mod tests {
     #[test]
     fn steering_turns_back_to_the_plan() {
         let config = ScriptConfig::TruthSteeredPatrol(PatrolConfig::default());
-        let mut steered = Script::new(&config, 0.1, SE2::identity());
+        let mut steered = BuiltInScript::new(&config, 0.1, SE2::identity());
         // In tick 10 the plan drives; the robot lags behind, left of it, turned left.
         let planned_m: f64 = (0..10)
-            .map(|tick| Patrol::new(&PatrolConfig::default(), 0.1).command(tick).v_m_s * 0.1)
+            .map(|tick| Patrol::new(&PatrolConfig::default(), 0.1).command_at(tick).v_m_s * 0.1)
             .sum();
         let truth = SE2::new(planned_m - 0.1, 0.05, 0.2);
-        let command = steered.command(10, &truth, None);
+        let command = steered.command_at(10, &truth, None);
         assert!(command.v_m_s > 0.57 && command.omega_rad_s < 0.0);
         // By hand: R(−0.2)(0.1, −0.05), e_θ = −0.2.
         assert!((command.v_m_s - (0.57 + 0.088_073_19)).abs() < 1e-8, "{command:?}");
         let expected_rad_s = -0.3 + 2.0 * 0.57 * -0.068_870_26;
         assert!((command.omega_rad_s - expected_rad_s).abs() < 1e-8, "{command:?}");
         // Out of order gives the same: the command is a function of tick and truth.
-        let _ = steered.command(200, &truth, None);
-        assert_eq!(steered.command(10, &truth, None), command);
+        let _ = steered.command_at(200, &truth, None);
+        assert_eq!(steered.command_at(10, &truth, None), command);
     }
 }

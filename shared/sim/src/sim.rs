@@ -15,14 +15,15 @@ use rusty_geometry::{Disc, SE2, Twist, World};
 use crate::events::walls_after;
 use crate::fleet::{Fleet, driven_other};
 use crate::lidar::Lidar;
-use crate::noise::{LidarNoise, TickNoise};
+use crate::noise::LidarNoise;
 use crate::outcome::StepOutcome;
 use crate::people::People;
 use crate::robot::Robot;
 use crate::scene::Scene;
-use crate::script::Script;
+use crate::script::BuiltInScript;
 use crate::sensors::{Motion, SmallSensors};
 use crate::sim_error::SimError;
+use crate::slip::Slip;
 
 /// A robot in a place, between two ticks.
 ///
@@ -35,8 +36,8 @@ pub struct Sim {
     lidar: Lidar,
     /// Boxed: few runs have any, and a run without passes by.
     sensors: Option<Box<SmallSensors>>,
-    script: Script,
-    slip_noise: TickNoise,
+    script: BuiltInScript,
+    slip: Slip,
     lidar_noise: LidarNoise,
     ticks_done: u64,
     /// Index of the next kidnapping of the configuration.
@@ -80,8 +81,8 @@ impl Sim {
             lidar: Lidar::new(&config.lidar),
             sensors: SmallSensors::of(&config, &world).map(Box::new),
             fleet: Fleet::of(&config).map(Box::new),
-            script: Script::new(&config.script, config.dt_s, config.start),
-            slip_noise: TickNoise::slip(config.robot_seed()),
+            script: BuiltInScript::new(&config.script, config.dt_s, config.start),
+            slip: Slip::new(&config.robot, &config.patches, config.robot_seed()),
             lidar_noise: LidarNoise::new(config.robot_seed()),
             ticks_done: 0,
             next_kidnapping: 0,
@@ -119,8 +120,8 @@ impl Sim {
         self.people.reseed(config.seed);
         self.fleet.iter_mut().for_each(|fleet| fleet.reseed(&config));
         // A command depends on tick and pose, not on commands before it.
-        self.script = Script::new(&config.script, config.dt_s, config.start);
-        self.slip_noise = TickNoise::slip(robot_seed);
+        self.script = BuiltInScript::new(&config.script, config.dt_s, config.start);
+        self.slip = Slip::new(&config.robot, &config.patches, robot_seed);
         self.lidar_noise = LidarNoise::new(robot_seed);
         // Those of ticks that are done are past, or never were.
         self.next_kidnapping = config.kidnappings.partition_point(|k| k.tick < self.ticks_done);
@@ -143,7 +144,7 @@ impl Sim {
         self.config.seed = seed;
         self.robot = Robot::new(&self.config.robot, self.config.start);
         let robot_seed = self.config.robot_seed();
-        self.slip_noise = TickNoise::slip(robot_seed);
+        self.slip.reseed(robot_seed);
         self.lidar_noise.restart(robot_seed);
         self.sensors.iter_mut().for_each(|sensors| sensors.restart(robot_seed));
         if self.fleet.is_some() {
@@ -209,12 +210,12 @@ impl Sim {
     /// The motion of the own robot in a tick, between those of the robots before and after
     /// it.
     #[inline(never)]
-    fn move_among_others(&mut self, applied: Twist, slip_z: [f64; 2], tick: u64) -> StepOutcome {
+    fn move_among_others(&mut self, applied: Twist, slip: [f64; 2], tick: u64) -> StepOutcome {
         let (world, people, dt_s) = (&self.world, self.people.bodies(), self.config.dt_s);
         let Some(fleet) = &mut self.fleet else { return StepOutcome::Blocked };
         fleet.move_before(world, people, &self.robot.pose_in_world(), tick);
         let scene = Scene { world, bodies: fleet.met() };
-        let outcome = self.robot.step(scene, applied, dt_s, slip_z);
+        let outcome = self.robot.step(scene, applied, dt_s, slip);
         fleet.move_after(world, people, &self.robot.pose_in_world(), tick);
         outcome
     }
@@ -263,14 +264,14 @@ impl Sim {
         if self.moves {
             self.change_world(tick);
         }
-        let wanted = self.script.command(tick, &self.truth(), driver);
+        let wanted = self.script.command_at(tick, &self.truth(), driver);
         let applied = self.robot.limit(wanted);
-        let slip_z = self.slip_noise.normals(tick);
+        let slip = self.slip.at(tick, &self.robot.pose_in_world());
         let outcome = if self.fleet.is_some() {
-            self.move_among_others(applied, slip_z, tick)
+            self.move_among_others(applied, slip, tick)
         } else {
             let scene = Scene { world: &self.world, bodies: self.people.bodies() };
-            self.robot.step(scene, applied, self.config.dt_s, slip_z)
+            self.robot.step(scene, applied, self.config.dt_s, slip)
         };
 
         let time_s = self.config.time_s(tick);

@@ -48,9 +48,9 @@ impl Steering {
     /// that tick is `truth`, world frame. It depends on these two alone: asking
     /// again or out of order only costs time.
     #[must_use]
-    pub fn command(&mut self, tick: u64, truth: &SE2) -> Twist {
+    pub fn command_at(&mut self, tick: u64, truth: &SE2) -> Twist {
         self.plan_up_to(tick);
-        let plan = self.patrol.command(tick);
+        let plan = self.patrol.command_at(tick);
         let error = truth.inverse().compose(&self.nominal_in_world);
         let heading_rad = wrap_angle(self.nominal_in_world.theta() - truth.theta());
         let along_m_s = if plan.v_m_s > 0.0 { ALONG_PER_S * error.x() } else { 0.0 };
@@ -68,7 +68,7 @@ impl Steering {
             (self.nominal_in_world, self.nominal_tick) = (self.start, 0);
         }
         while self.nominal_tick < tick {
-            let plan = self.patrol.command(self.nominal_tick);
+            let plan = self.patrol.command_at(self.nominal_tick);
             let tau =
                 nalgebra::Vector3::new(plan.v_m_s * self.dt_s, 0.0, plan.omega_rad_s * self.dt_s);
             self.nominal_in_world = self.nominal_in_world.boxplus(&tau);

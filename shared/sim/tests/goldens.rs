@@ -81,7 +81,7 @@ fn every_script_place_and_material_is_in_the_table() {
 type Change = fn(&mut RunConfig);
 
 /// The sources of noise: which fields hold them, and how each is silenced.
-const NOISES: [(&str, Change); 7] = [
+const NOISES: [(&str, Change); 10] = [
     ("slip", |c| c.robot.slip_std = 0.0),
     ("radius bias", |c| c.robot.radius_bias_right = 0.0),
     ("range noise", |c| c.lidar.range_std_m = 0.0),
@@ -89,6 +89,9 @@ const NOISES: [(&str, Change); 7] = [
     ("relative range noise", |c| c.lidar.range_std_per_m = 0.0),
     ("glass", |c| c.lidar.glass_visible_rad = FRAC_PI_2),
     ("mixed pixels", |c| c.lidar.divergence_rad = 0.0),
+    ("slip of the left wheel", |c| c.robot.slip_std_left = None),
+    ("outliers", |c| c.robot.slip_outlier_rate = 0.0),
+    ("patches", |c| c.patches.clear()),
 ];
 
 #[test]
@@ -99,7 +102,9 @@ fn every_noise_is_in_the_table_and_is_felt() {
             let mut config = golden.config();
             silence(&mut config);
             let has_it = config != golden.config();
-            let needs_scans = !["slip", "radius bias"].contains(&noise);
+            let of_motion =
+                ["slip", "radius bias", "slip of the left wheel", "outliers", "patches"];
+            let needs_scans = !of_motion.contains(&noise);
             if has_it && !(needs_scans && config.scan_every == 0) {
                 felt += 1;
                 let changed = digest(config) != digest(golden.config());
@@ -205,6 +210,7 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         crowd: _,
         fleet: _,
         events: _,
+        patches: _,
     } = config;
     let RobotConfig {
         wheel_radius_m: _,
@@ -213,6 +219,10 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         ticks_per_rev: _,
         wheel_limit_rad_s: _,
         slip_std: _,
+        slip_std_left: _,
+        slip_std_right: _,
+        slip_outlier_rate: _,
+        slip_outlier_factor: _,
         radius_bias_right: _,
         track_bias: _,
     } = robot;
@@ -236,6 +246,15 @@ fn changes(config: &RunConfig) -> Vec<(&'static str, Change)> {
         ("wheel_limit_rad_s", |c| next(&mut c.robot.wheel_limit_rad_s)),
         // They are added to one, where their own last bits are lost.
         ("slip_std", |c| c.robot.slip_std += 1e-13),
+        ("slip_std_left", |c| c.robot.slip_std_left = Some(0.07)),
+        ("slip_std_right", |c| c.robot.slip_std_right = Some(0.07)),
+        ("slip_outlier_rate", |c| c.robot.slip_outlier_rate += 0.3),
+        ("slip_outlier_factor", |c| c.robot.slip_outlier_factor += 1e-11),
+        ("patches", |c| c.patches.truncate(1)),
+        ("patch.corners", |c| c.patches[1].corners[0][0] += 0.3),
+        ("patch.slip_std", |c| c.patches[1].slip_std += 1e-13),
+        ("patch.slip_outlier_rate", |c| c.patches[1].slip_outlier_rate += 0.3),
+        ("patch.slip_outlier_factor", |c| c.patches[1].slip_outlier_factor += 1e-11),
         ("radius_bias_right", |c| c.robot.radius_bias_right += 1e-13),
         ("track_bias", |c| c.robot.track_bias += 1e-13),
         ("a corner", |c| next(&mut c.world.walls[0].a[0])),
@@ -295,8 +314,10 @@ fn assert_feels(name: &str, is_felt: impl Fn(&str) -> bool) {
 
 #[test]
 fn every_number_is_felt() {
+    let of_patches = |field: &str| field.starts_with("patch") || field == "slip_outlier_factor";
     // The LiDAR of the lopsided run looks away from its pane.
-    assert_feels("lopsided", |field| field != "glass_visible_rad");
+    assert_feels("lopsided", |field| field != "glass_visible_rad" && !of_patches(field));
+    assert_feels("apartment-slippery", |field| of_patches(field) || field.starts_with("slip"));
     assert_feels("lobby-glass", |field| {
         ["range_std_per_m", "glass_visible_rad", "divergence_rad"].contains(&field)
     });

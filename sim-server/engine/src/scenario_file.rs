@@ -15,7 +15,7 @@ use rusty_geometry::places::{PLACES, place};
 use thiserror::Error;
 
 /// The scenarios that come with the program: name and text.
-pub const BUILT_IN: [(&str, &str); 11] = [
+pub const BUILT_IN: [(&str, &str); 15] = [
     ("apartment", include_str!("../scenarios/apartment.toml")),
     ("patrol", include_str!("../scenarios/patrol.toml")),
     ("figure-eight", include_str!("../scenarios/figure-eight.toml")),
@@ -27,6 +27,10 @@ pub const BUILT_IN: [(&str, &str); 11] = [
     ("anatomy", include_str!("../scenarios/anatomy.toml")),
     ("glass-lobby", include_str!("../scenarios/glass-lobby.toml")),
     ("two-robots", include_str!("../scenarios/two-robots.toml")),
+    ("long-corridor", include_str!("../scenarios/long-corridor.toml")),
+    ("symmetric-rooms", include_str!("../scenarios/symmetric-rooms.toml")),
+    ("workshop", include_str!("../scenarios/workshop.toml")),
+    ("warehouse", include_str!("../scenarios/warehouse.toml")),
 ];
 
 /// Longest scenario or list of commands that is read, bytes: a million commands
@@ -175,6 +179,11 @@ fn read_unchecked(text: &str, changes: &[String]) -> Result<Scenario, ScenarioEr
     Ok(changes::changed(&Scenario::from_toml(text)?, changes)?)
 }
 
+/// The names of all built-in worlds.
+fn places() -> String {
+    PLACES.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+}
+
 /// Whether a file given as a scenario is a world: by its ending, or by its text.
 fn is_world(path: &Path, text: &str) -> bool {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
@@ -194,7 +203,7 @@ impl Loaded {
     pub fn config(&self) -> Result<RunConfig, SetupError> {
         self.config_with(|path| {
             let problem = "is not read by this program";
-            let remedy = "give a built-in world: open, hallway or apartment";
+            let remedy = format!("give a built-in world: {}", places());
             Err(FieldError::new("world_file", path.display(), problem, remedy))
         })
     }
@@ -229,8 +238,7 @@ impl Loaded {
                 Some(place) => place.spec().clone(),
                 None => {
                     let hint = did_you_mean(&s.world, PLACES.iter().map(|(name, _)| *name));
-                    let remedy =
-                        format!("use open, hallway or apartment, or give a world_file{hint}");
+                    let remedy = format!("use {}, or give a world_file{hint}", places());
                     let problem = "is no built-in world";
                     return Err(FieldError::new("world", &s.world, problem, remedy).into());
                 }

@@ -5,11 +5,10 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use rusty_contract::config::RobotConfig;
 use rusty_contract::digest::ObservableDigest;
 use rusty_contract::log::{Ending, LogReader, Read, Source, TickRecord};
 use rusty_contract::score::seconds;
-use rusty_contract::{Exit, Frame, LogHeader, Reply, RunDigest, TruthKey, errln, outln};
+use rusty_contract::{Exit, Frame, LogHeader, Reply, RunConfig, RunDigest, TruthKey, errln, outln};
 use rusty_logs::compare;
 use serde_json::{Value, json};
 
@@ -68,7 +67,7 @@ impl Facts {
                     observable.absorb(&frame);
                     ticks += 1;
                     scans += u64::from(record.ranges_m.is_some());
-                    for name in present(&record) {
+                    for name in record.readings.get().present().names() {
                         *readings.entry(name).or_default() += 1;
                     }
                     truths += u64::from(record.truth.is_some());
@@ -201,7 +200,7 @@ fn print_header(header: &LogHeader) {
         }
         Source::Simulated | Source::Forked { .. } => {
             if let Source::Forked { at_tick, before } = &header.source {
-                let (motion, l) = (motion(&before.robot), &before.lidar);
+                let (motion, l) = (motion(before), &before.lidar);
                 outln!("source    forked at tick {at_tick}; what follows holds from there on");
                 outln!(
                     "before    seed {}, {motion}, range {} m, dropout {}",
@@ -213,7 +212,7 @@ fn print_header(header: &LogHeader) {
             let walls = config.world.walls.len();
             outln!("world     {} ({walls} walls)", config.world.name);
             outln!("script    {}", config.script.kind());
-            outln!("robot     {}", motion(&config.robot));
+            outln!("robot     {}", motion(config));
         }
     }
     outln!("time step {} s, a scan every {} ticks", seconds(config.dt_s), config.scan_every);
@@ -223,24 +222,12 @@ fn print_header(header: &LogHeader) {
     }
 }
 
-/// Returns the names of the small sensors that say something in a tick.
-fn present(record: &TickRecord) -> impl Iterator<Item = &'static str> {
-    let present = record.readings.get().present();
-    let names = [
-        ("bumper", present.bumper),
-        ("imu", present.imu),
-        ("sonars", present.sonars.is_some()),
-        ("doors", present.doors.is_some()),
-        ("landmarks", present.landmarks.is_some()),
-    ];
-    names.into_iter().filter(|(_, is_there)| *is_there).map(|(name, _)| name)
-}
-
 /// Returns the errors of the motion of a robot.
-fn motion(robot: &RobotConfig) -> String {
+fn motion(config: &RunConfig) -> String {
+    let robot = &config.robot;
     format!(
-        "slip {} per tick, right wheel {:+} %, track {:+} %",
-        robot.slip_std,
+        "slip {}, right wheel {:+} %, track {:+} %",
+        config.slip_in_words(" per tick"),
         100.0 * robot.radius_bias_right,
         100.0 * robot.track_bias
     )

@@ -52,7 +52,8 @@ class RunLog:
     """By small sensor that the robot has, rows that begin with their tick: ``bumper``
     (sectors as bits), ``imu`` (yaw rate rad/s, acceleration ahead and to the left
     m/s²), ``sonars`` (a range m for each), and one row for each thing that was seen:
-    ``doors`` (number), ``landmarks`` (id or −1, range m, bearing rad)."""
+    ``doors`` (number), ``landmarks`` (id or −1, range m, bearing rad). A reading in
+    which nothing was seen is one row of NaN after its tick."""
     answers: dict[str, NDArray[np.float64]] = field(repr=False)
     """By participant, (T, 3) the poses it answered, rows of NaN where it answered none."""
     covariances: dict[str, NDArray[np.float64]] = field(repr=False)

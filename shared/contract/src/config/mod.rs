@@ -13,6 +13,7 @@ mod robot;
 mod run;
 mod script;
 pub mod sensors;
+mod slip;
 
 pub use check::{FieldError, seconds as check_seconds, within as check_within};
 pub(crate) use check::{at_least, seconds, within};
@@ -24,5 +25,6 @@ pub use people::{CrowdConfig, MAX_PEOPLE, Shape, WalkerConfig};
 pub use robot::{NominalRobot, RobotConfig};
 pub use run::RunConfig;
 pub(crate) use run::check_times_and_start;
-pub use script::{PatrolConfig, ScriptConfig, parse_commands};
+pub use script::{MAX_COMMANDS, PatrolConfig, ScriptConfig, parse_commands};
 pub use sensors::Sensors;
+pub use slip::{PatchConfig, SlipFigures};

@@ -3,7 +3,8 @@
 use rusty_geometry::DiffDrive;
 use serde::{Deserialize, Serialize};
 
-use super::{FieldError, within};
+use super::slip::outlier_factor;
+use super::{FieldError, SlipFigures, within};
 
 /// The robot of a run, true parameters included.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,6 +22,19 @@ pub struct RobotConfig {
     pub wheel_limit_rad_s: f64,
     /// σ of the slip ε per wheel and *tick* (not scaled by √dt, on purpose).
     pub slip_std: f64,
+    /// σ of the left wheel, where it is not `slip_std`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slip_std_left: Option<f64>,
+    /// σ of the right wheel, where it is not `slip_std`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slip_std_right: Option<f64>,
+    /// Probability of an outlier among the slips; see [`SlipFigures`]. Not written
+    /// where it is 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub slip_outlier_rate: f64,
+    /// How many times as large an outlier is. Not written where it is the default.
+    #[serde(skip_serializing_if = "is_usual_factor")]
+    pub slip_outlier_factor: f64,
     /// δ: the right wheel is really r·(1 + δ). Odometry never learns this.
     pub radius_bias_right: f64,
     /// ε: the wheels' contact points are really ℓ·(1 + ε) apart. Odometry never
@@ -35,6 +49,12 @@ fn is_zero(value: &f64) -> bool {
     value.to_bits() == 0
 }
 
+/// Whether nothing is lost if it is not written.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it like this")]
+fn is_usual_factor(value: &f64) -> bool {
+    value.to_bits() == outlier_factor().to_bits()
+}
+
 impl Default for RobotConfig {
     /// Rusty, with a slip of 0.02 and equal wheels.
     fn default() -> Self {
@@ -45,6 +65,10 @@ impl Default for RobotConfig {
             ticks_per_rev: 4096,
             wheel_limit_rad_s: 20.0,
             slip_std: 0.02,
+            slip_std_left: None,
+            slip_std_right: None,
+            slip_outlier_rate: 0.0,
+            slip_outlier_factor: outlier_factor(),
             radius_bias_right: 0.0,
             track_bias: 0.0,
         }
@@ -77,6 +101,29 @@ impl RobotConfig {
         }
     }
 
+    /// The law of the slip of each wheel, `[left, right]`.
+    #[must_use]
+    pub fn slip_figures(&self) -> [SlipFigures; 2] {
+        [self.slip_std_left, self.slip_std_right].map(|std| SlipFigures {
+            std: std.unwrap_or(self.slip_std),
+            outlier_rate: self.slip_outlier_rate,
+            outlier_factor: self.slip_outlier_factor,
+        })
+    }
+
+    /// The same robot with wheels that do not slip.
+    #[must_use]
+    pub fn without_slip(self) -> Self {
+        Self {
+            slip_std: 0.0,
+            slip_std_left: None,
+            slip_std_right: None,
+            slip_outlier_rate: 0.0,
+            slip_outlier_factor: outlier_factor(),
+            ..self
+        }
+    }
+
     /// Checks every field.
     ///
     /// # Errors
@@ -87,8 +134,14 @@ impl RobotConfig {
         within("robot.body_radius_m", self.body_radius_m, 0.0, 100.0)?;
         super::at_least("robot.ticks_per_rev", self.ticks_per_rev, 1, 1 << 40)?;
         within("robot.wheel_limit_rad_s", self.wheel_limit_rad_s, 1e-3, 1e5)?;
-        // A negative σ would be accepted by the distribution and mirror the noise.
-        within("robot.slip_std", self.slip_std, 0.0, 1.0)?;
+        let figures = SlipFigures {
+            std: self.slip_std,
+            outlier_rate: self.slip_outlier_rate,
+            outlier_factor: self.slip_outlier_factor,
+        };
+        figures.check("robot")?;
+        within("robot.slip_std_left", self.slip_std_left.unwrap_or_default(), 0.0, 1.0)?;
+        within("robot.slip_std_right", self.slip_std_right.unwrap_or_default(), 0.0, 1.0)?;
         within("robot.radius_bias_right", self.radius_bias_right, -0.5, 0.5)?;
         within("robot.track_bias", self.track_bias, -0.5, 0.5)
     }
@@ -101,13 +154,17 @@ mod tests {
     #[test]
     fn every_field_is_checked() {
         assert!(RobotConfig::default().check().is_ok());
-        let broken: [fn(&mut RobotConfig); 8] = [
+        let broken: [fn(&mut RobotConfig); 12] = [
             |r| r.wheel_radius_m = 0.0,
             |r| r.track_m = f64::NAN,
             |r| r.body_radius_m = -1.0,
             |r| r.ticks_per_rev = 0,
             |r| r.wheel_limit_rad_s = f64::INFINITY,
             |r| r.slip_std = -0.02,
+            |r| r.slip_std_left = Some(-0.02),
+            |r| r.slip_std_right = Some(f64::NAN),
+            |r| r.slip_outlier_rate = 1.1,
+            |r| r.slip_outlier_factor = 0.9,
             |r| r.radius_bias_right = 2.0,
             |r| r.track_bias = f64::NAN,
         ];
@@ -121,8 +178,13 @@ mod tests {
     #[test]
     fn a_robot_whose_track_is_as_it_is_said_is_written_as_ever() {
         let mut robot = RobotConfig::default();
-        assert!(!serde_json::to_string(&robot).unwrap().contains("track_bias"));
+        let text = serde_json::to_string(&robot).unwrap();
+        assert!(
+            !text.contains("track_bias") && !text.contains("_left") && !text.contains("outlier")
+        );
         robot.track_bias = 0.01;
+        robot.slip_std_left = Some(0.03);
+        (robot.slip_outlier_rate, robot.slip_outlier_factor) = (0.01, 5.0);
         let text = serde_json::to_string(&robot).unwrap();
         assert_eq!(serde_json::from_str::<RobotConfig>(&text).unwrap(), robot);
         assert_eq!(robot.nominal(), RobotConfig::default().nominal());

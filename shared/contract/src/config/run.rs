@@ -7,8 +7,8 @@ use rusty_geometry::{Material, SE2, WallSpec, WorldSpec};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CrowdConfig, Event, FieldError, Fleet, Kidnapping, LidarConfig, RobotConfig, ScriptConfig,
-    Sensors, WalkerConfig, at_least, within,
+    CrowdConfig, Event, FieldError, Fleet, Kidnapping, LidarConfig, PatchConfig, RobotConfig,
+    ScriptConfig, Sensors, WalkerConfig, at_least, within,
 };
 
 /// The configuration of a run. A seed, this and the driver's commands
@@ -54,6 +54,9 @@ pub struct RunConfig {
     /// The robot's place among others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fleet: Option<Box<Fleet>>,
+    /// Where on the floor the wheels slip otherwise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub patches: Vec<PatchConfig>,
 }
 
 impl RunConfig {
@@ -63,10 +66,42 @@ impl RunConfig {
         (tick + 1) as f64 * self.dt_s
     }
 
+    /// Whether the wheels slip, anywhere.
+    #[must_use]
+    pub fn slips(&self) -> bool {
+        let wheels = self.robot.slip_figures();
+        let patches = self.patches.iter().map(PatchConfig::figures);
+        wheels.into_iter().chain(patches).any(|figures| figures.std != 0.0)
+    }
+
+    /// The figures of the slip on one line; `unit` is put after σ.
+    #[must_use]
+    pub fn slip_in_words(&self, unit: &str) -> String {
+        let [left, right] = self.robot.slip_figures();
+        let mut text = match left.std.to_bits() == right.std.to_bits() {
+            true => format!("{}{unit}", left.std),
+            false => format!("{} left and {} right{unit}", left.std, right.std),
+        };
+        if left.outlier_rate > 0.0 {
+            text += &format!(", {} % × {}", 100.0 * left.outlier_rate, left.outlier_factor);
+        }
+        match self.patches.len() {
+            0 => text,
+            1 => text + ", 1 patch of floor",
+            n => format!("{text}, {n} patches of floor"),
+        }
+    }
+
+    /// Makes the wheels not slip, anywhere.
+    pub fn remove_slip(&mut self) {
+        self.robot = self.robot.without_slip();
+        self.patches.clear();
+    }
+
     /// Whether a run with this configuration can go on with `after` in the
     /// middle. Seed, number of ticks, script, the noise of the LiDAR, the true
-    /// parameters of the robot, kidnappings and events may change. What participants rely on from
-    /// the start on, and what is past, may not.
+    /// parameters of the robot, kidnappings, events and patches may change. What participants rely
+    /// on from the start on, and what is past, may not.
     ///
     /// # Errors
     /// [`FieldError`] names the first field that must stay as it was.
@@ -140,6 +175,7 @@ impl RunConfig {
         self.crowd.as_ref().map_or(Ok(()), CrowdConfig::check)?;
         Event::check(&self.events)?;
         self.check_fleet()?;
+        PatchConfig::check(&self.patches)?;
         self.world.check().map_err(|e| {
             FieldError::new("world", &self.world.name, e.to_string(), "mend the world file")
         })?;
@@ -200,6 +236,7 @@ mod tests {
             crowd: None,
             events: Vec::new(),
             fleet: None,
+            patches: Vec::new(),
         }
     }
 
@@ -210,11 +247,36 @@ mod tests {
     }
 
     #[test]
+    fn all_slip_is_named_and_removed() {
+        let mut config = config();
+        assert_eq!(config.slip_in_words(" per tick"), "0.02 per tick");
+        config.remove_slip();
+        assert!(!config.slips());
+        config.robot.slip_std_left = Some(0.03);
+        assert!(config.slips());
+        (config.robot.slip_outlier_rate, config.robot.slip_outlier_factor) = (0.25, 5.0);
+        config.patches = vec![PatchConfig {
+            corners: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            slip_std: 0.3,
+            slip_outlier_rate: 0.0,
+            slip_outlier_factor: 10.0,
+        }];
+        let said = config.slip_in_words("");
+        assert_eq!(said, "0.03 left and 0 right, 25 % × 5, 1 patch of floor");
+        config.robot.slip_std_left = None;
+        assert!(config.slips(), "a patch alone");
+        config.remove_slip();
+        assert!(!config.slips());
+    }
+
+    #[test]
     fn noise_and_script_may_change_in_the_middle_and_what_was_told_may_not() {
-        let free: [fn(&mut RunConfig); 12] = [
+        let free: [fn(&mut RunConfig); 14] = [
             |c| c.seed = 2,
             |c| c.ticks = 20,
             |c| c.robot.slip_std = 0.1,
+            |c| c.robot.slip_std_left = Some(0.1),
+            |c| c.robot.slip_outlier_rate = 0.1,
             |c| c.robot.radius_bias_right = 0.1,
             |c| c.robot.track_bias = 0.1,
             |c| c.lidar.range_std_m = 0.1,

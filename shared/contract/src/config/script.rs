@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{FieldError, seconds, within};
 
 /// The most commands a list may have.
-const MAX_COMMANDS: usize = 1_000_000;
+pub const MAX_COMMANDS: usize = 1_000_000;
 
 /// Where the commands of a run come from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -144,14 +144,25 @@ impl ScriptConfig {
             }
             Self::Straight { v_m_s } => within("script.v_m_s", *v_m_s, -100.0, 100.0),
             Self::Commands { list, .. } => {
-                for (i, c) in list.iter().enumerate() {
-                    within(&format!("script.list[{i}].v_m_s"), c.v_m_s, -100.0, 100.0)?;
-                    within(&format!("script.list[{i}].omega_rad_s"), c.omega_rad_s, -1e3, 1e3)?;
-                }
-                Ok(())
+                let mut commands = (0..).zip(list);
+                commands.try_for_each(|(tick, command)| Self::check_command(tick, *command))
             }
             Self::Driver {} => Ok(()),
         }
+    }
+
+    /// Checks the command of a tick, body frame, as part of a list.
+    ///
+    /// # Errors
+    /// [`FieldError`] names the first number that cannot be used.
+    pub fn check_command(tick: u64, command: Twist) -> Result<(), FieldError> {
+        // A name is made for those that are refused only: there may be a million.
+        let bounded = [("v_m_s", command.v_m_s, 100.0), ("omega_rad_s", command.omega_rad_s, 1e3)];
+        let mut bad =
+            bounded.into_iter().filter(|(_, value, most)| value.is_nan() || value.abs() > *most);
+        bad.next().map_or(Ok(()), |(name, value, most)| {
+            within(&format!("script.list[{tick}].{name}"), value, -most, most)
+        })
     }
 }
 

@@ -25,6 +25,7 @@ mod finding;
 mod header;
 mod reader;
 mod record;
+mod whole;
 mod writer;
 
 #[cfg(test)]
@@ -34,6 +35,7 @@ pub use finding::Finding;
 pub use header::{LogHeader, Source};
 pub use reader::{Ending, LogReader, Read, ReadEntry};
 pub use record::{Entry, EntryRef, TickRecord, TickRef, Trailer};
+pub use whole::Log;
 pub use writer::LogWriter;
 
 use std::io;
@@ -88,6 +90,19 @@ pub enum LogError {
         /// Where.
         at: u64,
         /// What is wrong.
+        problem: String,
+    },
+    /// The log ends before its run does, or a record is damaged.
+    #[error(
+        "{path}: expected a complete log, got one that ends at byte {at_byte}: {problem}; \
+         `sim-server verify` names the ticks that can be read"
+    )]
+    Incomplete {
+        /// The file.
+        path: String,
+        /// Where it cannot be read on, bytes.
+        at_byte: u64,
+        /// What was found there.
         problem: String,
     },
     /// A record does not fit the format.

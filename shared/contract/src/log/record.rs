@@ -146,6 +146,21 @@ impl<'a> From<&'a TickRecord> for TickRef<'a> {
     }
 }
 
+impl From<TickRef<'_>> for TickRecord {
+    fn from(record: TickRef<'_>) -> Self {
+        Self {
+            tick: record.tick,
+            stamp_s: record.stamp_s,
+            ticks: record.ticks,
+            command: record.command,
+            truth: record.truth,
+            ranges_m: record.ranges_m.map(<[f64]>::to_vec),
+            replies: record.replies.to_vec(),
+            readings: record.readings.into(),
+        }
+    }
+}
+
 impl TickRecord {
     /// Time of the frame in a run with this `dt_s`.
     #[must_use]

@@ -256,3 +256,25 @@ fn a_seed_below_two_to_the_forty_is_guessable_where_there_is_one() {
     assert_eq!(of(u64::MAX, forked(1 << 40)), None);
     assert_eq!(of(42, recorded), None);
 }
+
+#[test]
+fn a_whole_log_is_written_as_it_was_read() {
+    let (bytes, ends) = written();
+    let log = Log::read(&bytes[..], "test.log").unwrap();
+    assert_eq!(log.records.len() as u64, TICKS);
+    assert_eq!(log.write(Vec::new()).unwrap(), bytes);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.log");
+    log.save(&path).unwrap();
+    assert_eq!(std::fs::read(&path).unwrap(), bytes);
+    assert_eq!(Log::load(&path).unwrap(), log);
+    // Cut, or damaged: an error that names the place.
+    let cut = Log::read(&bytes[..ends[3] + 5], "test.log").unwrap_err();
+    let at = ends[3] as u64;
+    assert!(matches!(cut, LogError::Incomplete { at_byte, .. } if at_byte == at), "{cut}");
+    let mut damaged = bytes;
+    damaged[ends[3] - 1] ^= 1;
+    let error = Log::read(&damaged[..], "test.log").unwrap_err();
+    let at = ends[2] as u64;
+    assert!(matches!(error, LogError::Incomplete { at_byte, .. } if at_byte == at), "{error}");
+}

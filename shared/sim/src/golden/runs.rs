@@ -5,15 +5,15 @@
 
 use std::f64::consts::{PI, TAU};
 
-use rusty_contract::config::PatrolConfig;
 use rusty_contract::config::sensors::{
     BumperConfig, DoorSensorConfig, Identity, ImuConfig, LandmarkSensorConfig, SonarConfig,
     SonarModel,
 };
+use rusty_contract::config::{PatchConfig, PatrolConfig};
 use rusty_contract::{LidarConfig, RobotConfig, RunConfig, ScriptConfig, Sensors};
 use rusty_geometry::{
     Landmark, Material, SE2, Twist, WallSpec, World, WorldSpec, apartment, hallway, lobby, open,
-    trig, wrap_angle,
+    place, trig, wrap_angle,
 };
 
 /// Rusty in a place; for each run to change.
@@ -32,6 +32,10 @@ fn rusty(name: &str, world: &World, start: SE2, script: ScriptConfig) -> RunConf
             ticks_per_rev: 4096,
             wheel_limit_rad_s: 20.0,
             slip_std: 0.02,
+            slip_std_left: None,
+            slip_std_right: None,
+            slip_outlier_rate: 0.0,
+            slip_outlier_factor: 10.0,
             radius_bias_right: 0.0,
             track_bias: 0.0,
         },
@@ -55,6 +59,7 @@ fn rusty(name: &str, world: &World, start: SE2, script: ScriptConfig) -> RunConf
         crowd: None,
         events: Vec::new(),
         fleet: None,
+        patches: Vec::new(),
     }
 }
 
@@ -233,6 +238,10 @@ pub(super) fn lopsided() -> RunConfig {
             ticks_per_rev: 1000,
             wheel_limit_rad_s: 11.3,
             slip_std: 0.031,
+            slip_std_left: None,
+            slip_std_right: None,
+            slip_outlier_rate: 0.0,
+            slip_outlier_factor: 10.0,
             radius_bias_right: -0.0137,
             track_bias: 0.0,
         },
@@ -256,7 +265,32 @@ pub(super) fn lopsided() -> RunConfig {
         crowd: None,
         events: Vec::new(),
         fleet: None,
+        patches: Vec::new(),
     }
+}
+
+/// A triangle and a rectangle of floor that overlap.
+fn floor() -> Vec<PatchConfig> {
+    let patch = |corners, slip_std, slip_outlier_rate| PatchConfig {
+        corners,
+        slip_std,
+        slip_outlier_rate,
+        slip_outlier_factor: 6.5,
+    };
+    vec![
+        patch(vec![[6.3, 4.1], [7.1, 4.1], [7.1, 4.9], [6.3, 4.9]], 0.0, 0.0),
+        patch(vec![[6.1, 4.43], [6.9, 3.9], [6.95, 5.2]], 0.11, 0.2),
+    ]
+}
+
+pub(super) fn apartment_slippery() -> RunConfig {
+    let start = SE2::new(6.0, 4.5, 0.0);
+    let script = ScriptConfig::Patrol(patrol());
+    let mut run = rusty("apartment-slippery", &apartment(), start, script);
+    run.robot.slip_std_left = Some(0.05);
+    (run.robot.slip_outlier_rate, run.robot.slip_outlier_factor) = (0.07, 8.0);
+    run.patches = floor();
+    run
 }
 
 pub(super) fn apartment_silent() -> RunConfig {
@@ -267,4 +301,27 @@ pub(super) fn apartment_silent() -> RunConfig {
     run.robot.slip_std = 0.0;
     run.lidar.range_std_m = 0.0;
     run
+}
+
+/// Two seconds in a place that is made by rule, with ten scans.
+fn generated(name: &str, start: SE2) -> RunConfig {
+    let script = ScriptConfig::FigureEight { v_m_s: 0.4, omega_rad_s: 0.7, half_s: 1.1 };
+    let world = place(name).unwrap_or_else(open);
+    RunConfig { ticks: 100, scan_every: 10, ..rusty(name, &world, start, script) }
+}
+
+pub(super) fn corridor() -> RunConfig {
+    generated("corridor", SE2::new(18.0, 1.0, 0.1))
+}
+
+pub(super) fn twin_rooms() -> RunConfig {
+    generated("twin-rooms", SE2::new(2.2, 2.4, 0.4))
+}
+
+pub(super) fn workshop() -> RunConfig {
+    generated("workshop", SE2::new(6.0, 4.5, 0.0))
+}
+
+pub(super) fn warehouse() -> RunConfig {
+    generated("warehouse", SE2::new(24.0, 30.9, -0.2))
 }

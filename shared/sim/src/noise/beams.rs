@@ -79,6 +79,7 @@ impl LidarNoise {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::Rng as _;
 
     fn alone(seed: u64, tick: u64) -> Vec<BeamDraw> {
         LidarNoise::new(seed).at(tick, 180).collect()

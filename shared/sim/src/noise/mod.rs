@@ -17,8 +17,11 @@
 //! | landmarks            |      7 | 32768·t              | 32768 = 8·4096     | 8·k: u, 8·k + 2: ε_r, 8·k + 4: ε_φ of the landmark with index k |
 //! | glass ([`LidarNoise`]) |      8 | 32768·t              | 32768 = 16·2048    | 16·k + 2·j: u of beam k at the pane with index j on its way |
 //! | people               |      9 | person k at 2^56·k   | 2 a draw           | speed, place at the start, goals, one after the other |
+//! | slip, outliers       |     10 |                  4·t | 4                   | 0: u_L, 2: u_R                        |
+//! | your own ([`OwnNoise`]) | 2^63 + n |            2^24·t | 2^24                | 256·k: 128 numbers of 64 bits of slot k |
 //!
-//! Positions are known to 2⁶⁸ words, so a tick may be any `u64` below 2⁵³; the
+//! [`Source`] has these numbers as code, and [`Stream`] the words of any source as a
+//! [`rand::Rng`]. Positions are known to 2⁶⁸ words, so a tick may be any `u64` below 2⁵³; the
 //! contract stops at 2⁴⁰. A new source takes a new stream number; a number or a
 //! position in this table never changes, because recorded runs depend on it.
 //!
@@ -33,10 +36,15 @@
 //! deviate, so there is nothing to reject and no draw can move another.
 
 mod beams;
+mod normal;
+mod own;
 mod people;
 mod stream;
 mod tick;
 
 pub use beams::{BEAM_SLOTS, BeamDraw, LidarNoise, PANE_SLOTS};
+pub use normal::StandardNormal;
+pub use own::OwnNoise;
 pub use people::PeopleNoise;
+pub use stream::{Source, Stream};
 pub use tick::TickNoise;

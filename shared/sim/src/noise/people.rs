@@ -1,6 +1,7 @@
 //! The draws of people: each has a separate row of numbers, one after the other.
 
 use nalgebra::Point2;
+use rand::Rng as _;
 use rusty_geometry::normal::{standard_normal, uniform};
 
 use super::stream::{Source, Stream};

@@ -1,39 +1,118 @@
 //! One stream of the generator, read at any place.
 
+use std::convert::Infallible;
+
 use chacha20::ChaCha8Rng;
-use chacha20::rand_core::{Rng, SeedableRng};
+use rand::rand_core::{Rng, SeedableRng, TryRng};
 
 /// The part of the key that is not the seed: it keeps this program's numbers
 /// apart from those of any other that hands the same seed to the same generator.
 const DOMAIN: [u8; 24] = *b"rusty-sim noise, form 1.";
 
-/// The streams in use; see the table in [`crate::noise`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u64)]
-pub(super) enum Source {
+/// Number of the first stream of [`Source::Own`].
+const FIRST_OWN: u64 = 1 << 63;
+
+/// A source of noise, which has a separate stream. [`crate::noise`] has a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Source {
     /// Slip of the wheels.
-    Slip = 1,
+    Slip,
     /// Dropout and range noise of the LiDAR.
-    Lidar = 2,
+    Lidar,
     /// Noise of the IMU.
-    Imu = 3,
+    Imu,
     /// Biases of the IMU at the start.
-    ImuStart = 4,
+    ImuStart,
     /// Dropout and range noise of the sonars.
-    Sonar = 5,
+    Sonars,
     /// Reports of doors.
-    Doors = 6,
+    Doors,
     /// Dropout, range and bearing noise of landmarks.
-    Landmarks = 7,
+    Landmarks,
     /// Passage of LiDAR beams through glass.
-    Glass = 8,
+    Glass,
     /// Places and speeds of people.
-    People = 9,
+    People,
+    /// Which slips are outliers.
+    SlipOutliers,
+    /// A sensor that the simulator does not have, by a number of your choice; see
+    /// [`OwnNoise`](super::OwnNoise).
+    Own(u32),
 }
 
-/// The words of one source.
+impl Source {
+    /// All sources of the simulator, in the order of their numbers.
+    pub const BUILT_IN: [Self; 10] = [
+        Self::Slip,
+        Self::Lidar,
+        Self::Imu,
+        Self::ImuStart,
+        Self::Sonars,
+        Self::Doors,
+        Self::Landmarks,
+        Self::Glass,
+        Self::People,
+        Self::SlipOutliers,
+    ];
+
+    /// The number of its stream. It never changes.
+    #[must_use]
+    pub const fn number(self) -> u64 {
+        match self {
+            Self::Slip => 1,
+            Self::Lidar => 2,
+            Self::Imu => 3,
+            Self::ImuStart => 4,
+            Self::Sonars => 5,
+            Self::Doors => 6,
+            Self::Landmarks => 7,
+            Self::Glass => 8,
+            Self::People => 9,
+            Self::SlipOutliers => 10,
+            Self::Own(number) => FIRST_OWN + number as u64,
+        }
+    }
+
+    /// Its name in the handbook.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Slip => "slip",
+            Self::Lidar => "lidar",
+            Self::Imu => "imu",
+            Self::ImuStart => "imu-start",
+            Self::Sonars => "sonars",
+            Self::Doors => "doors",
+            Self::Landmarks => "landmarks",
+            Self::Glass => "glass",
+            Self::People => "people",
+            Self::SlipOutliers => "slip-outliers",
+            Self::Own(_) => "own",
+        }
+    }
+
+    /// Words of 32 bits that a tick has room for: tick t begins at word t times this
+    /// number. `None` for people, who draw when they need a number.
+    #[must_use]
+    pub const fn tick_words(self) -> Option<u64> {
+        match self {
+            Self::Slip | Self::SlipOutliers => Some(4),
+            Self::Lidar => Some(8192),
+            Self::Imu | Self::ImuStart => Some(16),
+            Self::Sonars => Some(64),
+            Self::Doors => Some(512),
+            Self::Landmarks | Self::Glass => Some(32768),
+            Self::People => None,
+            Self::Own(_) => Some(1 << 24),
+        }
+    }
+}
+
+/// The words of one source: a [`rand::Rng`] that can be put at any place.
+///
+/// Two streams of the same seed and source give the same words.
 #[derive(Debug)]
-pub(super) struct Stream {
+pub struct Stream {
     rng: ChaCha8Rng,
 }
 
@@ -50,19 +129,20 @@ impl Clone for Stream {
 
 impl Stream {
     /// The words of `source` under `seed`, from word 0.
-    pub(super) fn new(seed: u64, source: Source) -> Self {
+    #[must_use]
+    pub fn new(seed: u64, source: Source) -> Self {
         let mut key = [0; 32];
         let (seed_bytes, domain) = key.split_at_mut(8);
         seed_bytes.copy_from_slice(&seed.to_le_bytes());
         domain.copy_from_slice(&DOMAIN);
         let mut rng = ChaCha8Rng::from_seed(key);
-        rng.set_stream(source as u64);
+        rng.set_stream(source.number());
         Self { rng }
     }
 
-    /// Makes 32-bit word number `word` the next one. Free when it already is:
-    /// moving throws away up to 64 words that are already computed.
-    pub(super) fn seek(&mut self, word: u128) {
+    /// Makes 32-bit word number `word`, below 2⁶⁸, the next one. Free when it already
+    /// is: moving throws away up to 64 words that are already computed.
+    pub fn seek(&mut self, word: u128) {
         if self.rng.get_word_pos() != word {
             self.rng.set_word_pos(word);
         }
@@ -76,10 +156,23 @@ impl Stream {
             *number = u64::from_le(*number);
         }
     }
+}
+
+impl TryRng for Stream {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        Ok(self.rng.next_u32())
+    }
 
     /// The next two words, the earlier one in the low half.
-    pub(super) fn next_u64(&mut self) -> u64 {
-        self.rng.next_u64()
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        Ok(self.rng.next_u64())
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        self.rng.fill_bytes(bytes);
+        Ok(())
     }
 }
 
@@ -132,6 +225,15 @@ mod tests {
         assert_ne!(base, first(2, Source::Slip));
         assert_ne!(base, first(1 << 63, Source::Slip));
         assert_ne!(base, first(1, Source::Lidar));
+    }
+
+    #[test]
+    fn every_source_has_another_number_and_they_are_in_order() {
+        let ends = [Source::Own(0), Source::Own(u32::MAX)];
+        let numbers: Vec<u64> =
+            Source::BUILT_IN.into_iter().chain(ends).map(Source::number).collect();
+        assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
+        assert_eq!(numbers[..10], [1, 2, 3, 4, 5, 6, 7, 8, 9, 10], "recorded runs depend on them");
     }
 
     #[test]

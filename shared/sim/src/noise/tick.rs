@@ -1,7 +1,9 @@
 //! The noise of sources that draw a few numbers in a tick.
 
-use super::stream::{Source, Stream};
+use rand::Rng as _;
 use rusty_geometry::normal::{standard_normal, uniform};
+
+use super::stream::{Source, Stream};
 
 /// 32-bit words that one reading of a landmark has room for: a uniform number and
 /// two normal ones, two words each, and two that are free.
@@ -16,45 +18,56 @@ pub struct TickNoise {
 }
 
 impl TickNoise {
+    fn of(seed: u64, source: Source) -> Self {
+        let tick_words = source.tick_words().unwrap_or_default();
+        Self { stream: Stream::new(seed, source), tick_words }
+    }
+
     /// Slip of the wheels, `[left, right]`.
     #[must_use]
     pub fn slip(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Slip), tick_words: 4 }
+        Self::of(seed, Source::Slip)
+    }
+
+    /// Choice of the outliers of the slip, `[left, right]`.
+    #[must_use]
+    pub fn slip_outliers(seed: u64) -> Self {
+        Self::of(seed, Source::SlipOutliers)
     }
 
     /// Walk and white noise of each axis of the IMU.
     #[must_use]
     pub fn imu(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Imu), tick_words: 16 }
+        Self::of(seed, Source::Imu)
     }
 
     /// Biases of the IMU at the start, all in tick 0.
     #[must_use]
     pub fn imu_start(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::ImuStart), tick_words: 16 }
+        Self::of(seed, Source::ImuStart)
     }
 
     /// Dropout and range noise of up to 16 sonars.
     #[must_use]
     pub fn sonars(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Sonar), tick_words: 64 }
+        Self::of(seed, Source::Sonars)
     }
 
     /// Reports of 256 doors.
     #[must_use]
     pub fn doors(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Doors), tick_words: 512 }
+        Self::of(seed, Source::Doors)
     }
 
     /// Readings of up to 4096 landmarks.
     #[must_use]
     pub fn landmarks(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Landmarks), tick_words: 32768 }
+        Self::of(seed, Source::Landmarks)
     }
 
     /// Passages of LiDAR beams through panes of glass.
     pub(super) fn glass(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Glass), tick_words: 32768 }
+        Self::of(seed, Source::Glass)
     }
 
     fn seek(&mut self, tick: u64, word: u128) {

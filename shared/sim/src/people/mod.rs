@@ -184,29 +184,35 @@ impl People {
     pub fn step(&mut self, world: &World, robots: &[Disc], tick: u64) {
         let decides = tick.is_multiple_of(self.decide_every);
         for index in 0..self.people.len() {
+            let mut arrives = false;
             if index < self.walkers.len() {
-                self.follow(index);
+                arrives = self.follow(index);
             } else if decides {
                 self.decide(index, world, robots);
             }
-            self.walk(index, world, robots);
+            if self.walk(index, world, robots) && arrives {
+                self.turn_to_the_next_waypoint(index);
+            }
         }
         self.show();
     }
 
-    /// The velocity of a walker towards its waypoint.
-    fn follow(&mut self, index: usize) {
+    /// The velocity of a walker towards its waypoint. Returns whether this step ends there.
+    fn follow(&mut self, index: usize) -> bool {
         let (walker, person) = (&self.walkers[index], &mut self.people[index]);
         let to = person.goal - person.at;
         let (distance_m, step_m) = (length(&to), walker.speed_m_s * self.dt_s);
-        person.velocity_m_s = if distance_m > step_m {
-            to * (walker.speed_m_s / distance_m)
-        } else {
-            // The last step ends on the waypoint.
-            person.waypoint = (person.waypoint + 1) % walker.waypoints.len();
-            person.goal = Point2::from(walker.waypoints[person.waypoint]);
-            to / self.dt_s
-        };
+        let arrives = distance_m <= step_m;
+        // The last step ends on the waypoint.
+        person.velocity_m_s =
+            if arrives { to / self.dt_s } else { to * (walker.speed_m_s / distance_m) };
+        arrives
+    }
+
+    fn turn_to_the_next_waypoint(&mut self, index: usize) {
+        let (walker, person) = (&self.walkers[index], &mut self.people[index]);
+        person.waypoint = (person.waypoint + 1) % walker.waypoints.len();
+        person.goal = Point2::from(walker.waypoints[person.waypoint]);
     }
 
     /// The velocity of one of the crowd until the next decision.
@@ -248,8 +254,9 @@ impl People {
         (person.velocity_m_s, person.clear_m) = (velocity, clear_m);
     }
 
-    /// A step with the velocity that there is, unless something is in the way.
-    fn walk(&mut self, index: usize, world: &World, robots: &[Disc]) {
+    /// A step with the velocity that there is, unless something is in the way. Returns
+    /// whether it was made.
+    fn walk(&mut self, index: usize, world: &World, robots: &[Disc]) -> bool {
         let (dt_s, is_walker, shape) = (self.dt_s, index < self.walkers.len(), self.shape(index));
         let person = &mut self.people[index];
         let way = person.velocity_m_s * dt_s;
@@ -274,10 +281,11 @@ impl People {
         if meets_robot || meets_wall {
             person.velocity_m_s = Vector2::zeros();
             person.gait.stand();
-            return;
+            return false;
         }
         person.gait.walk(&person.velocity_m_s, dt_s);
         person.at = next;
+        true
     }
 
     fn shape(&self, index: usize) -> Shape {

@@ -41,6 +41,22 @@ fn a_walker_goes_round_its_waypoints_at_its_speed() {
 }
 
 #[test]
+fn a_walker_whom_the_robot_stops_on_the_last_step_still_goes_to_that_waypoint() {
+    let way = [[1.0, 1.0], [3.0, 1.0], [3.0, 3.0]];
+    let run = RunConfig { walkers: vec![walker(&way, Shape::Disc)], ..config(&open()) };
+    let mut people = People::new(&run, &open()).unwrap();
+    // Steps of 0.02 m: 99 of 100, then the robot stands where the last one leads.
+    (0..99).for_each(|tick| people.step(&open(), &[NOWHERE], tick));
+    let robot = Disc { centre: Point2::new(3.36, 1.0), radius_m: 0.11 };
+    (99..150).for_each(|tick| people.step(&open(), &[robot], tick));
+    let before = people.bodies()[0].centre;
+    assert!((before - Point2::new(2.98, 1.0)).norm() < 1e-9, "{before}");
+    people.step(&open(), &[NOWHERE], 150);
+    let at = people.bodies()[0].centre;
+    assert!((at - Point2::new(3.0, 1.0)).norm() < 1e-9, "{at}");
+}
+
+#[test]
 fn legs_stand_beside_the_middle_and_swing_with_the_way() {
     let run = RunConfig {
         walkers: vec![walker(&[[0.0, 0.0], [9.0, 0.0]], Shape::Legs)],

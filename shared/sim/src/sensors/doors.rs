@@ -56,9 +56,7 @@ impl DoorSensor {
     ) -> Option<&[f64]> {
         let scene = scene.into();
         let Self { config, doors, noise, seen } = self;
-        if !tick.is_multiple_of(config.every) {
-            return None;
-        }
+        super::due(tick, config.every)?;
         let mut count = 0;
         for walls in doors.chunk_by(|a, b| a.0 == b.0) {
             let number = walls[0].0;

@@ -83,9 +83,7 @@ impl LandmarkSensor {
     ) -> Option<&[LandmarkReading]> {
         let scene = scene.into();
         let config = &self.config;
-        if !tick.is_multiple_of(config.every) {
-            return None;
-        }
+        super::due(tick, config.every)?;
         let landmarks = &scene.world.spec().landmarks;
         self.in_view.clear();
         self.in_view.extend(landmarks.iter().enumerate().filter_map(|(index, landmark)| {

@@ -23,6 +23,11 @@ pub use sonar::Sonars;
 use crate::outcome::StepOutcome;
 use crate::scene::Scene;
 
+/// `None` in a tick in which a sensor with one reading in `every` ticks has none.
+fn due(tick: u64, every: u64) -> Option<()> {
+    tick.is_multiple_of(every).then_some(())
+}
+
 /// What a tick did to the robot.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {

@@ -84,9 +84,7 @@ impl Sonars {
         tick: u64,
     ) -> Option<&[f64]> {
         let scene = scene.into();
-        if !tick.is_multiple_of(self.config.every) {
-            return None;
-        }
+        super::due(tick, self.config.every)?;
         let draws = self.noise.pairs::<MAX_SONARS>(tick);
         let SonarConfig { range_max_m, range_std_m, dropout, .. } = self.config;
         for (k, (mount, (u, z))) in self.config.mounts.iter().zip(draws).enumerate() {

@@ -25,6 +25,7 @@ pub fn config(script: ScriptConfig, world: &World, start: SE2) -> RunConfig {
         crowd: None,
         events: Vec::new(),
         fleet: None,
+        patches: Vec::new(),
     }
 }
 

@@ -57,6 +57,7 @@ pub(super) fn plan(
         crowd: None,
         events: Vec::new(),
         fleet: None,
+        patches: Vec::new(),
     };
     config.check().map_err(|error| ImportError::file(input, error))?;
     let file = input.file_name().unwrap_or_default();
@@ -109,6 +110,10 @@ fn robot() -> RobotConfig {
         ticks_per_rev: WHEELS.ticks_per_rev,
         wheel_limit_rad_s: 1000.0,
         slip_std: 0.0,
+        slip_std_left: None,
+        slip_std_right: None,
+        slip_outlier_rate: 0.0,
+        slip_outlier_factor: 10.0,
         radius_bias_right: 0.0,
         track_bias: 0.0,
     }

@@ -50,7 +50,7 @@ pub(super) fn of(
     seeds: Seeds,
     each: &mut dyn FnMut(&str) -> bool,
 ) -> Result<Option<Line>, SimError> {
-    let varies_with_seed = config.robot.slip_std != 0.0;
+    let varies_with_seed = config.slips();
     let runs = if varies_with_seed { seeds.count() } else { 1 };
     let mut sim = Sim::new(RunConfig { scan_every: 0, ..config.clone() })?;
     let (mut frame, mut ended) = (Frame::boxed(), Vec::new());

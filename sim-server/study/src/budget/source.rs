@@ -37,7 +37,7 @@ impl Source {
     pub fn is_in(self, config: &RunConfig) -> bool {
         match self {
             Self::Quantization => true,
-            Self::Slip => config.robot.slip_std != 0.0,
+            Self::Slip => config.slips(),
             Self::RadiusBias => config.robot.radius_bias_right != 0.0,
             Self::TrackBias => config.robot.track_bias != 0.0,
         }
@@ -48,7 +48,7 @@ impl Source {
     pub fn alone(self, config: &RunConfig) -> RunConfig {
         let mut alone = config.clone();
         if self != Self::Slip {
-            alone.robot.slip_std = 0.0;
+            alone.remove_slip();
         }
         if self != Self::RadiusBias {
             alone.robot.radius_bias_right = 0.0;
@@ -65,7 +65,7 @@ impl Source {
         let robot = &config.robot;
         match self {
             Self::Quantization => format!("quantization only, N = {}", robot.ticks_per_rev),
-            Self::Slip => format!("slip, σ = {}", robot.slip_std),
+            Self::Slip => format!("slip, σ = {}", config.slip_in_words("")),
             Self::RadiusBias => format!("right radius {:+} %", 100.0 * robot.radius_bias_right),
             Self::TrackBias => format!("track {:+} %", 100.0 * robot.track_bias),
         }

@@ -114,6 +114,7 @@ pub fn lap(
         crowd: None,
         events: Vec::new(),
         fleet: None,
+        patches: Vec::new(),
         ..config.clone()
     })?;
     let mut frame = Frame::boxed();

@@ -3,6 +3,7 @@
 mod control;
 mod fork;
 mod must_not_matter;
+mod recorded;
 mod robots;
 mod same_bits;
 mod seeds;

@@ -73,6 +73,29 @@ fn an_interpreter_of_webassembly_computes_the_same_bits() {
     assert_eq!(digest.call(&mut store, count).unwrap(), 0, "there is no run after the last");
 }
 
+#[test]
+fn a_log_recorded_in_webassembly_has_the_same_bytes() {
+    let Some(path) = module() else { return };
+    let engine = Engine::default();
+    let module = Module::new(&engine, fs::read(path).unwrap()).unwrap();
+    let mut store = Store::new(&engine, ());
+    let instance = Linker::new(&engine).instantiate_and_start(&mut store, &module).unwrap();
+    let record = instance.get_typed_func::<u32, u32>(&store, "golden_log").unwrap();
+    let length = instance.get_typed_func::<(), u32>(&store, "golden_log_length").unwrap();
+    let memory = instance.get_memory(&store, "memory").unwrap();
+    // A driver's commands as a list, and a script with a name.
+    for name in ["apartment-driven", "apartment-sensed"] {
+        let index = GOLDENS.iter().position(|golden| golden.name == name).unwrap();
+        let address = record.call(&mut store, index as u32).unwrap();
+        let length = length.call(&mut store, ()).unwrap();
+        let mut bytes = vec![0; length as usize];
+        memory.read(&store, address as usize, &mut bytes).unwrap();
+        let native = GOLDENS[index].record().unwrap().write(Vec::new()).unwrap();
+        assert!(bytes == native, "{name}: {} and {} bytes", bytes.len(), native.len());
+    }
+    assert_eq!(record.call(&mut store, GOLDENS.len() as u32).unwrap(), 0);
+}
+
 /// Asks a module for its digests, a line each.
 const SCRIPT: &str = "
     const bytes = require('fs').readFileSync(process.argv[1]);

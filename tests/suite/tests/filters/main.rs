@@ -5,6 +5,7 @@ mod beliefs;
 mod drivers;
 mod ekf;
 mod fitting;
+mod hard_places;
 mod mcl;
 mod slam;
 mod steering;

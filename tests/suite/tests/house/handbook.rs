@@ -117,6 +117,7 @@ fn base(script: &str) -> Table {
         "kidnapping = [{{ tick = 5, to = {{ x_m = 0.0, y_m = 0.0, theta_rad = 0.0 }} }}]\n\
          walker = [{{ waypoints = [[1.0, 1.0]] }}]\n\
          crowd = {{ people = 2 }}\n\
+         patch = [{{ corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], slip_std = 0.0 }}]\n\
          participant = [{{ name = \"a\", compute = {{ scan_s = 0.0 }} }}]\n\
          script = {{ kind = \"{script}\" }}\n\
          [sensors]\nbumper = {{}}\nimu = {{}}\ndoors = {{}}\nlandmarks = {{}}\n\

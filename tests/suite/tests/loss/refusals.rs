@@ -36,7 +36,7 @@ fn a_field_that_cannot_be_used_is_named_with_its_value_in_a_file() {
         ("dt_s = -0.02", "dt_s = -0.02: is out of range"),
         ("[[participant]]\nname = \"a/b\"", "\"a/b\" has another character"),
         ("[[participant]]\nname = \"a\"\n[[participant]]\nname = \"a\"", "is there twice"),
-        ("world = \"moon\"", "world = moon: is no built-in world; use open, hallway or apartment"),
+        ("world = \"moon\"", "world = moon: is no built-in world; use open, hallway, apartment"),
         ("world_file = \"moon.toml\"", "moon.toml: No such file"),
         ("ticks = ", "TOML parse error at line 1"),
     ] {

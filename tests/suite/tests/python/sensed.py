@@ -1,6 +1,7 @@
 """Prints the readings of the small sensors: tick by tick, and as a log has them."""
 
 import json
+import math
 import sys
 import warnings
 
@@ -18,5 +19,9 @@ ticks = [
     for tick in session
 ]
 log = rusty.read_log(sys.argv[1])
-rows = {name: readings.tolist() for name, readings in log.readings.items()}
+# JSON has no NaN.
+rows = {
+    name: [[None if math.isnan(number) else number for number in row] for row in readings.tolist()]
+    for name, readings in log.readings.items()
+}
 print(json.dumps({"sensors": session.start.sensors, "ticks": ticks, "rows": rows}))
