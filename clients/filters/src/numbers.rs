@@ -53,6 +53,7 @@ mod tests {
     #[test]
     fn no_command_line_has_an_option_twice() {
         check::<bayes_hallway::Options>();
+        check::<rusty_clients::dead_reckoning::Options>();
         check::<ekf::Options>();
         check::<explore::Options>();
         check::<fit_beam::Options>();
