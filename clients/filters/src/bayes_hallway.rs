@@ -28,6 +28,7 @@ use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{BeliefKind, Reply, Start, WeightedPose};
 use rusty_geometry::{EncoderCounts, SE2, trig, wrap_angle};
 
+use crate::beams::believed_lidar;
 use crate::corridor::{Across, Corridor, Doors, Sides};
 use crate::histogram::Histogram;
 use crate::lines::Extraction;
@@ -108,14 +109,15 @@ impl BayesHallway {
             )));
         };
         let corridor = Corridor::new(plan, options.cell_m)?;
+        let lidar = believed_lidar(start);
         let extraction = Extraction {
-            range_std_m: start.lidar.range_std_m.max(1e-4),
+            range_std_m: lidar.range_std_m.max(1e-4),
             min_points: 6,
             min_length_m: 0.4,
         };
         Ok(Self {
             odometry: Odometry::new(start.robot.drive, options.odometry),
-            beams: Beams::new(&start.lidar),
+            beams: Beams::new(&lidar),
             extraction,
             look_error: options.look_error,
             histogram: Histogram::new(vec![1.0; 2 * corridor.doors.len()]),

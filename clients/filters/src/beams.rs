@@ -1,6 +1,7 @@
 //! Where the beams of a scan point, and where they ended.
 
 use nalgebra::{Point2, Vector2};
+use rusty_contract::Start;
 use rusty_contract::config::LidarConfig;
 use rusty_geometry::SE2;
 
@@ -24,6 +25,23 @@ pub struct Endpoint {
     pub range_m: f64,
     /// Where, in the body frame, m.
     pub in_body: Point2<f64>,
+}
+
+/// σ of a range that a filter assumes where it is not told one, m: that of a cheap
+/// laser (Hokuyo URG-04LX, 30 mm up to 1 m).
+pub const ASSUMED_RANGE_STD_M: f64 = 0.03;
+
+/// Share of beams without a return that a filter assumes where it is not told one.
+pub const ASSUMED_DROPOUT: f64 = 0.02;
+
+/// The laser that a filter believes in: what it is told, and the assumed figures where
+/// it is told none.
+pub fn believed_lidar(start: &Start) -> LidarConfig {
+    start.lidar.believed(&LidarConfig {
+        range_std_m: ASSUMED_RANGE_STD_M,
+        dropout: ASSUMED_DROPOUT,
+        ..LidarConfig::default()
+    })
 }
 
 impl Beams {

@@ -34,6 +34,7 @@ use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Estimate, Innovation, Reply, Start, errln};
 use rusty_geometry::{EncoderCounts, SE2};
 
+use crate::beams::believed_lidar;
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
 use crate::lines::{Extraction, Segment};
 use crate::numbers::{number, positive};
@@ -65,7 +66,7 @@ pub struct Options {
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
 #[command(next_help_heading = "Walls and start")]
 pub struct WallOptions {
-    /// Standard deviation of a range, m [default: the data sheet's]
+    /// Standard deviation of a range, m [default: the data sheet's, or 0.03]
     #[arg(long, value_name = "METRES", value_parser = positive)]
     pub range_std_m: Option<f64>,
 
@@ -135,7 +136,8 @@ impl Ekf {
             );
         }
         let walls = &options.walls;
-        let range_std_m = walls.range_std_m.unwrap_or(start.lidar.range_std_m);
+        let lidar = believed_lidar(start);
+        let range_std_m = walls.range_std_m.unwrap_or(lidar.range_std_m);
         let extraction = Extraction {
             range_std_m: range_std_m.max(LEAST_RANGE_STD_M),
             min_points: walls.min_points as usize,
@@ -145,7 +147,7 @@ impl Ekf {
         let variances = Vector3::new(place * place, place * place, heading * heading);
         Ok(Self {
             odometry: Odometry::new(start.robot.drive, options.odometry),
-            beams: Beams::new(&start.lidar),
+            beams: Beams::new(&lidar),
             extraction,
             map,
             gate: Gate::of_probability(walls.gate, walls.covered),

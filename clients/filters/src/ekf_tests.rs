@@ -172,7 +172,7 @@ fn nonsense_moves_nothing_and_is_never_answered_with_nan() {
     }
     // A laser without error, exactly where it thinks: no division by zero.
     let mut exact = start(true, Some(SE2::new(6.0, 4.5, 0.0)));
-    exact.lidar.range_std_m = 0.0;
+    exact.lidar.range_std_m = Some(0.0);
     let mut ekf = Ekf::new(&exact, &Options::default()).unwrap();
     let mut robot = Robot::new(SE2::new(6.0, 4.5, 0.0), 1);
     robot.lidar.range_std_m = 0.0;

@@ -28,6 +28,7 @@ use rusty_clients::ClientError;
 use rusty_contract::{Start, errln};
 use rusty_geometry::{SE2, Twist};
 
+use crate::beams::believed_lidar;
 use crate::driver::{Driver, Task};
 use crate::frontiers::{Frontier, frontiers};
 use crate::numbers::positive;
@@ -120,7 +121,7 @@ pub fn driver(start: &Start, options: Options) -> Driver<ScanMatch, Explore> {
     let matching = ScanMatchOptions { wheels: options.wheels, ..ScanMatchOptions::default() };
     let (filter, caution) = (ScanMatch::new(start, &matching), options.caution);
     let task = Explore {
-        beams: Beams::new(&start.lidar),
+        beams: Beams::new(&believed_lidar(start)),
         room: Room::on_cells(start, &caution, options.liked_m, options.model.cell_m),
         grid: OccupancyGrid::new(options.model),
         options,

@@ -16,6 +16,7 @@ use rusty_clients::{ClientArgs, ClientError, Filter, Recorder, Tick};
 use rusty_contract::{Brief, Exit, Reply, Start, errln, output};
 use rusty_geometry::SE2;
 
+use crate::beams::believed_lidar;
 use crate::map_picture::svg;
 use crate::numbers::seconds;
 use crate::occupancy_grid::{GridError, InverseModel};
@@ -117,7 +118,7 @@ impl Mapper {
     pub fn new(start: &Start, options: &Options) -> Self {
         Self {
             options: options.clone(),
-            beams: Beams::new(&start.lidar),
+            beams: Beams::new(&believed_lidar(start)),
             grid: OccupancyGrid::new(options.model),
             began_s: None,
             dt_s: start.dt_s,

@@ -25,6 +25,7 @@ use rusty_clients::{Filter, Tick};
 use rusty_contract::{Estimate, Innovation, Reply, Start};
 use rusty_geometry::{EncoderCounts, SE2, trig};
 
+use crate::beams::believed_lidar;
 use crate::calibration::LearningWheels;
 use crate::icp::{
     Evidence, FEWEST, Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans,
@@ -139,7 +140,7 @@ impl Tracker {
     pub fn new(start: &Start, options: &ScanMatchOptions) -> Self {
         Self {
             options: *options,
-            laser: Laser::new(&start.lidar),
+            laser: Laser::new(&believed_lidar(start)),
             wheels: LearningWheels::new(start.robot.drive, options.wheels),
             surface: None,
             to_scan: Motion::default(),

@@ -27,6 +27,7 @@ use rusty_contract::Start;
 use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Twist, odometry_delta, trig};
 
 use crate::Beams;
+use crate::beams::believed_lidar;
 use crate::numbers::positive;
 
 /// Points farther off than this are of no concern, m.
@@ -90,7 +91,7 @@ impl Surroundings {
         // A recording does not say when its scans are.
         let between = start.scan_every.max(1);
         Self {
-            beams: Beams::new(&start.lidar),
+            beams: Beams::new(&believed_lidar(start)),
             drive: start.robot.drive,
             wheel_limit_rad_s: start.robot.wheel_limit_rad_s,
             radius_m: start.robot.body_radius_m + caution.margin_m,

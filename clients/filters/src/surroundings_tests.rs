@@ -78,7 +78,7 @@ fn whatever_is_commanded_the_admissible_part_touches_nothing() {
         scan.write_distances_m(&mut ranges_m);
         // The data sheet's noise, and two beams in a hundred without an echo.
         for range_m in &mut ranges_m {
-            let noisy = *range_m + told.lidar.range_std_m * random.normal();
+            let noisy = *range_m + told.lidar.range_std_m.unwrap() * random.normal();
             let lost = random.uniform() < 0.02;
             *range_m = if lost { told.lidar.range_max_m } else { noisy.max(0.0) };
         }

@@ -1,6 +1,7 @@
 //! What a filter is told of a run that a test drives by hand.
 
-use rusty_contract::{LidarConfig, NominalRobot, Role, Start};
+use rusty_contract::data_sheet::SensorSheets;
+use rusty_contract::{DataSheet, LidarConfig, NominalRobot, Role, Start};
 use rusty_geometry::DiffDrive;
 
 /// Nothing is given, of walls or of where it starts; a scan every fifth tick of
@@ -24,12 +25,13 @@ pub(crate) fn told(name: &str) -> Start {
             body_radius_m: 0.11,
             wheel_limit_rad_s: 20.0,
         },
-        lidar: LidarConfig::default(),
+        data_sheet: DataSheet::Given,
+        lidar: LidarConfig::default().into(),
         map: None,
         initial_pose: None,
         server_awake_ns: 0,
         check_frames: false,
         sealed_brief: None,
-        sensors: rusty_contract::Sensors::default(),
+        sensors: SensorSheets::default(),
     }
 }

@@ -41,7 +41,7 @@ pub struct Robot {
     wheel_limit_rad_s: f64,
 }
 
-/// Geometry of the LiDAR's beams, and the noise its data sheet states.
+/// Geometry of the LiDAR's beams, and its figures where they are told.
 #[pyclass(frozen, get_all, module = "rusty")]
 pub struct Lidar {
     /// Number of beams n.
@@ -56,18 +56,19 @@ pub struct Lidar {
     fov_rad: f64,
     /// Range that a beam reports when nothing came back, m.
     range_max_m: f64,
-    /// Standard deviation of a range at distance 0, m.
-    range_std_m: f64,
+    /// Standard deviation of a range at distance 0, m; None: not told, as with all
+    /// figures below.
+    range_std_m: Option<f64>,
     /// Growth of the standard deviation with the range, m per m; both add in
     /// squares.
-    range_std_per_m: f64,
+    range_std_per_m: Option<f64>,
     /// Probability that a beam returns nothing.
-    dropout: f64,
+    dropout: Option<f64>,
     /// Greatest angle of incidence at which every pane of glass returns every
     /// beam, rad; beyond it a beam may pass. pi/2: glass is like a wall.
-    glass_visible_rad: f64,
+    glass_visible_rad: Option<f64>,
     /// Full angle of the footprint of a beam, rad.
-    divergence_rad: f64,
+    divergence_rad: Option<f64>,
     /// Pose of the sensor on the body, (x m, y m, theta rad).
     sensor_in_body: (f64, f64, f64),
 }
@@ -150,8 +151,15 @@ impl Start {
         self.told.scan_every
     }
 
+    /// Whose figures of the sensors these are: "given" (those of the run), "nominal"
+    /// (those of the data sheets) or "hidden" (None).
+    #[getter]
+    fn data_sheet(&self) -> &'static str {
+        self.told.data_sheet.word()
+    }
+
     /// The small sensors, as in the `[sensors]` of a scenario: what is there, where it
-    /// is mounted, and its noise.
+    /// is mounted, and its noise, where that is told.
     #[getter]
     fn sensors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let text = serde_json::to_string(&self.told.sensors).unwrap_or_default();

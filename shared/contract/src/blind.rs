@@ -10,7 +10,7 @@
 //! | `source`        | [`Source::Blind`]: no name of a file, no remarks, no findings      |
 //! | `seed`          | 0, and no seed is told                                            |
 //! | `robot`         | the nominal robot: no slip, no bias                               |
-//! | `lidar`         | as everyone was told of it at the start                           |
+//! | `lidar`, `sensors` | as at the start; with the figures of their data sheets, unless a participant that answers was given the true ones |
 //! | `script`        | an empty list: a plan says where the robot was to be              |
 //! | `start`         | the origin, unless a participant that answers was told the initial pose |
 //! | `world`         | no walls, unless a participant that answers was given the map           |
@@ -27,7 +27,8 @@ pub use key::{BlindKey, BlindKeyError, KeyTick};
 use rusty_geometry::{SE2, WorldSpec};
 
 use crate::config::{RobotConfig, ScriptConfig};
-use crate::log::{LogHeader, Source};
+use crate::data_sheet::DataSheet;
+use crate::log::{LogHeader, RECORDING, Source};
 use crate::scenario::{Access, Participant};
 
 /// The header of the blind log of a log with this header, whose frames have
@@ -42,7 +43,7 @@ pub fn blind_header(
 ) -> LogHeader {
     let of = match &header.source {
         Source::Simulated | Source::Forked { .. } => "simulation".to_owned(),
-        Source::Recorded { .. } => "recording".to_owned(),
+        Source::Recorded { .. } => RECORDING.to_owned(),
         Source::Blind { .. } => return header.clone(),
     };
     let given =
@@ -51,7 +52,11 @@ pub fn blind_header(
     let world_known = given(|p| p.map);
     let mut config = header.config.clone();
     config.seed = 0;
-    config.lidar = header.told().lidar;
+    let figures_known =
+        of == RECORDING || header.answering().any(|p| p.data_sheet == DataSheet::Given);
+    let sheet = if figures_known { DataSheet::Given } else { DataSheet::Nominal };
+    let (lidar, sensors) = header.sheets(sheet);
+    (config.lidar, config.sensors) = (lidar.believed(&config.lidar), sensors.believed());
     config.remove_slip();
     config.robot = RobotConfig { radius_bias_right: 0.0, track_bias: 0.0, ..config.robot };
     config.script = ScriptConfig::Commands { file: None, list: Vec::new() };
@@ -72,7 +77,8 @@ pub fn blind_header(
             landmarks: Vec::new(),
         };
     }
-    let source = Source::Blind { of, observable_digest, ticks, start_known, world_known };
+    let source =
+        Source::Blind { of, observable_digest, ticks, start_known, world_known, figures_known };
     LogHeader { writer: writer.to_owned(), source, config, ..header.clone() }
 }
 
@@ -118,7 +124,8 @@ mod tests {
         forked.source = source;
         forked.config.lidar.dropout = 0.375;
         forked.config.seed = 9_876_543_210;
-        assert_eq!(told(&forked).lidar, before.lidar);
+        forked.roster[0].data_sheet = DataSheet::Given;
+        assert_eq!(told(&forked).lidar, before.lidar.into());
         let blind = blind_header(&forked, "0".repeat(32), 9, "sealer");
         assert_eq!(told(&blind), told(&forked));
         let json = serde_json::to_string(&blind).unwrap();

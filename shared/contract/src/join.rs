@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::auth::AuthKey;
-use crate::config::{LidarConfig, NominalRobot, Sensors};
+use crate::config::NominalRobot;
+use crate::data_sheet::{DataSheet, LidarSheet, SensorSheets};
 use crate::log::LogHeader;
 use crate::scenario::{Access, Participant, Role};
 
@@ -129,11 +130,13 @@ pub struct Start {
     pub scan_every: u64,
     /// What the maker says of the robot.
     pub robot: NominalRobot,
-    /// Geometry and published noise of the LiDAR.
-    pub lidar: LidarConfig,
-    /// Geometry and published noise of the small sensors.
-    #[serde(default, skip_serializing_if = "Sensors::is_none")]
-    pub sensors: Sensors,
+    /// Whose figures of the sensors these are: the run's, the data sheets', or none.
+    pub data_sheet: DataSheet,
+    /// Geometry of the LiDAR, and its figures where they are told.
+    pub lidar: LidarSheet,
+    /// Geometry of the small sensors, and their figures where they are told.
+    #[serde(default, skip_serializing_if = "SensorSheets::is_none")]
+    pub sensors: SensorSheets,
     /// The walls, where they are given.
     pub map: Option<WorldSpec>,
     /// Where the robot starts, where that is given.
@@ -151,11 +154,13 @@ pub struct Start {
 impl Start {
     /// What `participant` of a run with this header may know, on place `slot`:
     /// no brief yet, and of no server. A start travels through memory that
-    /// everyone maps; so what only scorers and loggers may know, walls and
-    /// initial pose included, is left to their sealed brief.
+    /// everyone maps; so what only scorers and loggers may know, walls, initial
+    /// pose and true figures of the sensors included, is left to their sealed brief.
     #[must_use]
     pub fn new(header: &LogHeader, slot: usize, participant: &Participant) -> Self {
         let config = &header.config;
+        let data_sheet = header.data_sheet_of(participant);
+        let (lidar, sensors) = header.sheets(data_sheet);
         let told = |access: Access| access == Access::Given && !participant.role.holds_key();
         Self {
             run_id: 0,
@@ -171,8 +176,9 @@ impl Start {
             dt_s: config.dt_s,
             scan_every: config.scan_every,
             robot: config.robot.nominal(),
-            lidar: header.told().lidar,
-            sensors: header.told().sensors.clone(),
+            data_sheet,
+            lidar,
+            sensors,
             map: header.known_world().filter(|_| told(participant.map)).cloned(),
             initial_pose: header.known_start().filter(|_| told(participant.initial_pose)),
             server_awake_ns: u64::MAX,

@@ -92,6 +92,7 @@ pub mod belief;
 pub mod blind;
 pub mod config;
 pub mod control;
+pub mod data_sheet;
 pub mod digest;
 pub mod effects;
 pub mod exit;
@@ -123,6 +124,7 @@ pub use config::ScriptConfig;
 pub use config::{
     FieldError, Kidnapping, LidarConfig, NominalRobot, RobotConfig, RunConfig, Sensors,
 };
+pub use data_sheet::DataSheet;
 pub use digest::RunDigest;
 pub use effects::{Effects, Timing};
 pub use exit::Exit;

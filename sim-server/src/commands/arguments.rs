@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use clap::Args;
 use rusty_contract::suggest::did_you_mean;
-use rusty_contract::{FieldError, Participant, RunName, Sandbox, Scenario, errln, outln};
+use rusty_contract::{
+    DataSheet, FieldError, Participant, RunName, Sandbox, Scenario, errln, outln,
+};
 use rusty_engine::run::Pace;
 use rusty_engine::scenario_file::{self, SetupError};
 use rusty_link::WaitPolicy;
@@ -77,6 +79,10 @@ pub struct RunArgs {
     /// [default: the scenario's] [possible values: none, if-possible, required]
     #[arg(long, value_name = "HOW")]
     pub sandbox: Option<Sandbox>,
+    /// Tell estimators and drivers these figures of their sensors
+    /// [default: the scenario's] [possible values: given, nominal, hidden]
+    #[arg(long, value_name = "WHICH")]
+    pub data_sheet: Option<DataSheet>,
     /// Leave a participant out
     #[arg(long, value_name = "NAME")]
     pub without: Vec<String>,
@@ -105,7 +111,7 @@ pub struct ScenarioArgs {
 }
 
 impl RunArgs {
-    /// Applies `--add`, `--without` and `--sandbox`.
+    /// Applies `--add`, `--without`, `--sandbox` and `--data-sheet`.
     pub fn change_roster(&self, roster: &mut Vec<Participant>) -> Result<()> {
         for name in &self.without {
             let before = roster.len();
@@ -120,6 +126,7 @@ impl RunArgs {
         self.add.iter().for_each(|text| scenario_file::add_estimator(roster, text));
         for participant in roster.iter_mut().filter(|p| !p.role.holds_key()) {
             participant.sandbox = self.sandbox.unwrap_or(participant.sandbox);
+            participant.data_sheet = self.data_sheet.unwrap_or(participant.data_sheet);
         }
         Scenario::check_roster(roster).map_err(|error| {
             let path = "participants".to_owned();

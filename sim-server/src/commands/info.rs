@@ -187,7 +187,7 @@ fn print_header(header: &LogHeader) {
                 outln!("finding   {finding}");
             }
         }
-        Source::Blind { of, ticks, .. } => {
+        Source::Blind { of, ticks, figures_known, .. } => {
             outln!("source    a {of} of {ticks} ticks, sealed: truth and script are in its key");
             match header.known_world() {
                 Some(world) => outln!("world     {} ({} walls)", world.name, world.walls.len()),
@@ -196,6 +196,9 @@ fn print_header(header: &LogHeader) {
             match header.known_start() {
                 Some(p) => outln!("start     x {} m, y {} m, θ {} rad", p.x(), p.y(), p.theta()),
                 None => outln!("start     hidden"),
+            }
+            if !figures_known {
+                outln!("sensors   with the figures of their data sheets");
             }
         }
         Source::Simulated | Source::Forked { .. } => {
@@ -218,7 +221,11 @@ fn print_header(header: &LogHeader) {
     outln!("time step {} s, a scan every {} ticks", seconds(config.dt_s), config.scan_every);
     outln!("LiDAR     {} beams, up to {} m", config.lidar.beams, config.lidar.range_max_m);
     for p in &header.roster {
-        outln!("roster    {} ({}){}", p.name, p.role, command(&p.command));
+        let sheet = match p.role.holds_key() {
+            true => String::new(),
+            false => format!(", data sheet {}", p.data_sheet),
+        };
+        outln!("roster    {} ({}{sheet}){}", p.name, p.role, command(&p.command));
     }
 }
 

@@ -283,6 +283,7 @@ fn play(source: &mut Recording, folder: &Path) -> Result<FinishedRun> {
         pace: Pace::Max,
         paused: false,
         sandbox: None,
+        data_sheet: None,
         wait: WaitPolicy::default(),
         answer_timeout: None,
         join_timeout: None,

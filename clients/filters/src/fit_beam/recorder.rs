@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use rusty_clients::recorder::{Ending, Step};
 use rusty_clients::{ClientError, Recorder};
+use rusty_contract::data_sheet::LidarSheet;
 use rusty_contract::{Brief, Exit, LidarConfig, Start, TextTable, errln, outln};
 use rusty_geometry::{Scan, World};
 
 use super::{BeamFit, Criterion, Expected, Fitted, Readings, Round, fit};
+use crate::beams::believed_lidar;
 use crate::numbers::number;
 use crate::{BeamModel, Beams, OccupancyMap};
 
@@ -67,6 +69,7 @@ fn rounds(text: &str) -> Result<usize, String> {
 pub struct FitBeam {
     options: Options,
     lidar: LidarConfig,
+    sheet: LidarSheet,
     beams: Beams,
     expected: Expected,
     readings: Readings,
@@ -82,15 +85,17 @@ impl FitBeam {
     /// # Errors
     /// There is no map, or none that can be read.
     pub fn new(start: &Start, brief: &Brief, options: Options) -> Result<Self, ClientError> {
-        let beams = Beams::new(&start.lidar);
+        let lidar = believed_lidar(start);
+        let beams = Beams::new(&lidar);
         let expected = match &options.map {
             Some(yaml) => Expected::Cells(OccupancyMap::load(yaml)?),
-            None => plan(brief, &start.lidar)?,
+            None => plan(brief, &lidar)?,
         };
-        let readings = Readings { range_max_m: start.lidar.range_max_m, all: Vec::new() };
+        let readings = Readings { range_max_m: lidar.range_max_m, all: Vec::new() };
         Ok(Self {
             options,
-            lidar: start.lidar,
+            lidar,
+            sheet: start.lidar,
             beams,
             expected,
             readings,
@@ -153,7 +158,7 @@ impl Recorder for FitBeam {
         let fit = self.fitted()?;
         let text = match self.options.json {
             true => serde_json::to_string_pretty(&fit).unwrap_or_default(),
-            false => page(&fit, &self.lidar, self.scans, self.options.verbose),
+            false => page(&fit, &self.sheet, self.scans, self.options.verbose),
         };
         outln!("{text}");
         Ok(ending.exit())
@@ -161,7 +166,7 @@ impl Recorder for FitBeam {
 }
 
 /// The fit for a person.
-fn page(fit: &BeamFit, lidar: &LidarConfig, scans: u64, verbose: bool) -> String {
+fn page(fit: &BeamFit, sheet: &LidarSheet, scans: u64, verbose: bool) -> String {
     let mut lines = Vec::new();
     if verbose {
         lines.push(format!("{}\n", table_of(&fit.rounds)));
@@ -173,7 +178,7 @@ fn page(fit: &BeamFit, lidar: &LidarConfig, scans: u64, verbose: bool) -> String
         fit.rounds.len() - 1
     ));
     let mut table = TextTable::new("parameter  >value  >std. error  >data sheet");
-    let sheet = [None, None, Some(lidar.dropout), None, Some(lidar.range_std_m), None];
+    let sheet = [None, None, sheet.dropout, None, sheet.range_std_m, None];
     let rows = [
         ("z_hit", fit.z_hit),
         ("z_short", fit.z_short),

@@ -50,6 +50,7 @@ use self::mode::Modes;
 use self::recovery::Recovery;
 use self::search::{Outcome, Search};
 use self::sensor::{Sensor, Use};
+use crate::beams::believed_lidar;
 use crate::tangent::{estimate, placed};
 use crate::{Beams, DistanceField, Motion, OccupancyMap, Odometry, Random};
 
@@ -128,7 +129,7 @@ impl Mcl {
         let robot = Robot {
             drive: start.robot.drive,
             body_radius_m: start.robot.body_radius_m,
-            lidar: start.lidar,
+            lidar: believed_lidar(start),
         };
         Self::new(robot, map, start.initial_pose, options)
     }

@@ -83,7 +83,7 @@ pub struct Options {
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 #[command(next_help_heading = "Sensor model (Probabilistic Robotics, §6.3; fit-beam fits it)")]
 pub struct Reading {
-    /// Standard deviation of a hit, m [default: the data sheet's]
+    /// Standard deviation of a hit, m [default: the data sheet's, or 0.03]
     #[arg(long, value_name = "METRES", value_parser = sigma)]
     pub sigma_m: Option<f64>,
 
@@ -91,7 +91,7 @@ pub struct Reading {
     #[arg(long, value_name = "0..1", value_parser = weight)]
     pub z_short: Option<f64>,
 
-    /// Weight of maximum readings [default: the data sheet's]
+    /// Weight of maximum readings [default: the data sheet's, or 0.02]
     #[arg(long, value_name = "0..1", value_parser = weight)]
     pub z_max: Option<f64>,
 

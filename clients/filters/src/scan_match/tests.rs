@@ -11,7 +11,7 @@ use crate::told_tests::told;
 
 /// What a filter is told of a run in which nothing is given but the start.
 pub(crate) fn start(lidar: &LidarConfig, initial_pose: Option<SE2>) -> Start {
-    Start { lidar: *lidar, initial_pose, ..told("filter") }
+    Start { lidar: (*lidar).into(), initial_pose, ..told("filter") }
 }
 
 /// A robot with wheels that slip, and a laser with noise.

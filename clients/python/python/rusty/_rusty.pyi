@@ -48,7 +48,7 @@ class Robot:
 
 @final
 class Lidar:
-    """Geometry of the LiDAR's beams, and the noise its data sheet states."""
+    """Geometry of the LiDAR's beams, and its figures where they are told."""
 
     @property
     def beams(self) -> int:
@@ -67,21 +67,22 @@ class Lidar:
     def range_max_m(self) -> float:
         """Range that a beam reports when nothing came back, m."""
     @property
-    def range_std_m(self) -> float:
-        """Standard deviation of a range at distance 0, m."""
+    def range_std_m(self) -> float | None:
+        """Standard deviation of a range at distance 0, m; None: not told, as with all
+        figures below."""
     @property
-    def range_std_per_m(self) -> float:
+    def range_std_per_m(self) -> float | None:
         """Growth of the standard deviation with the range, m per m; both add in
         squares."""
     @property
-    def dropout(self) -> float:
+    def dropout(self) -> float | None:
         """Probability that a beam returns nothing."""
     @property
-    def glass_visible_rad(self) -> float:
+    def glass_visible_rad(self) -> float | None:
         """Greatest angle of incidence at which every pane of glass returns every
         beam, rad; beyond it a beam may pass. pi/2: glass is like a wall."""
     @property
-    def divergence_rad(self) -> float:
+    def divergence_rad(self) -> float | None:
         """Full angle of the footprint of a beam, rad."""
     @property
     def sensor_in_body(self) -> tuple[float, float, float]:
@@ -117,9 +118,13 @@ class Start:
     def lidar(self) -> Lidar:
         """The LiDAR."""
     @property
+    def data_sheet(self) -> str:
+        """Whose figures of the sensors these are: "given" (those of the run), "nominal"
+        (those of the data sheets) or "hidden" (None)."""
+    @property
     def sensors(self) -> dict[str, dict[str, Any]]:
         """The small sensors, as in the ``[sensors]`` of a scenario: what is there, where
-        it is mounted, and its noise."""
+        it is mounted, and its noise, where that is told."""
     @property
     def map(self) -> NDArray[np.float64] | None:
         """The walls, m, world frame: rows (x_a, y_a, x_b, y_b), shape (walls, 4),

@@ -1,10 +1,12 @@
 //! What a log says about its run before the first tick.
 
 use rusty_geometry::{SE2, WorldSpec};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::Finding;
 use crate::config::{Kidnapping, RunConfig};
+use crate::data_sheet::{DataSheet, LidarSheet, SensorSheets};
 use crate::scenario::{OnLoss, Participant, Scenario, ScenarioError};
 
 /// The header of a log.
@@ -17,6 +19,7 @@ pub struct LogHeader {
     /// The configuration of the run. For a recording: what is known of it.
     pub config: RunConfig,
     /// Who took part, in roster order.
+    #[serde(deserialize_with = "roster_of_log")]
     pub roster: Vec<Participant>,
     /// What the scenario says about losses.
     pub on_loss: OnLoss,
@@ -61,7 +64,27 @@ pub enum Source {
         start_known: bool,
         /// Whether `world` in the configuration is where it drove.
         world_known: bool,
+        /// Whether the figures of the sensors in the configuration are the true ones.
+        #[serde(default = "yes")]
+        figures_known: bool,
     },
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// [`Source::Blind`]: it was a recording.
+pub(crate) const RECORDING: &str = "recording";
+
+/// Reads a roster: before there were data sheets, everyone was told the true figures.
+fn roster_of_log<'de, D: Deserializer<'de>>(input: D) -> Result<Vec<Participant>, D::Error> {
+    let mut entries = Vec::<serde_json::Map<String, serde_json::Value>>::deserialize(input)?;
+    let of_log = |mut entry: serde_json::Map<String, serde_json::Value>| {
+        entry.entry("data_sheet").or_insert_with(|| DataSheet::Given.word().into());
+        serde_json::from_value(entry.into()).map_err(D::Error::custom)
+    };
+    entries.drain(..).map(of_log).collect()
 }
 
 impl LogHeader {
@@ -169,6 +192,36 @@ impl LogHeader {
     pub fn known_world(&self) -> Option<&WorldSpec> {
         let hidden = matches!(self.source, Source::Blind { world_known: false, .. });
         (!hidden).then_some(&self.config.world)
+    }
+
+    /// Returns which figures of its sensors a participant is told. The holder of a key
+    /// reads them in its brief.
+    #[must_use]
+    pub fn data_sheet_of(&self, participant: &Participant) -> DataSheet {
+        let unknown = matches!(self.source, Source::Blind { figures_known: false, .. });
+        match participant.data_sheet {
+            _ if participant.role.holds_key() => DataSheet::Hidden,
+            DataSheet::Given if unknown => DataSheet::Hidden,
+            sheet => sheet,
+        }
+    }
+
+    /// Returns what a participant with this data sheet is told of LiDAR and small sensors
+    /// at the start.
+    #[must_use]
+    pub fn sheets(&self, sheet: DataSheet) -> (LidarSheet, SensorSheets) {
+        let is_recording = match &self.source {
+            Source::Recorded { .. } => true,
+            Source::Blind { of, .. } => of == RECORDING,
+            Source::Simulated | Source::Forked { .. } => false,
+        };
+        // The header of a recording has the figures of its data sheets.
+        let sheet = match sheet {
+            DataSheet::Nominal if is_recording => DataSheet::Given,
+            sheet => sheet,
+        };
+        let told = self.told();
+        (LidarSheet::new(&told.lidar, sheet), SensorSheets::new(&told.sensors, sheet))
     }
 
     /// Seed, or why there is none, in words.

@@ -32,6 +32,7 @@ mod writer;
 mod tests;
 
 pub use finding::Finding;
+pub(crate) use header::RECORDING;
 pub use header::{LogHeader, Source};
 pub use reader::{Ending, LogReader, Read, ReadEntry};
 pub use record::{Entry, EntryRef, TickRecord, TickRef, Trailer};

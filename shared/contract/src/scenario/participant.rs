@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::data_sheet::DataSheet;
 use crate::sandbox::Sandbox;
 use crate::timing::ComputeTime;
 
@@ -93,6 +94,9 @@ pub struct Participant {
     /// Whether it is told where the robot starts.
     #[serde(default)]
     pub initial_pose: Access,
+    /// Figures of its sensors that it is told.
+    #[serde(default)]
+    pub data_sheet: DataSheet,
     /// Whether the kernel confines it, if the server starts it.
     #[serde(default, skip_serializing_if = "Sandbox::is_none")]
     pub sandbox: Sandbox,
@@ -126,6 +130,7 @@ impl Participant {
             required: true,
             map: Access::Given,
             initial_pose: Access::Given,
+            data_sheet: DataSheet::Nominal,
             sandbox: Sandbox::None,
             files: Vec::new(),
             compute: ComputeTime::default(),

@@ -4,19 +4,21 @@
 use std::collections::BTreeSet;
 
 use rusty_contract::answer::Message;
-use rusty_contract::{Answer, Credentials, Phase, Start, TruthKey};
+use rusty_contract::{Answer, Credentials, DataSheet, Phase, Start, TruthKey};
 use rusty_tests::*;
 
 /// Numbers that stand nowhere by chance.
 const SEED: u64 = 0x1E37_79B9_7F4A_7C15;
 const BIAS: f64 = 0.012_345_678_912_345_679;
 const SLIP: f64 = 0.021_313_131_313_131_31;
+const DROPOUT: f64 = 0.031_415_161_718_192_02;
 
 /// The usual run with those numbers; `more` goes into the estimator's entry.
 fn scenario(more: &str) -> String {
     apartment_scenario()
         .replace("seed = 42", &format!("seed = {SEED}"))
         .replace("slip_std = 0.02", &format!("slip_std = {SLIP}\nradius_bias_right = {BIAS}"))
+        .replace("beams = 180", &format!("beams = 180\ndropout = {DROPOUT}"))
         .replace("role = \"estimator\"", &format!("role = \"estimator\"\n{more}"))
 }
 
@@ -125,6 +127,7 @@ fn nothing_secret_lies_in_the_memory_of_a_run() {
     let mut secrets = forms(SEED, &[SEED.to_string()]);
     secrets.extend(forms(BIAS.to_bits(), &[BIAS.to_string(), "0.0123456789".to_owned()]));
     secrets.extend(forms(SLIP.to_bits(), &[SLIP.to_string(), "0.0213131313".to_owned()]));
+    secrets.extend(forms(DROPOUT.to_bits(), &[DROPOUT.to_string(), "0.0314151617".to_owned()]));
     secrets.extend([key_bytes[..16].to_vec(), key_bytes[16..].to_vec(), key.into_bytes()]);
     secrets.extend(["slip", "bias", "seed"].map(|word| word.as_bytes().to_vec()));
     let mut scans = 0;
@@ -167,7 +170,7 @@ fn an_estimator_is_told_what_it_may_know_and_cannot_open_the_rest() {
     assert!(start.map.is_some() && start.initial_pose.is_some());
     assert_eq!(start.sealed_brief, None);
     let json = serde_json::to_string(&start).unwrap();
-    let secrets = [SEED.to_string(), BIAS.to_string(), SLIP.to_string()];
+    let secrets = [SEED.to_string(), BIAS.to_string(), SLIP.to_string(), DROPOUT.to_string()];
     let words = ["seed", "slip", "bias", "script", "key"].map(str::to_owned);
     for secret in secrets.iter().chain(&words) {
         assert!(!json.contains(secret.as_str()), "{secret} is in {json}");
@@ -179,4 +182,22 @@ fn an_estimator_without_map_and_pose_is_told_neither() {
     let start = told("hidden", "map = \"hidden\"\ninitial_pose = \"hidden\"");
     assert_eq!((&start.map, start.initial_pose), (&None, None));
     assert!(!serde_json::to_string(&start).unwrap().contains("walls"));
+}
+
+#[test]
+fn an_estimator_is_told_the_figures_that_its_data_sheet_has() {
+    let dropout = |tag: &str, more: &str| {
+        let start = told(tag, more);
+        let json = serde_json::to_string(&start).unwrap();
+        assert_eq!(json.contains(&DROPOUT.to_string()), start.data_sheet == DataSheet::Given);
+        assert_eq!((start.lidar.beams, start.lidar.range_max_m), (180, 8.0));
+        (start.data_sheet, start.lidar.dropout)
+    };
+    let nominal = (DataSheet::Nominal, Some(0.0));
+    assert_eq!(dropout("sheet-default", ""), nominal);
+    assert_eq!(dropout("sheet-nominal", "data_sheet = \"nominal\""), nominal);
+    let given = (DataSheet::Given, Some(DROPOUT));
+    assert_eq!(dropout("sheet-given", "data_sheet = \"given\""), given);
+    let hidden = (DataSheet::Hidden, None);
+    assert_eq!(dropout("sheet-hidden", "data_sheet = \"hidden\""), hidden);
 }

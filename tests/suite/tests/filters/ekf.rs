@@ -70,3 +70,36 @@ fn without_a_map_it_predicts_and_without_a_start_it_says_what_to_do() {
     let words = "is not told where the robot starts";
     assert!(refused.stderr.contains(words) || refused.stdout.contains(words), "{refused:?}");
 }
+
+#[test]
+fn a_filter_is_as_sure_as_its_data_sheet_lets_it_be() {
+    let place = folder();
+    // Ranges are 2.5 times as noisy as the data sheet says.
+    let run_with = |sheet: &str| {
+        let set = ["--ticks", "400", "--set", "lidar.range_std_m=0.05", "--data-sheet", sheet];
+        run(&format!("ekf-{sheet}"), &place.at(sheet), &set)
+    };
+    let reports = ["given", "nominal", "hidden"].map(run_with);
+    let surprise = |report: &Value| {
+        let score = score_of(report, "ekf");
+        number(score, "nis/sum") / number(score, "nis/degrees")
+    };
+    // Believed is a σ of 5, 2 and 3 cm.
+    let [given, nominal, hidden] = [0, 1, 2].map(|k| surprise(&reports[k]));
+    assert!((0.85..1.15).contains(&given), "{given}");
+    assert!(nominal > 1.3 * hidden && hidden > 1.3 * given, "{given} {nominal} {hidden}");
+
+    for (report, sheet) in reports.iter().zip(["given", "nominal", "hidden"]) {
+        let log = log_of(report);
+        let info = about("info", &log, &["--json"]).expect(0).json();
+        assert_eq!(named(&info, "roster", "ekf")["data_sheet"], sheet);
+        about("info", &log, &[]).expect(0).prints(&format!("data sheet {sheet}"));
+        // Its clients are told the same again, in a replay as well.
+        about("verify", &log, &["--clients"]).expect(0);
+        let replayed = replay(&log, &place.at(format!("replay-{sheet}")), &[]).expect(0).json();
+        assert_eq!(replayed["digest"], report["digest"]);
+    }
+
+    let refused = sim_server(&["launch", "--data-sheet", "secret"]).expect(2);
+    refused.says("--data-sheet").says("secret").says("given, nominal or hidden");
+}

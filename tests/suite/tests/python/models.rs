@@ -217,8 +217,14 @@ fn a_log_read_in_python_has_every_number_of_the_log() {
     assert_eq!((&said["shapes"]["counts"], &said["complete"]), (&json!([6, 2]), &json!(false)));
     assert!(said["warnings"][0].as_str().unwrap().contains("it ends after 6 ticks"), "{said}");
     let (of, observable_digest) = ("simulation".to_owned(), "0".repeat(32));
-    let blind =
-        Source::Blind { of, observable_digest, ticks: 9, start_known: false, world_known: false };
+    let blind = Source::Blind {
+        of,
+        observable_digest,
+        ticks: 9,
+        start_known: false,
+        world_known: false,
+        figures_known: true,
+    };
     let records: Vec<TickRecord> = (0..9).map(|tick| record(tick, false)).collect();
     write_log(&log, &header(blind), &records);
     let said = read(&log);

@@ -7,7 +7,7 @@ import warnings
 
 import rusty
 
-session = rusty.join(log=sys.argv[1])
+session = rusty.join(*sys.argv[2:], log=sys.argv[1])
 ticks = [
     {
         "bumper": tick.bumper,
@@ -24,4 +24,6 @@ rows = {
     name: [[None if math.isnan(number) else number for number in row] for row in readings.tolist()]
     for name, readings in log.readings.items()
 }
-print(json.dumps({"sensors": session.start.sensors, "ticks": ticks, "rows": rows}))
+start = session.start
+said = {"sheet": start.data_sheet, "dropout": start.lidar.dropout, "sensors": start.sensors}
+print(json.dumps({**said, "ticks": ticks, "rows": rows}))

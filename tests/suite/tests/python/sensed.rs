@@ -19,6 +19,7 @@ fn readings_are_the_same_in_rust_and_python_tick_by_tick_and_as_rows() {
     let records = records(&log);
     let header = LogReader::open(&log).unwrap().header().clone();
     assert_eq!(said["sensors"], serde_json::to_value(&header.config.sensors).unwrap());
+    assert_eq!((&said["sheet"], &said["dropout"]), (&json!("nominal"), &json!(0.0)));
     let mut rows: BTreeMap<&str, Vec<Value>> = BTreeMap::new();
     for (record, said) in records.iter().zip(said["ticks"].as_array().unwrap()) {
         let (readings, tick) = (record.readings.get(), record.tick as f64);
@@ -53,4 +54,26 @@ fn readings_are_the_same_in_rust_and_python_tick_by_tick_and_as_rows() {
     assert_eq!(rows.len(), 5, "every sensor said something");
     let empty = rows["doors"].iter().filter(|row| row[1].is_null()).count();
     assert!(empty > 0, "no reading of doors is empty");
+}
+
+#[test]
+fn figures_that_are_hidden_are_none_in_python() {
+    let Some(python) = python() else { return };
+    let place = folder();
+    let scenario = sensed_scenario(place.path(), "all.toml", "imu = {}");
+    let text = fs::read_to_string(&scenario).unwrap();
+    fs::write(
+        &scenario,
+        text.replacen("name = \"dead-", "data_sheet = \"hidden\"\nname = \"dead-", 1),
+    )
+    .unwrap();
+    let (_out, log) = logged("hidden", &[&scenario]);
+    let args = [arg(&log), "dead-reckoning"];
+    let said: Value = serde_json::from_str(&says(python, "sensed.py", &args)).unwrap();
+    assert_eq!((&said["sheet"], &said["dropout"]), (&json!("hidden"), &Value::Null));
+    assert_eq!(
+        (&said["sensors"]["imu"], &said["sensors"]["sonar"]["every"]),
+        (&json!({}), &json!(3))
+    );
+    assert!(said["sensors"]["sonar"].get("range_std_m").is_none(), "{}", said["sensors"]);
 }
