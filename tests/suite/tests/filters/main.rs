@@ -2,6 +2,7 @@
 
 mod bayes_hallway;
 mod beliefs;
+mod dead_reckoning;
 mod drivers;
 mod ekf;
 mod fitting;
