@@ -24,7 +24,7 @@ pub enum DataSheet {
     /// The true figures of this run.
     Given,
     /// The defaults of each sensor, whatever the world does. Of a recording: the
-    /// figures that its log has, because nobody knows the true ones.
+    /// figures that its log has.
     #[default]
     Nominal,
     /// None.
