@@ -247,8 +247,8 @@ impl Loaded {
         let mut scenario = s.clone();
         self.read_script(&mut scenario.script)?;
         if let Robots::Several(robots) = &mut scenario.robot {
-            let scripts = robots.iter_mut().filter_map(|robot| robot.own.script.as_mut());
-            scripts.map(|script| self.read_script(script)).collect::<Result<(), _>>()?;
+            let mut scripts = robots.iter_mut().filter_map(|robot| robot.own.script.as_mut());
+            scripts.try_for_each(|script| self.read_script(script))?;
         }
         let places = 0..scenario.robot.entries().len().max(1);
         let config = |place| {

@@ -220,9 +220,6 @@ impl RunReport {
 
 impl std::fmt::Display for RunReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if let Some(robot) = &self.robot {
-            writeln!(f, "\nrobot {robot}")?;
-        }
         self.write_processes(f)?;
         if !self.scores.is_empty() {
             writeln!(f, "{}", ScoreTable(&self.scores))?;
@@ -289,6 +286,9 @@ impl std::fmt::Display for RunReport {
 
 impl RunReport {
     fn write_processes(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(robot) = &self.robot {
+            writeln!(f, "\nrobot {robot}")?;
+        }
         let mut table = TextTable::new("process  role  >pid  >answers  >abstained  lost");
         table.row(&[&"sim-server", &"server", &self.server_pid, &"", &"", &""]);
         for p in &self.participants {
