@@ -21,7 +21,7 @@ use crate::suggest::{did_you_mean, for_message};
 use crate::tally::MAX_PARTICIPANTS;
 
 pub use self::participant::{Access, Participant, Role};
-pub use self::robots::{RobotEntry, Robots, RobotsOwn};
+pub use self::robots::{RobotEntry, Robots, RobotsOwn, has_null};
 
 /// A scenario file (TOML). Every field has a default; an empty file is the
 /// Apartment patrol with dead reckoning, scorer and logger.
@@ -206,16 +206,15 @@ impl Scenario {
             start: start.unwrap_or(self.start),
             robot: entry.robot,
             script: script.unwrap_or_else(|| self.script.clone()),
-            kidnappings: kidnappings.unwrap_or_else(|| self.kidnappings.clone()),
+            kidnappings,
         }
     }
 
     /// Who takes part for one robot of several, in roster order; all where there is one.
     #[must_use]
     pub fn roster_of(&self, place: usize) -> Vec<Participant> {
-        let own = self.robot.entries().get(place).map(|entry| &entry.name);
-        let takes_part = |p: &&Participant| p.robot.is_none() || p.robot.as_ref() == own;
-        self.participants.iter().filter(takes_part).cloned().collect()
+        let robot = self.robot.entries().get(place).map(|entry| entry.name.as_str());
+        self.participants.iter().filter(|p| p.takes_part_for(robot)).cloned().collect()
     }
 
     /// Checks every field but the files it names.
@@ -270,7 +269,7 @@ impl Scenario {
                 let remedy = "leave it out, or give it to an estimator or driver";
                 return Err(FieldError::new(field, p.role, problem, remedy).into());
             }
-            if !names.insert((&p.robot, &p.name)) {
+            if !names.insert(&p.name) {
                 let field = format!("participant[{i}].name");
                 let remedy = "give every participant a name of its own";
                 return Err(FieldError::new(field, &p.name, "is there twice", remedy).into());
@@ -305,6 +304,11 @@ impl Scenario {
         }
         // Names, starts and scripts of several, with what the scenario lends them.
         if !entries.is_empty() {
+            if !self.kidnappings.is_empty() {
+                let problem = "does not say which robot is carried away";
+                let remedy = "write [[robot.kidnapping]] behind the robot's [[robot]]";
+                return Err(FieldError::new("kidnapping", "", problem, remedy).into());
+            }
             let nowhere = WorldSpec {
                 name: "none".to_owned(),
                 bounds: [-1e6, -1e6, 1e6, 1e6],

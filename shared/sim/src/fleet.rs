@@ -2,7 +2,7 @@
 //!
 //! Within a tick the robots move one after the other, in the order of their places. Each
 //! meets the others where they are at that moment: those before it have moved, those
-//! after it have not, so no two ever overlap. Every robot's simulation moves
+//! after it have not, so no step brings two into one another. Every robot's simulation moves
 //! all of them, with the same numbers, and senses for its own alone.
 
 use nalgebra::Point2;
@@ -115,6 +115,11 @@ impl Fleet {
         let _ = self.stand(own);
         let before = self.others.iter().take_while(|other| other.place < self.place).count();
         (before..self.others.len()).for_each(|index| self.step(index, world, people, tick));
+        self.meet(self.place, people);
+    }
+
+    /// Gathers what the own robot meets before the first tick.
+    pub(crate) fn look_around(&mut self, people: &[Disc]) {
         self.meet(self.place, people);
     }
 

@@ -76,7 +76,7 @@ impl Sim {
         config.check()?;
         let world = World::new(config.world.clone())?;
         check_places(&config, &world)?;
-        Ok(Self {
+        let mut sim = Self {
             robot: Robot::new(&config.robot, config.start),
             lidar: Lidar::new(&config.lidar),
             sensors: SmallSensors::of(&config, &world).map(Box::new),
@@ -93,7 +93,14 @@ impl Sim {
             people: People::new(&config, &world)?,
             world,
             config,
-        })
+        };
+        sim.look_around();
+        Ok(sim)
+    }
+
+    /// Where the other robots are before the first tick.
+    fn look_around(&mut self) {
+        self.fleet.iter_mut().for_each(|fleet| fleet.look_around(self.people.bodies()));
     }
 
     /// Goes on with another configuration from the next tick on. Where the robot
@@ -159,6 +166,7 @@ impl Sim {
         }
         // A crowd that finds no room is refused when the simulation is made.
         let _ = self.people.restart(seed, &self.world, self.config.starts());
+        self.look_around();
     }
 
     /// Makes the walls those after all events so far.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use rusty_contract::log::{LogError, LogReader, Read, Source, TickRecord};
 use rusty_contract::score::Score;
 use rusty_contract::{Effects, Exit, Frame, LogHeader, Reply, RunConfig};
-use rusty_engine::source::{Course, FrameSource, Simulated, SourceError};
+use rusty_engine::source::{FrameSource, SourceError};
 use rusty_geometry::{SE2, Twist, trig};
 use rusty_sim::SimError;
 use serde::Serialize;
@@ -13,7 +13,7 @@ use thiserror::Error;
 
 use super::compare::{self, Mismatch, record_of};
 use super::comparison::Comparison;
-use super::drivers::{Drivers, DriversError};
+use super::drivers::{Driven, DriversError};
 
 /// Why a run cannot be continued from the middle.
 #[derive(Debug, Error)]
@@ -123,9 +123,7 @@ impl Fork {
 
 /// A world that is a log's up to a tick, and another from there on.
 pub struct Branch {
-    header: LogHeader,
-    course: Course,
-    drivers: Drivers,
+    world: Driven,
     original: LogReader,
     record: Option<TickRecord>,
     names: Vec<String>,
@@ -161,21 +159,20 @@ impl Branch {
         if let Some(why) = why {
             return Err(ForkError::Source { log: name, why });
         }
-        check_past(log, &before, at_tick, Drivers::of(&before, others)?)?;
-        let drivers = Drivers::of(&before, others)?;
+        check_past(log, &before, at_tick, others)?;
         let source = Source::Forked { at_tick, before: Box::new(before.config.clone()) };
         let names = before.answering().map(|p| p.name.clone()).collect();
         let header = LogHeader { source, config: after, ..before };
         let none = ForkError::Source { log: name.clone(), why: "no world made it" };
-        let course = Course::of_driven(&header)?.ok_or(none)?;
+        let world = Driven::new(header, others)?.ok_or(none)?;
         let fork = Fork { original: name, at_tick, ..Fork::default() };
         let comparison = Comparison::default();
-        Ok(Self { header, course, drivers, original, record: None, names, comparison, fork })
+        Ok(Self { world, original, record: None, names, comparison, fork })
     }
 
     /// Changes who takes part.
     pub fn header_mut(&mut self) -> &mut LogHeader {
-        &mut self.header
+        &mut self.world.header
     }
 
     /// What became of it; for the scores of the original.
@@ -189,11 +186,11 @@ fn check_past(
     log: &Path,
     header: &LogHeader,
     at_tick: u64,
-    mut drivers: Drivers,
+    others: &[PathBuf],
 ) -> Result<(), ForkError> {
     let name = log.display().to_string();
     let mut reader = LogReader::open(log)?;
-    let Some(mut course) = Course::of_driven(header)? else { return Ok(()) };
+    let Some(mut world) = Driven::new(header.clone(), others)? else { return Ok(()) };
     let (mut frame, mut effects) = (Frame::boxed(), Effects::of(header));
     for tick in 0..at_tick {
         let record = match reader.read()? {
@@ -201,8 +198,7 @@ fn check_past(
             Read::Tick(_) => return Err(ForkError::Damaged { log: name, tick }),
             Read::End(_) => return Err(ForkError::NoSuchTick { log: name, at_tick, ticks: tick }),
         };
-        drivers.drive(&mut course)?;
-        let truth = course.step(effects.command(), &mut frame)?;
+        let truth = world.step(effects.command(), &mut frame)?;
         let again = record_of(&frame, truth);
         if let Some(found) = compare::frames(&record, &again, header.config.dt_s) {
             return Err(ForkError::OtherPast { log: name, at_tick, found: Box::new(found) });
@@ -214,7 +210,7 @@ fn check_past(
 
 impl FrameSource for Branch {
     fn header(&self) -> &LogHeader {
-        &self.header
+        &self.world.header
     }
 
     fn make(
@@ -222,8 +218,7 @@ impl FrameSource for Branch {
         driver: Option<Twist>,
         frame: &mut Frame,
     ) -> Result<Option<SE2>, SourceError> {
-        self.drivers.drive(&mut self.course)?;
-        let truth = self.course.step(driver, frame)?;
+        let truth = self.world.step(driver, frame)?;
         self.record = match self.original.read()? {
             Read::Tick(entry) => Some(entry.record),
             Read::End(_) => None,
@@ -235,7 +230,7 @@ impl FrameSource for Branch {
                 fork.compare(tick, original, truth);
             }
         } else if fork.first_frame_difference.is_none() {
-            let dt_s = self.header.config.dt_s;
+            let dt_s = self.world.header.config.dt_s;
             fork.first_frame_difference = compare::frames(record, &record_of(frame, truth), dt_s);
             fork.frames_equal += u64::from(fork.first_frame_difference.is_none());
         }
@@ -244,7 +239,7 @@ impl FrameSource for Branch {
 
     fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
         // What is given again is compared with nothing.
-        Ok(Box::new(Simulated::new(self.header.clone())?))
+        self.world.again()
     }
 
     fn closed(&mut self, replies: &mut dyn Iterator<Item = (&str, Reply)>) {

@@ -1,5 +1,6 @@
 //! Arguments that several commands share, and the output that they select.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
@@ -128,10 +129,15 @@ impl RunArgs {
             participant.sandbox = self.sandbox.unwrap_or(participant.sandbox);
             participant.data_sheet = self.data_sheet.unwrap_or(participant.data_sheet);
         }
-        Scenario::check_roster(roster).map_err(|error| {
-            let path = "participants".to_owned();
-            SetupError::Scenario { path, error }.into()
-        })
+        let robots: BTreeSet<Option<&str>> = roster.iter().map(|p| p.robot.as_deref()).collect();
+        for robot in robots {
+            let its = roster.iter().filter(|p| p.takes_part_for(robot)).cloned();
+            Scenario::check_roster(&its.collect::<Vec<_>>()).map_err(|error| {
+                let path = "participants".to_owned();
+                SetupError::Scenario { path, error }
+            })?;
+        }
+        Ok(())
     }
 }
 

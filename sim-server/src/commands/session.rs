@@ -7,7 +7,9 @@ use rusty_contract::config::check_seconds;
 use rusty_contract::score::seconds;
 use rusty_contract::{Exit, FieldError, LogHeader, RunName, errln, outln};
 use rusty_engine::confine::{self, Gate};
-use rusty_engine::run::{Outcome, Pace, Run, RunBuilder, RunError, Stop, find_program, fresh_name};
+use rusty_engine::run::{
+    Outcome, Pace, Run, RunBuilder, RunError, Stop, check_limits, find_program, fresh_name,
+};
 use rusty_logs::folder::{FreeFolder, Marker, RunEnd, RunFolder};
 use rusty_logs::original::Compare;
 
@@ -124,6 +126,8 @@ impl RunSession<'_> {
     ) -> Result<Vec<FinishedRun>> {
         confine::close_memory().context("this process's memory")?;
         let names: Vec<RunName> = places.iter().map(|place| place.name.clone()).collect();
+        let participants = sources.iter().map(|source| source.header().roster.len()).sum();
+        check_limits(names.len(), participants).map_err(RunError::from)?;
         let stop = Stop::listen(&names)?;
         let (mut runs, mut made, mut folders) = (Vec::new(), Vec::new(), Vec::new());
         for (RunPlace { name, folder }, source) in places.into_iter().zip(sources) {

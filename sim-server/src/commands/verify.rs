@@ -11,11 +11,11 @@ use rusty_contract::{
     errln, outln,
 };
 use rusty_engine::run::{Pace, fresh_name};
-use rusty_engine::source::{Course, FrameSource as _};
+use rusty_engine::source::FrameSource as _;
 use rusty_link::WaitPolicy;
 use rusty_logs::compare::{self, Mismatch, record_of};
 use rusty_logs::comparison::Compared;
-use rusty_logs::drivers::Drivers;
+use rusty_logs::drivers::Driven;
 use rusty_logs::original::Compare as _;
 use rusty_logs::replay::Recording;
 use serde::Serialize;
@@ -107,23 +107,20 @@ fn print(v: &Verdict) {
 
 /// The simulation that is compared with the log.
 struct Again {
-    course: Course,
-    drivers: Drivers,
+    world: Driven,
     effects: Effects,
     frame: Box<Frame>,
 }
 
 impl Again {
     fn new(header: &LogHeader, others: &[PathBuf]) -> Result<Option<Self>> {
-        let Some(course) = Course::of_driven(header)? else { return Ok(None) };
-        let drivers = Drivers::of(header, others)?;
-        Ok(Some(Self { course, drivers, effects: Effects::of(header), frame: Frame::boxed() }))
+        let Some(world) = Driven::new(header.clone(), others)? else { return Ok(None) };
+        Ok(Some(Self { world, effects: Effects::of(header), frame: Frame::boxed() }))
     }
 
     /// The next tick as it should be.
     fn next(&mut self) -> Result<TickRecord> {
-        self.drivers.drive(&mut self.course)?;
-        let truth = self.course.step(self.effects.command(), &mut self.frame)?;
+        let truth = self.world.step(self.effects.command(), &mut self.frame)?;
         Ok(record_of(&self.frame, truth))
     }
 
@@ -168,11 +165,8 @@ fn check(path: &Path, others: &[PathBuf]) -> Result<Verdict> {
                 record.write_frame(&mut frame, header.config.dt_s, &key);
                 record.absorb(&frame, &mut digest);
                 observable.absorb(&frame);
-                if let Some(again) = again.as_mut().filter(|_| verdict.first_difference.is_none()) {
-                    let expected = again.next()?;
-                    verdict.first_difference =
-                        compare::frames(&record, &expected, header.config.dt_s);
-                    again.apply_replies(&record);
+                if verdict.first_difference.is_none() {
+                    compare_with(&mut again, &record, header.config.dt_s, &mut verdict)?;
                 }
                 verdict.ticks += 1;
             }
@@ -196,6 +190,30 @@ fn check(path: &Path, others: &[PathBuf]) -> Result<Verdict> {
         }
     }
     Ok(verdict)
+}
+
+/// Compares a record with the next tick of the simulation. That ends where the log of
+/// another robot does.
+fn compare_with(
+    again: &mut Option<Again>,
+    record: &TickRecord,
+    dt_s: f64,
+    verdict: &mut Verdict,
+) -> Result<()> {
+    let Some(world) = again else { return Ok(()) };
+    let expected = world.next()?;
+    if let Some(robot) = world.world.ended() {
+        let tick = verdict.ticks;
+        verdict.remarks.push(format!(
+            "the log of robot {robot} ends after {tick} ticks; what follows was not simulated again"
+        ));
+        verdict.complete = false;
+        *again = None;
+        return Ok(());
+    }
+    verdict.first_difference = compare::frames(record, &expected, dt_s);
+    world.apply_replies(record);
+    Ok(())
 }
 
 /// Number of damaged records that are named; the others are counted.

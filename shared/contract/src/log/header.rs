@@ -95,7 +95,7 @@ impl LogHeader {
             writer: writer.to_owned(),
             source: Source::Simulated,
             config: scenario.config(world),
-            roster: scenario.participants.clone(),
+            roster: scenario.roster_of(0),
             on_loss: scenario.on_loss,
         }
     }

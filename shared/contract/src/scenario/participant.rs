@@ -137,6 +137,12 @@ impl Participant {
         }
     }
 
+    /// Whether it takes part for this robot of several.
+    #[must_use]
+    pub fn takes_part_for(&self, robot: Option<&str>) -> bool {
+        self.robot.is_none() || self.robot.as_deref() == robot
+    }
+
     /// Whether its answers are part of the run and of the digest.
     #[must_use]
     pub fn answers(&self) -> bool {

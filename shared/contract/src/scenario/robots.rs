@@ -52,8 +52,8 @@ pub struct RobotsOwn {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub script: Option<ScriptConfig>,
     /// Where it is carried away, in the order of the ticks.
-    #[serde(rename = "kidnapping", skip_serializing_if = "Option::is_none")]
-    pub kidnappings: Option<Vec<Kidnapping>>,
+    #[serde(rename = "kidnapping", skip_serializing_if = "Vec::is_empty")]
+    pub kidnappings: Vec<Kidnapping>,
 }
 
 /// The keys of [`RobotsOwn`].
@@ -65,6 +65,9 @@ impl TryFrom<Map<String, Value>> for RobotEntry {
     /// Reads an entry; every other key than `name` and those of [`RobotsOwn`] is one of
     /// the robot.
     fn try_from(mut fields: Map<String, Value>) -> Result<Self, String> {
+        if let Some((key, _)) = fields.iter().find(|(_, value)| has_null(value)) {
+            return Err(format!("robot.{key}: is NaN or infinite; give a finite number"));
+        }
         let name = match fields.remove("name") {
             Some(Value::String(name)) => name,
             Some(other) => return Err(format!("robot.name = {other}: is no text; write \"b\"")),
@@ -156,10 +159,21 @@ impl Robots {
             entry.own.lidar.map_or(Ok(()), |lidar| lidar.check()).map_err(within)?;
             entry.own.sensors.as_ref().map_or(Ok(()), Sensors::check).map_err(within)?;
             entry.own.script.as_ref().map_or(Ok(()), ScriptConfig::check).map_err(within)?;
-            let kidnappings = entry.own.kidnappings.as_deref().unwrap_or_default();
-            Kidnapping::check(kidnappings).map_err(within)?;
+            Kidnapping::check(&entry.own.kidnappings).map_err(within)?;
         }
         Ok(())
+    }
+}
+
+/// Whether a value that was read from TOML has a number that is not finite, which JSON
+/// does not have; TOML has no null.
+#[must_use]
+pub fn has_null(value: &Value) -> bool {
+    match value {
+        Value::Null => true,
+        Value::Array(values) => values.iter().any(has_null),
+        Value::Object(fields) => fields.values().any(has_null),
+        Value::Bool(_) | Value::Number(_) | Value::String(_) => false,
     }
 }
 
@@ -236,6 +250,12 @@ mod tests {
             ("slip_std = 0.0", "slip = 0.0", "unknown field `slip`"),
             ("slip_std = 0.0", "slip_std = -1.0", "robot[0].slip_std = -1"),
             ("x_m = 8.0", "x_m = 6.1", "touches robot[0]"),
+            ("slip_std = 0.0", "slip_std_left = nan", "robot.slip_std_left: is NaN or infinite"),
+            (
+                "dt_s = 0.02",
+                "kidnapping = [{ tick = 1, to = { x_m = 2.0, y_m = 2.0, theta_rad = 0.0 } }]",
+                "[[robot.kidnapping]]",
+            ),
             ("beams = 30", "beams = 0", "robot[1].lidar.beams = 0"),
             ("tick = 5", "tick = -5", "-5"),
         ] {

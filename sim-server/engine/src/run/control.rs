@@ -89,7 +89,8 @@ impl Run<'_> {
         });
         pid == 0
             || self.lockstep.slots().iter().any(|s| s.pid == pid)
-            || self.participants.children.processes().any(|leader| Some(leader) == group)
+            // Of all runs of this process: robots of one world share their time.
+            || group.is_some_and(|leader| self.stop.groups().has(leader))
     }
 
     fn status(&self, ticks_done: u64) -> ControlReply {

@@ -41,6 +41,11 @@ impl Groups {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Whether this is one of them.
+    pub(super) fn has(&self, leader: u32) -> bool {
+        self.lock().contains(&leader)
+    }
+
     /// Starts a leader. [`end_with_all`](Self::end_with_all) does not miss it.
     pub(super) fn start<E>(&self, spawn: impl FnOnce() -> Result<Child, E>) -> Result<Child, E> {
         let mut groups = self.lock();

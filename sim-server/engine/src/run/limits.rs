@@ -35,13 +35,13 @@ pub fn prepare_process() {
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
 }
 
-/// Checks that a run of N participants is possible; the soft limit of open
+/// Checks that runs of N participants in all are possible; the soft limit of open
 /// files is raised if it has to be.
 ///
 /// # Errors
 /// [`LimitError`] names the limit, its value and the least that is needed.
-pub(super) fn check_limits(participants: usize) -> Result<(), LimitError> {
-    let least = OWN_FILES + FILES_EACH * participants as u64;
+pub fn check_limits(runs: usize, participants: usize) -> Result<(), LimitError> {
+    let least = OWN_FILES * runs as u64 + FILES_EACH * participants as u64;
     let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
     if current.is_some_and(|found| found < least) {
         let raised = Rlimit { current: Some(least), maximum };

@@ -35,7 +35,7 @@ pub use child::{ChildProcess, ChildrenError, Spawn};
 pub use children::Children;
 pub use error::RunError;
 pub use group::{Groups, kill_group};
-pub use limits::{LimitError, prepare_process};
+pub use limits::{LimitError, check_limits, prepare_process};
 pub use pacer::Pace;
 pub use printed::has_content;
 pub use program::find_program;

@@ -83,7 +83,7 @@ impl RunBuilder {
     /// [`RunError`] names what cannot be had.
     pub fn prepare(self, roster: &[Participant]) -> Result<PreparedRun, RunError> {
         let gates = confine::gates(roster, self.by_hand)?;
-        check_limits(roster.len())?;
+        check_limits(1, roster.len())?;
         let stop = match &self.stop {
             Some(stop) => stop.clone(),
             None => Stop::listen(std::slice::from_ref(&self.run))?,

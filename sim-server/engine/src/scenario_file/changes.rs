@@ -1,5 +1,6 @@
 //! Changes of the form `robot.slip_std=0.05`: the option `--set`.
 
+use rusty_contract::scenario::has_null;
 use rusty_contract::suggest::for_message;
 use rusty_contract::{FieldError, RunConfig};
 use serde::Serialize;
@@ -60,6 +61,10 @@ fn set(whole: &mut Value, change: &str) -> Result<(), FieldError> {
         if place.is_null() {
             *place = Value::Object(Map::new());
         }
+        if place.is_array() {
+            let problem = "goes into a list, which --set does not reach into";
+            return Err(FieldError::new("--set", change, problem, "change the scenario file"));
+        }
         let fields =
             place.as_object_mut().ok_or_else(|| change_error(change, "goes through a value"))?;
         if part == "kind" && fields.get(part).is_some_and(|kind| *kind != value) {
@@ -99,17 +104,6 @@ fn parse_change(change: &str) -> Result<(&str, Value), FieldError> {
         return Err(FieldError::new("--set", change, problem, "give a finite number"));
     }
     Ok((key, value))
-}
-
-/// Whether a value that was read from TOML has a number that is not finite,
-/// which JSON does not have; TOML has no null.
-fn has_null(value: &Value) -> bool {
-    match value {
-        Value::Null => true,
-        Value::Array(values) => values.iter().any(has_null),
-        Value::Object(fields) => fields.values().any(has_null),
-        Value::Bool(_) | Value::Number(_) | Value::String(_) => false,
-    }
 }
 
 #[cfg(test)]

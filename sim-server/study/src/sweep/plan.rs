@@ -182,7 +182,17 @@ fn load(
         .check()
         .map_err(|error| SetupError::Scenario { path: request.scenario.clone(), error })?;
     let config = loaded.config_with(rusty_floorplan::read)?;
-    Ok((Cell { parameters: Arc::from(parameters), config }, loaded.scenario.participants))
+    if config.fleet.is_some() {
+        // Of several robots the first is swept, and the others must move by themselves.
+        Sim::new(config.clone())?;
+        if request.clients {
+            let problem = "runs the clients of one robot, and the scenario has several";
+            let remedy = "leave it out, or run `sim-server launch` for each seed";
+            return Err(FieldError::new("--clients", &request.scenario, problem, remedy).into());
+        }
+    }
+    let roster = loaded.scenario.roster_of(0);
+    Ok((Cell { parameters: Arc::from(parameters), config }, roster))
 }
 
 /// Inside, there is no driver.

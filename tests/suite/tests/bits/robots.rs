@@ -83,6 +83,20 @@ fn the_log_of_a_driven_robot_makes_the_others_again() {
     sim_server(&["verify", a]).expect(2).says("robot[1] = b: has a driver");
     sim_server(&["verify", a, "--with", a]).expect(2).says("--with");
     sim_server(&["verify", a, "--with", b]).expect(0).prints("bit-exact: 400 ticks");
+    // Half of it, and a damaged half.
+    let bytes = fs::read(b).unwrap();
+    let mut half = bytes[..bytes.len() / 2].to_vec();
+    let cut = place.write("cut.log", &half);
+    let said = sim_server(&["verify", a, "--with", &cut]).expect(3);
+    said.says("the log of robot b ends after").prints("bit-exact");
+    let middle = half.len() / 2;
+    half[middle] ^= 1;
+    let damaged = place.write("damaged.log", &half);
+    sim_server(&["verify", a, "--with", &damaged]).expect(1).says("checksum");
+    // The other robot of another run.
+    let (other, others) = together(&place, "3", &duo, &["--seed", "7"]);
+    other.expect(0);
+    sim_server(&["verify", a, "--with", arg(&others[1])]).expect(2).says("--with");
     let at = ["fork", a, "--at", "50", "--set", "robot.slip_std=0.1", "--with", b];
     let fork = run_to("fork", &place.at("fork"), &at).expect(0).json();
     assert_eq!(fork["fork"]["frames_equal"], 50);
@@ -157,4 +171,41 @@ fn one_filter_takes_part_for_two_robots() {
             assert!(tick.replies[0].same_bits(&tick.replies[1]), "tick {}", tick.tick);
         }
     }
+}
+
+#[test]
+fn a_sweep_takes_the_first_robot_among_others_that_move_by_themselves() {
+    let place = folder();
+    let csv = place.at("s.csv");
+    let sweep = |which: &str, more: &[&str]| {
+        let args = ["sweep", which, "--seeds", "0..2", "--ticks", "60", "--out", arg(&csv)];
+        sim_server(&[&args[..], more].concat())
+    };
+    sweep("two-robots", &[]).expect(0);
+    sweep("two-robots", &["--clients", "--force"]).expect(2).says("--clients");
+    let duo = place.write("duo.toml", DRIVEN);
+    for more in [&["--force"][..], &["--force", "--clients"]] {
+        sweep(&duo, more).expect(2).says("robot[1].script.kind = driver");
+    }
+}
+
+#[test]
+fn each_robot_has_room_for_a_whole_roster() {
+    let place = folder();
+    let robots = ["a", "b"].map(|robot| format!("[[robot]]\nname = \"{robot}\"\n"));
+    let start = "start = { x_m = 9.0, y_m = 2.0, theta_rad = 1.0 }\n";
+    let filter = |robot: &str, k: u32| {
+        format!(
+            "[[participant]]\nname = \"f{k}\"\nrobot = \"{robot}\"\ncommand = [\"dead-reckoning\"]\n"
+        )
+    };
+    let some = |count: u32| {
+        let filters =
+            ["a", "b"].map(|robot| (0..count).map(|k| filter(robot, k)).collect::<String>());
+        format!("ticks = 20\n{}{start}{}", robots.concat(), filters.concat())
+    };
+    let nine = place.write("nine.toml", some(9));
+    together(&place, "1", &nine, &[]).0.expect(0);
+    let many = place.write("many.toml", some(17));
+    together(&place, "2", &many, &[]).0.expect(2).says("participant (number of) = 17");
 }
