@@ -154,7 +154,7 @@ impl Driven {
         Ok(self.course.step(driver, frame)?)
     }
 
-    /// A robot whose log ends before the last tick, so that it stands in it.
+    /// A robot whose log ends before the last tick, in which it does not move.
     #[must_use]
     pub fn ended(&self) -> Option<&str> {
         self.ended.as_deref()
