@@ -328,7 +328,7 @@ fn check_drivers(
     robot: Option<&RobotEntry>,
 ) -> Result<(), FieldError> {
     let drivers = roster.iter().filter(|p| p.role == Role::Driver).count();
-    let wanted = usize::from(matches!(script, ScriptConfig::Driver {}));
+    let wanted = usize::from(script.is_driver());
     if drivers == wanted {
         return Ok(());
     }

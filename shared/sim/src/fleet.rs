@@ -25,7 +25,6 @@ struct Other {
     kidnappings: Vec<Kidnapping>,
     /// The command of a driver, as applied in the next tick.
     driver: Option<Twist>,
-    radius_m: f64,
 }
 
 /// All robots but the simulation's own.
@@ -41,7 +40,8 @@ pub(crate) struct Fleet {
     dt_s: f64,
 }
 
-fn disc(pose: &SE2, radius_m: f64) -> Disc {
+/// A body of this radius at a pose.
+pub(crate) fn disc(pose: &SE2, radius_m: f64) -> Disc {
     Disc { centre: Point2::from(pose.translation()), radius_m }
 }
 
@@ -61,11 +61,10 @@ impl Fleet {
             slip: slip(config, place, other),
             kidnappings: other.kidnappings.clone(),
             driver: None,
-            radius_m: other.robot.body_radius_m,
         });
         let others: Vec<Other> = others.collect();
-        let mut discs: Vec<Disc> =
-            others.iter().map(|other| disc(&other.robot.pose_in_world(), other.radius_m)).collect();
+        let start = |other: &OtherRobot| disc(&other.start, other.robot.body_radius_m);
+        let mut discs: Vec<Disc> = fleet.others.iter().map(start).collect();
         discs.insert(fleet.place, disc(&config.start, config.robot.body_radius_m));
         Some(Self { place: fleet.place, others, discs, met: Vec::new(), dt_s: config.dt_s })
     }
@@ -105,16 +104,15 @@ impl Fleet {
     /// Moves the robots before the own one, which stands at `own`.
     pub(crate) fn move_before(&mut self, world: &World, people: &[Disc], own: &SE2, tick: u64) {
         let _ = self.stand(own);
-        let before = self.others.iter().take_while(|other| other.place < self.place).count();
-        (0..before).for_each(|index| self.step(index, world, people, tick));
+        // As many others are before it as its place says.
+        (0..self.place).for_each(|index| self.step(index, world, people, tick));
         self.meet(self.place, people);
     }
 
     /// Moves the robots after the own one, which has come to `own`.
     pub(crate) fn move_after(&mut self, world: &World, people: &[Disc], own: &SE2, tick: u64) {
         let _ = self.stand(own);
-        let before = self.others.iter().take_while(|other| other.place < self.place).count();
-        (before..self.others.len()).for_each(|index| self.step(index, world, people, tick));
+        (self.place..self.others.len()).for_each(|index| self.step(index, world, people, tick));
         self.meet(self.place, people);
     }
 

@@ -23,7 +23,7 @@
 mod driver;
 mod runs;
 
-use rusty_contract::{Frame, Log, RunConfig, RunDigest, ScriptConfig, TruthKey};
+use rusty_contract::{Frame, Log, RunConfig, RunDigest, TruthKey};
 
 use crate::record::record;
 use crate::script::{BuiltInScript, Moment};
@@ -160,7 +160,7 @@ impl Golden {
     /// As [`Golden::found`].
     pub fn record(&self) -> Result<Log, SimError> {
         let config = self.config();
-        if matches!(config.script, ScriptConfig::Driver {}) {
+        if config.script.is_driver() {
             return record(config, &mut |moment: &Moment<'_>| driver_command(moment.tick));
         }
         let mut script = BuiltInScript::new(&config.script, config.dt_s, config.start);

@@ -60,7 +60,7 @@ impl Script for BuiltInScript {
     }
 
     fn config(&self) -> Option<ScriptConfig> {
-        (!matches!(self.config, ScriptConfig::Driver {})).then(|| self.config.clone())
+        (!self.config.is_driver()).then(|| self.config.clone())
     }
 }
 

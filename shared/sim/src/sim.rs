@@ -13,7 +13,7 @@ use rusty_contract::{FieldError, Frame, RunConfig};
 use rusty_geometry::{Disc, SE2, Twist, World};
 
 use crate::events::walls_after;
-use crate::fleet::{Fleet, driven_other};
+use crate::fleet::{Fleet, disc, driven_other};
 use crate::lidar::Lidar;
 use crate::noise::LidarNoise;
 use crate::outcome::StepOutcome;
@@ -208,8 +208,7 @@ impl Sim {
         match &mut self.fleet {
             Some(fleet) => self.people.step(&self.world, fleet.stand(&pose), tick),
             None => {
-                let centre = Point2::from(pose.translation());
-                let robot = Disc { centre, radius_m: self.config.robot.body_radius_m };
+                let robot = disc(&pose, self.config.robot.body_radius_m);
                 self.people.step(&self.world, &[robot], tick);
             }
         }

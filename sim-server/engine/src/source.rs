@@ -1,7 +1,7 @@
 //! Where frames come from: the world, or a log.
 
 use rusty_contract::log::{LogError, Source};
-use rusty_contract::{Frame, LogHeader, OnLoss, Participant, Reply, RunConfig, ScriptConfig};
+use rusty_contract::{Frame, LogHeader, OnLoss, Participant, Reply, RunConfig};
 use rusty_geometry::{SE2, Twist};
 use rusty_sim::{Sim, SimError};
 use thiserror::Error;
@@ -158,8 +158,8 @@ impl FrameSource for Simulated<'_> {
 
     fn is_ready(&mut self, driver: Option<Twist>) -> Result<bool, SourceError> {
         let Some(seat) = &self.seat else { return Ok(true) };
-        let is_driven = matches!(self.header.config.script, ScriptConfig::Driver {});
-        let command = is_driven.then(|| self.course.limit(driver.unwrap_or_default()));
+        let script = &self.header.config.script;
+        let command = script.is_driver().then(|| self.course.limit(driver.unwrap_or_default()));
         seat.ready(self.course.tick(), command)
     }
 

@@ -189,10 +189,8 @@ impl FrameSource for Driven {
     }
 
     fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
-        let drivers = Drivers::of(&self.header, &self.others)?;
         let problem = || FieldError::new("source", "", "no world made it", "use a simulated log");
-        let course = Course::of_driven(&self.header)?.ok_or_else(|| SimError::from(problem()))?;
-        let (header, others) = (self.header.clone(), self.others.clone());
-        Ok(Box::new(Self { header, course, drivers, others, ended: None }))
+        let again = Self::new(self.header.clone(), &self.others)?;
+        Ok(Box::new(again.ok_or_else(|| SimError::from(problem()))?))
     }
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 
 use anyhow::Result;
 use clap::Args;
-use rusty_contract::{Exit, FieldError, ScriptConfig, errln};
+use rusty_contract::{Exit, FieldError, errln};
 use rusty_engine::scenario_file;
 use rusty_study::budget::budget;
 use rusty_study::sweep::Seeds;
@@ -61,7 +61,7 @@ pub fn run(args: &BudgetArgs) -> Result<Exit> {
     let mut loaded = scenario_file::load(&args.scenario, &args.changes)?;
     loaded.scenario.ticks = args.ticks.unwrap_or(loaded.scenario.ticks);
     let config = loaded.config_with(rusty_floorplan::read)?;
-    if matches!(config.script, ScriptConfig::Driver {}) {
+    if config.script.is_driver() {
         let remedy = "choose a scenario with a script, or --set script='{ kind = \
                       \"straight\", v_m_s = 0.5 }'";
         let problem = "needs a client to drive it, and none takes part here";

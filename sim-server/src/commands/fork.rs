@@ -8,7 +8,7 @@ use clap::Args;
 use rusty_contract::log::LogReader;
 use rusty_contract::score::Score;
 use rusty_contract::{
-    Exit, FieldError, LogHeader, Role, RunConfig, Scenario, ScoreReport, ScriptConfig, errln, input,
+    Exit, FieldError, LogHeader, Role, RunConfig, Scenario, ScoreReport, errln, input,
 };
 use rusty_engine::run::{find_program, with_folder};
 use rusty_engine::scenario_file;
@@ -84,7 +84,7 @@ fn check(args: &ForkArgs, before: &RunConfig, after: &RunConfig) -> Result<(), F
 
 /// Without its driver the robot would stand, from the first tick on.
 fn check_driver(header: &LogHeader) -> Result<(), FieldError> {
-    let driven = matches!(header.config.script, ScriptConfig::Driver {});
+    let driven = header.config.script.is_driver();
     if driven && header.answering().all(|p| p.role != Role::Driver) {
         let problem = "takes away the driver, and without it the past does not come again";
         return Err(FieldError::new("--without", "", problem, "leave the driver in"));

@@ -161,7 +161,7 @@ impl RunSession<'_> {
                     ticks: outcome.ticks,
                     digest: outcome.digest.run_hex(),
                 };
-                // The run is none the worse for it; `runs` then has it as cut short.
+                // The run stays as it is; `runs` then has it as cut short.
                 folder.end(end).unwrap_or_else(|e| errln!("{e}"));
                 FinishedRun { header, name, out_dir, outcome, gates }
             };

@@ -1,6 +1,6 @@
 //! Several robots in one world.
 //!
-//! Each has frames, participants, sensors, a log and scores of its own: for the
+//! Each has separate frames, participants, sensors, log and scores: for the
 //! programs that take part a run of several robots is one run for each, and the runs
 //! keep step. What a robot's frames depend on of the others is how these move, and that
 //! is in its configuration.
@@ -51,7 +51,7 @@ impl OtherRobot {
     /// Whether a participant drives it.
     #[must_use]
     pub fn is_driven(&self) -> bool {
-        matches!(self.script, ScriptConfig::Driver {})
+        self.script.is_driver()
     }
 }
 

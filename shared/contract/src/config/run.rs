@@ -134,8 +134,7 @@ impl RunConfig {
         kept("lidar.range_max_m", &a.range_max_m, &b.range_max_m)?;
         kept("lidar.sensor_in_body", &a.sensor_in_body, &b.sensor_in_body)?;
         kept("sensors", &self.sensors, &after.sensors)?;
-        let driven = |c: &Self| matches!(c.script, ScriptConfig::Driver {});
-        if driven(self) != driven(after) {
+        if self.script.is_driver() != after.script.is_driver() {
             // A driver has, or would need, a place in the roster.
             kept("script.kind", &self.script.kind(), &after.script.kind())?;
         }

@@ -151,6 +151,12 @@ impl ScriptConfig {
         }
     }
 
+    /// Whether a participant gives the commands.
+    #[must_use]
+    pub fn is_driver(&self) -> bool {
+        matches!(self, Self::Driver {})
+    }
+
     /// Checks the command of a tick, body frame, as part of a list.
     ///
     /// # Errors

@@ -197,7 +197,7 @@ fn load(
 
 /// Inside, there is no driver.
 fn check_script(script: &ScriptConfig) -> Result<(), FieldError> {
-    if !matches!(script, ScriptConfig::Driver {}) {
+    if !script.is_driver() {
         return Ok(());
     }
     let remedy = "give --clients to have the scenario's driver take part, or another script";
