@@ -109,12 +109,8 @@ impl SE2 {
     /// one to one, and [`SE2::log`] returns the shorter twist.
     #[must_use]
     pub fn exp(tau: &Vector3<f64>) -> Self {
-        let half_rad = 0.5 * tau.z;
-        let rho_m = Vector2::new(tau.x, tau.y);
-        Self {
-            translation_m: rotate(half_rad, rho_m) * trig::sinc(half_rad),
-            theta_rad: wrap_angle(tau.z),
-        }
+        let (rho_m, sinc) = half_turn(0.5 * tau.z, Vector2::new(tau.x, tau.y));
+        Self { translation_m: rho_m * sinc, theta_rad: wrap_angle(tau.z) }
     }
 
     /// The shortest constant twist whose [`SE2::exp`] is this motion
@@ -124,8 +120,8 @@ impl SE2 {
     /// twists are equally short; the one with θ = +π is returned.
     #[must_use]
     pub fn log(&self) -> Vector3<f64> {
-        let half_rad = 0.5 * self.theta_rad;
-        let rho_m = rotate(-half_rad, self.translation_m) / trig::sinc(half_rad);
+        let (chord_m, sinc) = half_turn(-0.5 * self.theta_rad, self.translation_m);
+        let rho_m = chord_m / sinc;
         Vector3::new(rho_m.x, rho_m.y, self.theta_rad)
     }
 
@@ -158,6 +154,16 @@ impl SE2 {
             translation_m: self.translation_m + rotate(self.theta_rad, other.translation_m),
             theta_rad: wrap_angle(self.theta_rad + other.theta_rad),
         }
+    }
+
+    /// [`compose`](Self::compose) with each of `others`, from one sine and cosine: the
+    /// same bits.
+    pub fn compose_each(&self, others: &[Self]) -> impl Iterator<Item = Self> {
+        let (body, sin_cos) = (*self, trig::sin_cos(self.theta_rad));
+        others.iter().map(move |other| Self {
+            translation_m: body.translation_m + turned(other.translation_m, sin_cos),
+            theta_rad: wrap_angle(body.theta_rad + other.theta_rad),
+        })
     }
 
     /// The motion that undoes this one.
@@ -203,7 +209,17 @@ impl Mul for SE2 {
 
 /// `vector` turned by `angle_rad` counter-clockwise.
 fn rotate(angle_rad: f64, vector: Vector2<f64>) -> Vector2<f64> {
-    let (s, c) = trig::sin_cos(angle_rad);
+    turned(vector, trig::sin_cos(angle_rad))
+}
+
+/// [`rotate`] and [`trig::sinc`] of the same angle, from one sine: the same bits.
+fn half_turn(half_rad: f64, vector: Vector2<f64>) -> (Vector2<f64>, f64) {
+    let sin_cos = trig::sin_cos(half_rad);
+    let sinc = if half_rad == 0.0 { 1.0 } else { sin_cos.0 / half_rad };
+    (turned(vector, sin_cos), sinc)
+}
+
+fn turned(vector: Vector2<f64>, (s, c): (f64, f64)) -> Vector2<f64> {
     Vector2::new(c * vector.x - s * vector.y, s * vector.x + c * vector.y)
 }
 

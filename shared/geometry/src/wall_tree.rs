@@ -20,6 +20,9 @@ use crate::wall::Wall;
 /// How much larger than its wall a box is on each side, metres.
 const MARGIN_M: f64 = 1e-6;
 
+/// Up to this many walls are looked at one by one within a wedge.
+const FEW: usize = 64;
+
 /// Query points with a coordinate beyond this, in metres, scan every wall.
 const FAR_M: f64 = 1e7;
 
@@ -89,26 +92,39 @@ impl WallTree {
     /// The least squared distance from `point` to any wall, square metres;
     /// infinite without walls.
     pub(crate) fn least_distance_squared(&self, walls: &[Wall], point: &Point2<f64>) -> f64 {
-        self.least_by(walls, point, f64::INFINITY, |i| Some(walls[i].distance_squared(point)))
+        self.least_by(walls, (point, None), f64::INFINITY, |i| {
+            Some(walls[i].distance_squared(point))
+        })
     }
 
     /// The least of `measure` over all walls and `most`, square metres. A wall's
     /// measure must not be below its squared distance from `point`; `None` leaves
-    /// it out.
+    /// it out, and must be that of a wall outside of the wedge that `inward`, the inward
+    /// unit normals of its two sides, cuts out of the plane with its tip at `point`.
     pub(crate) fn least_by(
         &self,
         walls: &[Wall],
-        point: &Point2<f64>,
+        (point, inward): (&Point2<f64>, Option<&[Vector2<f64>; 2]>),
         most: f64,
         measure: impl Fn(usize) -> Option<f64>,
     ) -> f64 {
         if is_far(point) {
             return (0..walls.len()).filter_map(measure).fold(most, f64::min);
         }
+        if let (Some(inward), true) = (inward, walls.len() <= FEW) {
+            let wedge = Wedge::new(point, inward);
+            let within = walls.iter().enumerate().filter(|(_, wall)| wedge.may_hold(wall));
+            return within.filter_map(|(index, _)| measure(index)).fold(most, f64::min);
+        }
         self.bvh
             .find_best(
                 most,
-                |node, _| box_distance_squared(node, point),
+                |node, _| match inward {
+                    Some(sides) if sides.iter().any(|side| is_outside(node, point, side)) => {
+                        f64::MAX
+                    }
+                    _ => box_distance_squared(node, point),
+                },
                 |leaf, _| measure(leaf as usize),
             )
             .map_or(most, |(_, distance_squared)| distance_squared)
@@ -175,6 +191,44 @@ fn entry(node: &BvhNode, origin: &Point2<f64>, inverse: &Vector2<f64>, max_m: f6
     let t_in = x1.min(x2).max(y1.min(y2));
     let t_out = x1.max(x2).min(y1.max(y2));
     if t_out >= t_in && t_out >= 0.0 && t_in <= max_m { t_in } else { f64::MAX }
+}
+
+/// The part of the plane between two lines.
+struct Wedge {
+    /// x and y of the inward normals of both sides.
+    x: [f64; 2],
+    y: [f64; 2],
+    /// How far along them the tip is, less the margin.
+    tip: [f64; 2],
+}
+
+impl Wedge {
+    fn new(tip: &Point2<f64>, inward: &[Vector2<f64>; 2]) -> Self {
+        let along = |side: Vector2<f64>| side.dot(&tip.coords) - MARGIN_M;
+        Self { x: inward.map(|side| side.x), y: inward.map(|side| side.y), tip: inward.map(along) }
+    }
+
+    /// Whether an end of a wall is inside of each of the two sides; a wall that the wedge
+    /// holds a point of has one. Both sides are one vector of the processor.
+    #[inline(always)]
+    fn may_hold(&self, wall: &Wall) -> bool {
+        let along = |k: usize, end: &Point2<f64>| self.x[k] * end.x + self.y[k] * end.y;
+        let far: [f64; 2] = core::array::from_fn(|k| {
+            let (a, b) = (along(k, &wall.a), along(k, &wall.b));
+            if a > b { a } else { b }
+        });
+        (far[0] >= self.tip[0]) & (far[1] >= self.tip[1])
+    }
+}
+
+/// Whether a box is wholly on the outer side of a line through `point` with an inward
+/// normal.
+#[inline]
+fn is_outside(node: &BvhNode, point: &Point2<f64>, inward: &Vector2<f64>) -> bool {
+    let (lo, hi) = (node.mins(), node.maxs());
+    let x = if inward.x > 0.0 { hi.x } else { lo.x } - point.x;
+    let y = if inward.y > 0.0 { hi.y } else { lo.y } - point.y;
+    inward.x * x + inward.y * y < 0.0
 }
 
 /// Squared distance from a point to a box, zero inside.

@@ -6,7 +6,10 @@ use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
-use rusty_geometry::{Hit, Material, WallSpec, World, WorldSpec, apartment, hallway, open, trig};
+use rusty_geometry::generated::{Density, Pattern, Recipe};
+use rusty_geometry::{
+    Hit, Material, Wall, WallSpec, World, WorldSpec, apartment, hallway, open, trig,
+};
 
 /// Asks every wall in turn: nearest first, then lowest index.
 fn by_scan(
@@ -162,6 +165,34 @@ fn distance_to_nearest_wall() {
     let nearest_m = hallway().distance_to_nearest(Point2::new(6.0, 0.5));
     assert!((nearest_m - 0.5).abs() < 1e-15);
     assert_eq!(apartment().distance_to_nearest(Point2::new(7.2, 2.0)), 0.0);
+}
+
+/// Few walls are looked at one by one, many by the tree.
+#[test]
+fn a_wedge_leaves_out_no_wall_that_reaches_into_it() {
+    for walls in [40, 2000] {
+        let recipe = Recipe { pattern: Pattern::Segments, density: Density::Area, walls, seed: 3 };
+        let world = World::new(recipe.spec()).unwrap();
+        let mut found = 0;
+        for k in 0..400 {
+            let apex = Point2::new(0.13 * f64::from(k), 64.0 - 0.15 * f64::from(k));
+            let (middle_rad, half_rad) = (0.37 * f64::from(k), 0.02 + 0.001 * f64::from(k));
+            let (right, left) = (unit(middle_rad - half_rad), unit(middle_rad + half_rad));
+            let sides = [Vector2::new(-right.y, right.x), Vector2::new(left.y, -left.x)];
+            // The nearest of 33 points of a wall that is in the wedge.
+            let measure = |wall: &Wall| {
+                let at = (0..=32).map(|i| wall.a + (wall.b - wall.a) * (f64::from(i) / 32.0));
+                let within =
+                    at.map(|at| at - apex).filter(|to| sides.iter().all(|s| s.dot(to) >= 0.0));
+                within.map(|to| to.dot(&to)).reduce(f64::min)
+            };
+            let expected = world.walls().iter().filter_map(measure).fold(400.0, f64::min);
+            assert_eq!(world.least_squared((apex, Some(&sides)), 400.0, measure), expected);
+            assert_eq!(world.least_squared((apex, None), 400.0, measure), expected);
+            found += u32::from(expected < 400.0);
+        }
+        assert!((20..400).contains(&found), "{walls}: {found}");
+    }
 }
 
 /// Up to sixty walls that keep clear of each other: one per cell of a grid.

@@ -20,7 +20,7 @@
 mod footprint;
 mod glass;
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 use nalgebra::Point2;
 use rusty_contract::LidarConfig;
@@ -153,8 +153,10 @@ impl Lidar {
         }
         // sin α = R/d, and α ≤ π/2·sin α; from inside the body, all around.
         let sine = body.radius_m / square.sqrt();
-        let half_rad = if sine < 1.0 { FRAC_PI_2 * sine } else { TAU };
-        let bearing_rad = trig::atan2(to.y, to.x) - sensor_in_world.theta();
+        let half_rad = if sine < 1.0 { FRAC_PI_2 * sine + ROUGH_RAD } else { TAU };
+        // No beam meets it before this, with room for rounding.
+        let least_m = square.sqrt() * (1.0 - 1e-9) - body.radius_m;
+        let bearing_rad = roughly_atan2(to.y, to.x) - sensor_in_world.theta();
         // In beams: the middle of the body, half its width, and a whole turn.
         let per_rad = f64::from(fan.beams) / fan.fov_rad;
         let middle = (bearing_rad - fan.first_bearing_rad) * per_rad;
@@ -169,6 +171,9 @@ impl Lidar {
             let end = ((middle + half + 2.0) as usize).min(self.beams()).min(ranges_m.len());
             let first = first.min(end);
             for (range_m, k) in ranges_m[first..end].iter_mut().zip(first..) {
+                if *range_m < least_m {
+                    continue;
+                }
                 let met_m = body.cast(&origin, &self.scan.direction(k));
                 *range_m = met_m.filter(|met_m| met_m < range_m).unwrap_or(*range_m);
             }
@@ -184,6 +189,25 @@ impl Lidar {
             *place = hit;
         }
     }
+}
+
+/// By how much [`roughly_atan2`] may be off, rad.
+const ROUGH_RAD: f64 = 0.004;
+
+/// The bearing of (x, y) to within [`ROUGH_RAD`], rad: to tell which beams to try.
+/// With q = min/max of |x| and |y|, atan q ≈ q·(π/4 + 0.273·(1 − q)).
+///
+/// Source: S. Rajan et al., *Efficient approximations for the arctangent function*, IEEE
+/// Signal Processing Magazine 23(3), 2006, equation 8.
+fn roughly_atan2(y: f64, x: f64) -> f64 {
+    let (along, across) = (x.abs(), y.abs());
+    let is_steep = across > along;
+    let (less, more) = if is_steep { (along, across) } else { (across, along) };
+    let q = if more > 0.0 { less / more } else { 0.0 };
+    let octant_rad = q * (FRAC_PI_4 + 0.273 * (1.0 - q));
+    let quadrant_rad = if is_steep { FRAC_PI_2 - octant_rad } else { octant_rad };
+    let half_rad = if x < 0.0 { PI - quadrant_rad } else { quadrant_rad };
+    if y < 0.0 { -half_rad } else { half_rad }
 }
 
 /// A range that did not drop out, with its error, between 0 and `range_max_m`. Written
@@ -212,6 +236,18 @@ mod tests {
         let pose = SE2::new(4.9, 2.84, 1.0);
         lidar.scan(world, &pose, &mut LidarNoise::new(3), tick, &mut ranges_m);
         ranges_m
+    }
+
+    #[test]
+    fn a_rough_bearing_is_as_near_as_it_says() {
+        for k in -18_000..=18_000 {
+            let bearing_rad = f64::from(k) * PI / 18_000.0;
+            let (s, c) = trig::sin_cos(bearing_rad);
+            let error_rad =
+                rusty_geometry::wrap_angle(roughly_atan2(7.0 * s, 7.0 * c) - bearing_rad);
+            assert!(error_rad.abs() < ROUGH_RAD, "{bearing_rad}: {error_rad}");
+        }
+        assert_eq!(roughly_atan2(0.0, 0.0), 0.0);
     }
 
     #[test]

@@ -87,11 +87,12 @@ impl Sonars {
         super::due(tick, self.config.every)?;
         let draws = self.noise.pairs::<MAX_SONARS>(tick);
         let SonarConfig { range_max_m, range_std_m, dropout, .. } = self.config;
-        for (k, (mount, (u, z))) in self.config.mounts.iter().zip(draws).enumerate() {
+        let sensors_in_world = body_in_world.compose_each(&self.config.mounts);
+        for (k, (sensor_in_world, (u, z))) in sensors_in_world.zip(draws).enumerate() {
             self.ranges_m[k] = if u < dropout {
                 range_max_m
             } else {
-                let exact_m = self.exact_m(scene, &body_in_world.compose(mount));
+                let exact_m = self.exact_m(scene, &sensor_in_world);
                 measured_m(exact_m, range_std_m * z, range_max_m)
             };
         }
@@ -106,7 +107,9 @@ impl Sonars {
         let most = self.config.range_max_m * self.config.range_max_m;
         let squared = match self.config.model {
             SonarModel::Nearest => {
-                scene.world.least_squared(cone.apex, most, |wall| cone.nearest_squared(wall))
+                scene.world.least_squared((cone.apex, Some(&cone.sides)), most, |wall| {
+                    cone.nearest_squared(wall)
+                })
             }
             SonarModel::Specular => {
                 let visible = |echo: Point2<f64>| {
@@ -117,9 +120,10 @@ impl Sonars {
                         before_m > 0.0 && scene.hides(cone.apex, to / distance_m, before_m);
                     (!hidden).then_some(distance_m * distance_m)
                 };
-                let wall = scene.world.least_squared(cone.apex, most, |wall| {
-                    cone.foot(wall).filter(|foot| cone.holds(foot)).and_then(visible)
-                });
+                let wall =
+                    scene.world.least_squared((cone.apex, Some(&cone.sides)), most, |wall| {
+                        cone.foot(wall).filter(|foot| cone.holds(foot)).and_then(visible)
+                    });
                 let seen = self.corners.iter().filter(|c| c.faces(&cone.apex) && cone.holds(&c.at));
                 seen.filter_map(|corner| visible(corner.at)).fold(wall, f64::min)
             }
