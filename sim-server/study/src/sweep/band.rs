@@ -36,11 +36,12 @@ macro_rules! of_clients {
 }
 
 /// The figures that have a band: column and name for people.
-pub(super) const FIGURES: [(&str, &str, Figure); 5] = [
+pub(super) const FIGURES: [(&str, &str, Figure); 6] = [
     ("ate_rmse_m", "ATE rmse, m", |row| row.ate_rmse_m),
     ("ate_se2_rmse_m", "ATE rmse, SE(2), m", of_clients!(ate_se2_rmse_m)),
     ("rpe_per_metre_rmse_m", "RPE rmse per metre, m", of_clients!(rpe_per_metre_rmse_m)),
     ("nees_mean", "mean NEES", of_clients!(nees_mean)),
+    ("z_short", "beams in front of the map (z_short)", |row| row.z_short),
     ("converged_after_s", "converged after, s", of_clients!(converged_after_s)),
 ];
 
@@ -78,6 +79,7 @@ mod tests {
             ate_rmse_m: [0.1, 0.2, 0.3, 0.4, f64::NAN][seed as usize],
             clients: (seed < 2)
                 .then(|| ClientFigures { nees_mean: 3.0 + seed as f64, ..ClientFigures::of(None) }),
+            z_short: f64::NAN,
             ..row(0, seed, "a")
         };
         let rows: Vec<Row> = (0..5).map(with).collect();

@@ -26,6 +26,7 @@ pub(super) fn row(cell: usize, seed: u64, estimator: &str) -> Row {
         rmse_heading_error_rad: 0.05,
         max_heading_error_rad: 0.1,
         blocked_ticks: Some(0),
+        z_short: 0.25,
         digest: "0".repeat(32),
         clients: None,
     }

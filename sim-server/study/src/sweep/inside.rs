@@ -18,6 +18,7 @@ use super::error::SweepError;
 use super::plan::{Plan, Sampling};
 use super::record::Record;
 use super::row::Row;
+use super::short::ShortBeams;
 use super::track::{Sample, Track};
 use super::workers::Maker;
 
@@ -27,13 +28,20 @@ pub const ESTIMATOR: &str = "dead-reckoning";
 /// Ticks between two looks at whether to stop.
 const TICKS_BETWEEN_LOOKS: u64 = 4096;
 
+/// The world of a cell.
+struct CellWorld {
+    index: usize,
+    sim: Sim,
+    beams: Option<ShortBeams>,
+}
+
 /// One worker's world, frame and sums, used for one run after the other: a tick
 /// allocates nothing.
 pub struct Inside<'p> {
     plan: &'p Plan,
     stop: &'p AtomicBool,
     ticks_done: &'p AtomicU64,
-    world: Option<(usize, Sim)>,
+    world: Option<CellWorld>,
     frame: Box<Frame>,
     errors: Errors,
 }
@@ -51,15 +59,21 @@ impl<'p> Inside<'p> {
 impl Maker for Inside<'_> {
     fn make(&mut self, run: u64) -> Result<Option<Record>, SweepError> {
         let (cell, seed) = self.plan.place(run);
-        let sim = match &mut self.world {
-            Some((at, sim)) if *at == cell => sim,
-            world => &mut world.insert((cell, self.plan.worlds[cell].clone())).1,
+        let CellWorld { sim, beams, .. } = match &mut self.world {
+            Some(world) if world.index == cell => world,
+            world => {
+                let sim = self.plan.worlds[cell].clone();
+                let beams = ShortBeams::of(sim.config(), sim.world());
+                world.insert(CellWorld { index: cell, sim, beams })
+            }
         };
         sim.restart(seed);
+        beams.iter_mut().for_each(ShortBeams::clear);
         self.errors.clear();
         let mut reckoned = Reckoned::new(sim, self.plan.sampling(run));
         for tick in 0..sim.config().ticks {
             reckoned.step(sim, &mut self.frame, &mut self.errors);
+            beams.iter_mut().for_each(|beams| beams.push(&self.frame, &sim.truth()));
             if (tick + 1).is_multiple_of(TICKS_BETWEEN_LOOKS) {
                 self.ticks_done.fetch_add(TICKS_BETWEEN_LOOKS, Ordering::Relaxed);
                 if self.stop.load(Ordering::Relaxed) {
@@ -75,6 +89,7 @@ impl Maker for Inside<'_> {
         row.time_s = self.frame.time_s();
         row.distance_m = reckoned.path.metres();
         row.blocked_ticks = Some(reckoned.blocked);
+        row.z_short = beams.as_ref().map_or(f64::NAN, ShortBeams::share);
         row.digest = reckoned.digest.run_hex();
         let tracks = match reckoned.samples.is_empty() {
             true => Vec::new(),
@@ -112,6 +127,7 @@ impl Place {
             rmse_heading_error_rad: or_nan(figures.rmse_heading_error_rad),
             max_heading_error_rad: or_nan(figures.max_heading_error_rad),
             blocked_ticks: None,
+            z_short: f64::NAN,
             digest: String::new(),
             clients: None,
         }

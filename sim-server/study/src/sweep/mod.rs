@@ -43,6 +43,7 @@ pub mod row;
 pub mod seeds;
 pub mod settings;
 pub mod shard;
+mod short;
 pub mod summary;
 pub mod table;
 pub mod track;

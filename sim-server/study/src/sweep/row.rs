@@ -45,6 +45,9 @@ pub struct Row {
     /// Ticks in which a wall kept the robot where it was; of runs with clients
     /// as the scorer finds it.
     pub blocked_ticks: Option<u64>,
+    /// Share of the beams that end in front of the map; NaN where nothing moves but the
+    /// robot, and with clients.
+    pub z_short: f64,
     /// Run digest, 32 hexadecimal digits: that of `launch` with this seed,
     /// this configuration and these estimators.
     pub digest: String,

@@ -55,6 +55,7 @@ pub(super) fn of(swept: &Swept, axes: &[Axis], clients: bool) -> Vec<Column> {
     columns.extend(figures.map(|(name, get)| column(name, number(get))));
     let blocked = Values::Known(rows.iter().map(|r| r.blocked_ticks).collect());
     columns.push(column("blocked_ticks", blocked));
+    columns.push(column("z_short", number(|r| r.z_short)));
     if clients {
         columns.extend(of_clients(rows));
     }
