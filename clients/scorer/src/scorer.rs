@@ -21,6 +21,7 @@ use rusty_metrics::{Given, Held, Meter, Moment, Planned, Yardstick};
 use rusty_plot::png;
 
 use crate::report::html;
+use crate::scoring::sensed::Sensed;
 use crate::scoring::trace::Whole;
 use crate::scoring::{BeliefKeeper, BeliefMoment, RunTrace, TraceKeeper, scores, svg};
 use rusty_clients::output_folder;
@@ -39,6 +40,8 @@ pub struct Scorer {
     header: LogHeader,
     keeper: TraceKeeper,
     beliefs: BeliefKeeper,
+    /// `None` where the robot has no small sensor.
+    sensed: Option<Sensed>,
     /// On a log: files of beliefs, whose frames must be those of the log.
     shown: Vec<Shown>,
     meter: Meter,
@@ -96,6 +99,7 @@ impl Recorder for Scorer {
             held.push(tick, step.truth, frame.command());
         }
         let estimates = effects.replies().map(|r| r.estimate().copied());
+        self.sensed.iter_mut().for_each(|s| s.push(tick, &frame.readings(), step.truth));
         self.keeper.push(frame.time_s(), step.truth, frame.ranges_m(), estimates);
         self.digest = step.digest;
         Ok(())
@@ -113,6 +117,7 @@ impl Recorder for Scorer {
         self.check_shown(|shown| shown.finish(is_whole))?;
         let mut trace = self.keeper.finish(whole);
         trace.beliefs = self.beliefs.finish(&trace.names);
+        trace.sensed = self.sensed.take();
         trace.from_log = self.from_log;
         let scores = if unscored.is_none() { scores(&mut self.meter, &trace) } else { Vec::new() };
         trace.digest = self.digest.run_hex();
@@ -176,12 +181,13 @@ impl Scorer {
         if let (Some(log), Some(_)) = (&args.log, &folder) {
             Shown::find(log, &brief.header, &mut shown, &mut beliefs);
         }
+        let config = &brief.header.config;
         let names: Vec<String> = brief.header.answering().map(|p| p.name.clone()).collect();
         let kidnapped_at = brief.header.kidnappings().map(|k| k.tick).collect();
         // A simulation begins at 0; the stamps of a robot may be the time of day.
         let recorded = matches!(brief.header.source, Source::Recorded { .. });
         let began_s = (!recorded).then_some(0.0);
-        let (ticks, start) = (brief.header.config.ticks, brief.header.true_start());
+        let (ticks, start) = (config.ticks, brief.header.true_start());
         let planned = Planned { ticks, start, kidnapped_at, began_s };
         Ok(Self {
             blind,
@@ -190,6 +196,7 @@ impl Scorer {
             header: brief.header.clone(),
             keeper: TraceKeeper::new(&brief.header),
             beliefs,
+            sensed: (!config.sensors.is_none()).then(|| Sensed::new(config)),
             shown,
             held: Held::of(&brief.header),
             meter: Meter::new(&names, &planned, yardstick),

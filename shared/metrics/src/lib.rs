@@ -4,12 +4,13 @@
 //! * Of one run: [`meter`] with [`errors`], [`trajectory`], [`alignment`], [`mod@nees`],
 //!   [`consistency`], [`convergence`], [`held`];
 //! * of many runs: [`moments`], [`paired`], [`sign_test`], [`student`], [`power_law`];
-//! * of any numbers: [`quantiles`], [`series`], [`batches`], [`chi_square`].
+//! * of any numbers: [`quantiles`], [`series`], [`batches`], [`chi_square`], [`allan`].
 //!
 //! Sums are taken in the order of the ticks, so that a live run, its log and a sweep
 //! give the same bits.
 
 pub mod alignment;
+pub mod allan;
 pub mod batches;
 pub mod chi_square;
 mod compute;
@@ -30,6 +31,7 @@ pub mod sign_test;
 pub mod student;
 pub mod trajectory;
 
+pub use allan::{Allan, AllanDeviation};
 pub use errors::Errors;
 pub use held::Held;
 pub use meter::{Given, Meter, Moment, Planned, Yardstick};

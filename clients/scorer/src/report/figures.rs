@@ -73,11 +73,7 @@ impl Figures {
         let known = trace.stops.iter().rposition(|stop| stop.truth.is_some());
         let shown = known.unwrap_or(trace.stops.len().saturating_sub(1));
         let scans = Scans::of(trace);
-        let view = View::of(trace);
-        let width = MAP_WIDTH - 78.0;
-        let height = (width * view.aspect()).clamp(MAP_HEIGHTS[0], MAP_HEIGHTS[1]).round();
-        let frame = Rect { left: 62.0, top: 10.0, right: MAP_WIDTH - 16.0, bottom: 10.0 + height };
-        let axes = view.axes(frame);
+        let (axes, _) = map_axes(trace);
         let beliefs = Beliefs::of(trace);
         let (map, left_map) = draw_map(trace, &time, &axes, (&scans, &beliefs), shown);
         let at_s = trace.stops.get(shown).and_then(|stop| time.place_s(stop.time_s));
@@ -96,6 +92,15 @@ impl Figures {
             possible_now: beliefs.now(trace.stops.get(shown).map_or(0, |stop| stop.tick)),
         }
     }
+}
+
+/// The axes of a map of the run, and the size of the drawing around it.
+pub(super) fn map_axes(trace: &RunTrace) -> (Axes, (f64, f64)) {
+    let view = View::of(trace);
+    let width = MAP_WIDTH - 78.0;
+    let height = (width * view.aspect()).clamp(MAP_HEIGHTS[0], MAP_HEIGHTS[1]).round();
+    let frame = Rect { left: 62.0, top: 10.0, right: MAP_WIDTH - 16.0, bottom: 10.0 + height };
+    (view.axes(frame), (MAP_WIDTH, frame.bottom + 50.0))
 }
 
 fn draw_map(

@@ -6,6 +6,7 @@
 //! * `compute`: how long answers took, as a chart;
 //! * `data`: what the page's script needs to move them;
 //! * `beliefs`: what filters held possible, on the map, with `beliefs.js`;
+//! * `sensors`: what the small sensors read;
 //! * `table`: the scores; `key`: what is what on the map;
 //! * `page.css`, `page.js`: how it looks, and the few lines that move what is
 //!   drawn to the tick that a slider chooses. Without them the page is complete:
@@ -19,6 +20,7 @@ mod compute;
 mod data;
 mod figures;
 mod key;
+mod sensors;
 mod table;
 mod units;
 
@@ -46,6 +48,9 @@ pub fn html(header: &LogHeader, trace: &RunTrace, scores: &ScoreReport) -> Strin
     section(&mut page, "consistency", "Consistency", &consistency_part(trace, &figures));
     section(&mut page, "times", "Compute time", &times);
     page.push_str("</div>\n");
+    if let Some(sensors) = sensors::draw(trace) {
+        section(&mut page, "readings", "Small sensors", &sensors);
+    }
     section(&mut page, "scores", "Scores", &table::table(&trace.names, scores));
     page.push_str("</main>\n");
     let _ = write!(

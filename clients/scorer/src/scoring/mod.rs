@@ -6,6 +6,7 @@
 //! * [`trace`]: a run as it is drawn, filled tick by tick;
 //! * [`keeper`]: the same of a run of any length, in memory of a fixed size;
 //! * [`stops`]: fewer ticks, with covariances and scans;
+//! * [`sensed`]: what the small sensors read;
 //! * [`beliefs`]: what filters held possible, at some ticks;
 //! * [`score()`]: one [`Score`](rusty_contract::score::Score) per estimator of a trace;
 //! * [`bands`]: what a covariance promises;
@@ -24,6 +25,7 @@ pub(crate) mod map;
 mod panel;
 pub mod picture;
 mod scored;
+pub mod sensed;
 pub mod stops;
 pub(crate) mod timeline;
 pub mod trace;

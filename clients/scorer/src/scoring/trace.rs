@@ -7,6 +7,7 @@ use rusty_geometry::{SE2, WorldSpec};
 use rusty_metrics::PathLength;
 
 use super::beliefs::BeliefTrack;
+use super::sensed::Sensed;
 use super::stops::Stop;
 
 /// A run, as far as it has been seen. All poses are in the world frame.
@@ -49,6 +50,8 @@ pub struct RunTrace {
     /// What filters showed of what they held possible, as far as it came
     /// ([`super::beliefs`]); most runs have none.
     pub beliefs: Vec<BeliefTrack>,
+    /// What the small sensors read; most runs have none.
+    pub sensed: Option<Sensed>,
     /// Whether it was read from a log, which does not hold everything.
     pub from_log: bool,
 }
@@ -86,6 +89,7 @@ impl RunTrace {
             thinned_from: None,
             stops: Vec::new(),
             beliefs: Vec::new(),
+            sensed: None,
             from_log: false,
             names,
         }
@@ -224,6 +228,7 @@ pub(crate) mod tests {
             thinned_from: None,
             stops: Vec::new(),
             beliefs: Vec::new(),
+            sensed: None,
             from_log: false,
         }
     }
