@@ -10,6 +10,9 @@
 /// Fewest differences that an estimate is made of.
 const FEWEST: u64 = 4;
 
+/// Octaves at most, so that no value allocates: 2^47 values.
+const MOST_OCTAVES: usize = 48;
+
 /// A stream of equally spaced values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Allan {
@@ -44,13 +47,13 @@ impl Allan {
     /// No value yet; one comes every `dt_s` seconds.
     #[must_use]
     pub fn new(dt_s: f64) -> Self {
-        Self { dt_s, octaves: Vec::new() }
+        Self { dt_s, octaves: Vec::with_capacity(MOST_OCTAVES) }
     }
 
     /// Adds the next value: the mean over `dt_s`.
     pub fn push(&mut self, value: f64) {
         let mut mean = value;
-        for k in 0.. {
+        for k in 0..MOST_OCTAVES {
             if k == self.octaves.len() {
                 self.octaves.push(Octave::default());
             }

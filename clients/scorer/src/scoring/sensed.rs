@@ -18,13 +18,13 @@ pub(crate) struct Points {
     stride: u64,
 }
 
-impl Default for Points {
-    fn default() -> Self {
-        Self { at_m: Vec::new(), seen: 0, stride: 1 }
-    }
-}
-
 impl Points {
+    /// None yet; with room for all if `has_sensor`, so that no tick allocates.
+    fn new(has_sensor: bool) -> Self {
+        let at_m = Vec::with_capacity(if has_sensor { MOST_POINTS } else { 0 });
+        Self { at_m, seen: 0, stride: 1 }
+    }
+
     fn push(&mut self, at: Point2<f64>) {
         if self.seen.is_multiple_of(self.stride) && at.x.is_finite() && at.y.is_finite() {
             if self.at_m.len() == MOST_POINTS {
@@ -78,10 +78,10 @@ impl Sensed {
             dt_s: config.dt_s,
             carried_at: config.kidnappings.iter().map(|k| k.tick).collect(),
             before: Some(config.start),
-            echoes: Points::default(),
-            landmarks: Points::default(),
-            contacts: Points::default(),
-            doors: Points::default(),
+            echoes: Points::new(sonar.is_some()),
+            landmarks: Points::new(config.sensors.landmarks.is_some()),
+            contacts: Points::new(config.sensors.bumper.is_some()),
+            doors: Points::new(config.sensors.doors.is_some()),
             imu: config.sensors.imu.map(|imu| (imu, Allan::new(config.dt_s))),
         }
     }
@@ -202,10 +202,12 @@ mod tests {
 
     #[test]
     fn points_are_bounded_and_spread_over_the_run() {
-        let mut points = Points::default();
+        let mut points = Points::new(true);
+        let room = points.at_m.capacity();
         (0..100_000).for_each(|k| points.push(Point2::new(f64::from(k), 0.0)));
         let count = points.at_m.len();
         assert!((MOST_POINTS / 2..=MOST_POINTS).contains(&count), "{count}");
+        assert_eq!(points.at_m.capacity(), room);
         let step = points.at_m[1][0];
         assert!(points.at_m.windows(2).all(|w| w[1][0] - w[0][0] == step));
         assert!(points.at_m.last().unwrap()[0] > 99_000.0);

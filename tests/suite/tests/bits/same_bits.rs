@@ -145,8 +145,8 @@ fn a_script_from_a_file_is_followed_and_lives_on_in_the_log() {
 const GOLDEN: [(&[&str], &str, &str); 3] = [
     (
         &["apartment", "--ticks", "300"],
-        "b1ef022a0e085adea9bd29bbef169aaa",
-        "0064431f4210353ebf0678a60a8ba09a",
+        "9e7967ab3660105e605b05505c71adeb",
+        "09b03a084edf57ef8614c01590e08711",
     ),
     (
         &["hallway", "--ticks", "200", "--set", "lidar.dropout=0.2"],
@@ -155,8 +155,8 @@ const GOLDEN: [(&[&str], &str, &str); 3] = [
     ),
     (
         &["figure-eight", "--ticks", "200", "--set", "robot.radius_bias_right=0.01"],
-        "a6f9e890319bb4bb8e99475b7d2b3f06",
-        "9e8128e5648fa4487d428634b583ce2f",
+        "da6d0d4870983831cb241ed552845a21",
+        "d96a20c11ec12567303e95b32e3c6bf4",
     ),
 ];
 
