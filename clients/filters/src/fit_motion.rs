@@ -1,7 +1,7 @@
 //! α₁ to α₄ of the odometry motion model from a log with true poses, by maximum
 //! likelihood.
 //!
-//! Source: the model is Table 5.6 of *Probabilistic Robotics* as [`crate::motion`]
+//! Source: the model is that of *Probabilistic Robotics*, §5.4, as [`crate::motion`]
 //! has it: errors of ticks are independent, normal, and their covariance is linear
 //! in the four α. Between two true poses (a *window*: one tick in a simulation,
 //! some in a recording) they add up on the group, which keeps it linear:

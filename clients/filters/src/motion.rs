@@ -1,14 +1,17 @@
 //! What a filter believes of the wheels: the odometry motion model.
 //!
 //! Source: *Probabilistic Robotics*, §5.4, Table 5.6. A motion is a turn, a
-//! straight piece and another turn, each disturbed by a normal error with
-//! variances α₁ rot² + α₂ trans² for a turn and α₃ trans² + α₄ (rot₁² + rot₂²)
-//! for the straight piece.
+//! straight piece and another turn, each disturbed by a normal error.
 //!
 //! Departures, and why:
-//! * A motion is one reading of the encoders to the next, always. The variances
-//!   above grow with the square of a motion's length, so the α of one interval
-//!   are not those of another; fixed to a tick they are, and errors of many
+//! * Variances are proportional to the path and not to its square: α₁ |Δθ| + α₂ |Δs|
+//!   for the heading, half of it in each turn, and α₃ |Δs| + α₄ |Δθ| for the straight
+//!   piece. Those of Table 5.6 depend on the number of pieces that a path is cut into:
+//!   n pieces have 1/n of the variance of one. Here a path has the same variance at
+//!   every rate, as for wheels with independent errors in each piece of their way
+//!   (K. S. Chong, L. Kleeman, *Accurate odometry and error modelling for a mobile
+//!   robot*, ICRA 1997).
+//! * A motion is one reading of the encoders to the next, always; the errors of many
 //!   ticks add up on the group as independent errors do ([`Motion::push`]).
 //! * A tick is an arc (the encoders say so), whose two turns are equal halves.
 //!   The book takes them from the chord by `atan2`, which sees half a turn where
@@ -25,26 +28,28 @@ use rusty_geometry::{DiffDrive, EncoderCounts, SE2, odometry_delta, trig};
 
 use crate::numbers::number;
 
-/// α₁ to α₄ of the odometry motion model, for motions of one tick. The defaults are
-/// for wheels 0.16 m apart that slip by 2 % of each tick's way, independently:
-/// α₁ = σ², α₂ = σ²/ℓ², α₃ = σ²/2, α₄ = σ²ℓ²/4.
+/// α₁ to α₄ of the odometry motion model. The defaults are for wheels ℓ = 0.16 m apart
+/// whose ways have independent errors of variance k = 2e-5 m² per metre, a slip of 2 % in
+/// every 5 cm: α₁ = k/ℓ, α₂ = 2k/ℓ², α₃ = k/2, α₄ = kℓ/4. The simulator draws its slip per
+/// tick: they fit it at 10 Hz and 0.5 m/s, and are larger than needed at 50 Hz. The page
+/// `docs/filters.md` has the reasons.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
-#[command(next_help_heading = "Motion model (Probabilistic Robotics, Table 5.6)")]
+#[command(next_help_heading = "Motion model (Probabilistic Robotics, section 5.4)")]
 pub struct OdometryNoise {
-    /// Variance of a turn per turn², both of one tick
-    #[arg(long, value_name = "A1", default_value_t = 4e-4, value_parser = alpha)]
+    /// Variance of the heading per turn, rad²/rad
+    #[arg(long, value_name = "A1", default_value_t = 1.25e-4, value_parser = alpha)]
     pub alpha1: f64,
 
-    /// Variance of a turn per distance², rad²/m²
-    #[arg(long, value_name = "A2", default_value_t = 0.0156, value_parser = alpha)]
+    /// Variance of the heading per distance, rad²/m
+    #[arg(long, value_name = "A2", default_value_t = 1.5625e-3, value_parser = alpha)]
     pub alpha2: f64,
 
-    /// Variance of a distance per distance²
-    #[arg(long, value_name = "A3", default_value_t = 2e-4, value_parser = alpha)]
+    /// Variance of the distance per distance, m²/m
+    #[arg(long, value_name = "A3", default_value_t = 1e-5, value_parser = alpha)]
     pub alpha3: f64,
 
-    /// Variance of a distance per turn², m²/rad²
-    #[arg(long, value_name = "A4", default_value_t = 2.6e-6, value_parser = alpha)]
+    /// Variance of the distance per turn, m²/rad
+    #[arg(long, value_name = "A4", default_value_t = 8e-7, value_parser = alpha)]
     pub alpha4: f64,
 }
 
@@ -58,13 +63,24 @@ fn alpha(text: &str) -> Result<f64, String> {
 const MOST_ALPHA: f64 = 1e6;
 
 impl OdometryNoise {
+    /// Variances of each of the two turns (rad²) and of the straight piece (m²) of a
+    /// motion along `way`, (m, 0, rad).
+    pub(crate) fn variances(&self, way: &Vector3<f64>) -> (f64, f64) {
+        let (trans_m, rot_rad) = (way.x.abs(), way.z.abs());
+        let turn = 0.5 * (self.alpha1 * rot_rad + self.alpha2 * trans_m);
+        (turn, self.alpha3 * trans_m + self.alpha4 * rot_rad)
+    }
+
     /// Covariance (m, m, rad) of the error of one tick's motion `step` (the
     /// twist of an arc), in the tangent space at its end.
     pub fn of_step(&self, step: &Vector3<f64>) -> Matrix3<f64> {
+        self.covariance(step, step)
+    }
+
+    /// The same where only `way` of the motion has errors.
+    fn covariance(&self, step: &Vector3<f64>, way: &Vector3<f64>) -> Matrix3<f64> {
+        let (turn, straight) = self.variances(way);
         let (trans_m, rot_rad) = (step.x, 0.5 * step.z);
-        let (trans2, rot2) = (trans_m * trans_m, rot_rad * rot_rad);
-        let turn = self.alpha1 * rot2 + self.alpha2 * trans2;
-        let straight = self.alpha3 * trans2 + self.alpha4 * 2.0 * rot2;
         // (turn, straight, turn) to (x, y, θ) at the end of the motion.
         let (s, c) = trig::sin_cos(rot_rad);
         let j = Matrix3::new(trans_m * s, c, 0.0, trans_m * c, -s, 0.0, 1.0, 0.0, 1.0);
@@ -110,27 +126,67 @@ pub fn carried(covariance: &Matrix3<f64>, motion: &SE2) -> Matrix3<f64> {
     ad * covariance * ad.transpose()
 }
 
-/// Encoder counts to motions.
+/// Encoder counts to the motions of ticks. A wheel at the edge of a count may count to
+/// and fro: a single count that takes back the one before adds no error.
 #[derive(Clone, Debug)]
-pub struct Odometry {
+pub(crate) struct Steps {
     drive: DiffDrive,
     noise: OdometryNoise,
     last: EncoderCounts,
+    /// The last difference of each wheel that was not 0.
+    moved: EncoderCounts,
+}
+
+impl Steps {
+    /// Begins with counts of zero.
+    pub(crate) fn new(drive: DiffDrive, noise: OdometryNoise) -> Self {
+        let zero = EncoderCounts::default();
+        Self { drive, noise, last: zero, moved: zero }
+    }
+
+    /// Takes the counts at the end of a tick. Returns the twist of its arc and the
+    /// covariance of the error.
+    pub(crate) fn advance(&mut self, counts: EncoderCounts) -> (Vector3<f64>, Matrix3<f64>) {
+        let step = odometry_delta(self.last, counts, &self.drive);
+        let start = EncoderCounts {
+            left: without_fro(&mut self.moved.left, self.last.left, counts.left),
+            right: without_fro(&mut self.moved.right, self.last.right, counts.right),
+        };
+        self.last = counts;
+        (step, self.noise.covariance(&step, &odometry_delta(start, counts, &self.drive)))
+    }
+}
+
+/// Returns the count from which the way of a wheel to `count` begins: `last`, or `count`
+/// if the wheel only took back a single count.
+fn without_fro(moved: &mut i64, last: i64, count: i64) -> i64 {
+    let difference = count.wrapping_sub(last);
+    let is_taken_back = difference.unsigned_abs() == 1 && difference == -*moved;
+    if difference != 0 {
+        // Only single counts are ever compared.
+        *moved = difference.clamp(-2, 2);
+    }
+    if is_taken_back { count } else { last }
+}
+
+/// Encoder counts to motions.
+#[derive(Clone, Debug)]
+pub struct Odometry {
+    steps: Steps,
     since: Motion,
 }
 
 impl Odometry {
     /// Begins with counts of zero.
     pub fn new(drive: DiffDrive, noise: OdometryNoise) -> Self {
-        Self { drive, noise, last: EncoderCounts::default(), since: Motion::default() }
+        Self { steps: Steps::new(drive, noise), since: Motion::default() }
     }
 
     /// Takes the counts at the end of a tick, and says what motion they mean
     /// since the last [`take`](Self::take).
     pub fn advance(&mut self, ticks: EncoderCounts) -> &Motion {
-        let step = odometry_delta(self.last, ticks, &self.drive);
-        self.last = ticks;
-        self.since.push(&step, &self.noise.of_step(&step));
+        let (step, of_step) = self.steps.advance(ticks);
+        self.since.push(&step, &of_step);
         &self.since
     }
 
@@ -157,8 +213,8 @@ mod tests {
         let step = Vector3::new(0.3, 0.0, 0.5);
         let end = SE2::exp(&step);
         let (rot, trans) = (0.25, 0.3 * trig::sinc(0.25));
-        let turn = (noise.alpha1 * rot * rot + noise.alpha2 * trans * trans).sqrt();
-        let straight = (noise.alpha3 * trans * trans + noise.alpha4 * 2.0 * rot * rot).sqrt();
+        // Half of 0.02 · 0.5 + 0.01 · 0.3 in each turn; 0.005 · 0.3 + 0.002 · 0.5.
+        let (turn, straight) = (0.0065_f64.sqrt(), 0.0025_f64.sqrt());
         let mut random = Random::new(1, 1);
         let (mut sum, count) = (Matrix3::zeros(), 100_000);
         for _ in 0..count {
@@ -175,9 +231,48 @@ mod tests {
         }
     }
 
+    /// The covariance of an arc that is cut into `pieces`.
+    fn in_pieces(noise: OdometryNoise, arc: Vector3<f64>, pieces: u32) -> Matrix3<f64> {
+        let (step, mut whole) = (arc / f64::from(pieces), Motion::default());
+        (0..pieces).for_each(|_| whole.push(&step, &noise.of_step(&step)));
+        whole.covariance
+    }
+
+    #[test]
+    fn a_straight_path_has_the_variances_of_its_integral() {
+        let noise = OdometryNoise { alpha2: 0.02, alpha3: 0.003, ..OdometryNoise::default() };
+        for pieces in [1, 10, 100] {
+            let found = in_pieces(noise, Vector3::new(2.0, 0.0, 0.0), pieces);
+            // A heading error at s moves the end sideways: ∫ α₂ (L − s)² ds, by the
+            // trapezoidal rule.
+            let (l, d) = (2.0_f64, 2.0 / f64::from(pieces));
+            let across = 0.02 * (l * l * l / 3.0 + l * d * d / 6.0);
+            let expected = [0.003 * l, across, 0.02 * l, 0.02 * l * l / 2.0];
+            let found = [found[(0, 0)], found[(1, 1)], found[(2, 2)], found[(1, 2)]];
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found / expected - 1.0).abs() < 1e-9, "{found} for {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_path_has_the_same_variance_at_every_rate() {
+        // A curve, a turn on the spot, backwards: 10 ticks or 50 for the same way.
+        let noise = OdometryNoise::default();
+        for arc in [[1.0, 1.0], [0.0, 3.0], [-0.5, 0.4]] {
+            let arc = Vector3::new(arc[0], 0.0, arc[1]);
+            let [slow, fast] = [10, 50].map(|n| in_pieces(noise, arc, n));
+            assert!((slow - fast).norm() < 0.02 * fast.norm(), "{slow} {fast}");
+            let heading = noise.alpha1 * arc.z.abs() + noise.alpha2 * arc.x.abs();
+            for found in [slow, fast] {
+                assert!((found[(2, 2)] / heading - 1.0).abs() < 1e-9, "{found}");
+            }
+        }
+    }
+
     #[test]
     fn errors_of_many_steps_add_up_on_the_group() {
-        let noise = OdometryNoise { alpha2: 0.3, ..OdometryNoise::default() };
+        let noise = OdometryNoise { alpha2: 0.012, ..OdometryNoise::default() };
         let step = Vector3::new(0.02, 0.0, 0.01);
         let (root, mut said) = (noise.of_step(&step), Motion::default());
         (0..100).for_each(|_| said.push(&step, &root));
@@ -231,5 +326,28 @@ mod tests {
         let motion = odometry.take();
         assert!((motion.now_in_then.theta() - 1.000_088_36).abs() < 1e-8, "{motion:?}");
         assert_eq!(odometry.take(), Motion::default());
+    }
+
+    #[test]
+    fn a_count_to_and_fro_is_no_way_and_all_others_are() {
+        let way_m = |counts: &[i64]| {
+            let noise = OdometryNoise { alpha1: 0.0, alpha2: 0.0, alpha3: 1.0, alpha4: 0.0 };
+            let mut odometry = Odometry::new(DiffDrive::rusty(), noise);
+            for count in counts {
+                odometry.advance(EncoderCounts { left: *count, right: *count });
+            }
+            odometry.so_far().covariance[(0, 0)]
+        };
+        let count_m = rusty_geometry::tick_length(&DiffDrive::rusty());
+        for (counts, ways) in [
+            (&[1, 0, 0, 1, 0, 1][..], 1),
+            (&[1, 2, 3, 4], 4),
+            (&[1, 2, 1, 0, -1], 4),
+            (&[5, 4, 5], 6),
+            (&[100, 200, 100], 300),
+        ] {
+            let found = way_m(counts) / count_m;
+            assert!((found - f64::from(ways)).abs() < 1e-9, "{found} of {counts:?}");
+        }
     }
 }

@@ -12,11 +12,12 @@ const LONG: u64 = 20_000;
 
 /// Fit α₁ to α₄ of the odometry motion model to a log
 ///
-/// The log must have true poses. The model (Probabilistic Robotics, Table 5.6) gives
-/// the error of odometry after a rotation and after a translation. The output has the
-/// maximum-likelihood values, their standard errors, and the flags for a filter. The
-/// values are for motions of one tick and depend on the length of a tick. A value
-/// that the log does not determine has no flag; keep the previous one.
+/// The log must have true poses. The model (Probabilistic Robotics, section 5.4, with
+/// variances proportional to the path) gives the error of odometry per metre and per
+/// radian. The output has the maximum-likelihood values, their standard errors, and the
+/// flags for a filter. The simulator draws its slip per tick, so the values of its logs
+/// grow with speed and length of a tick. A value that the log does not determine has no
+/// flag; keep the previous one.
 ///
 ///   fit-motion --log run.log
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -103,10 +104,10 @@ impl Recorder for FitMotion {
 
 /// What each of the four is, and what a log must have to tell it.
 const OF: [(&str, &str); 4] = [
-    ("turn per turn²", "turns on the spot"),
-    ("turn per way², rad²/m²", "way straight on"),
-    ("way per way²", "way straight on"),
-    ("way per turn², m²/rad²", "turns on the spot"),
+    ("heading per turn, rad²/rad", "turns on the spot"),
+    ("heading per distance, rad²/m", "way straight on"),
+    ("distance per distance, m²/m", "way straight on"),
+    ("distance per turn, m²/rad", "turns on the spot"),
 ];
 
 /// The fit for a person.

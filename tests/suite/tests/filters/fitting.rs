@@ -42,8 +42,20 @@ fn a_run_tells_what_its_laser_and_its_wheels_are() {
 
     let motion = execute("fit-motion", &["--log", &log, "--json"]).expect(0).json();
     assert_eq!(motion["converged"], true);
-    let (s2, track2) = (0.02 * 0.02, 0.16 * 0.16);
-    let truth = [s2, s2 / track2, 0.5 * s2, 0.25 * s2 * track2];
+    // Slip of 2 % of a tick's way d is σ²d per metre, on average over the ticks.
+    let (records, track_m) = (records(Path::new(&log)), 0.16);
+    let per_m = |way_m: &dyn Fn(&TickRecord) -> f64| {
+        let ways: Vec<f64> = records.iter().map(way_m).filter(|way| *way > 0.0).collect();
+        0.02 * 0.02 * ways.iter().sum::<f64>() / ways.len() as f64
+    };
+    let straight = per_m(&|r| 0.02 * r.command.v_m_s);
+    let spot = per_m(&|r| 0.02 * 0.5 * track_m * r.command.omega_rad_s.abs());
+    let truth = [
+        spot / track_m,
+        2.0 * straight / (track_m * track_m),
+        0.5 * straight,
+        0.25 * spot * track_m,
+    ];
     for (alpha, truth) in list(&motion, "alphas").iter().zip(truth) {
         assert!(off(alpha, truth).abs() < 3.5, "{alpha} for {truth}");
     }
