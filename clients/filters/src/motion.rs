@@ -133,7 +133,7 @@ pub(crate) struct Steps {
     drive: DiffDrive,
     noise: OdometryNoise,
     last: EncoderCounts,
-    /// The last difference of each wheel that was not 0.
+    /// The last difference of each wheel that was not 0, at most 2 counts.
     moved: EncoderCounts,
 }
 
