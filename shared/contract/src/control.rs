@@ -5,12 +5,13 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::auth::AuthKey;
+use crate::join::Start;
 
 /// Longest JSON text of a request that the server reads, bytes.
 pub const MAX_CONTROL_BYTES: usize = 256;
 
 /// A wish about the time of a run. None of them changes a bit of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ControlRequest {
     /// Where does it stand?
@@ -21,12 +22,17 @@ pub enum ControlRequest {
     Step(u64),
     /// On, at the pace it had.
     Resume,
+    /// Simulated seconds per second from the next tick on, greater than 0; `None`: as
+    /// fast as everyone answers. A pause stays.
+    Pace(Option<f64>),
     /// The run ends after this tick, as by Ctrl-C.
     Stop,
+    /// What an observer is told: a [`Start`] with the sealed brief.
+    Describe,
 }
 
 /// Where a run stands.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ControlStatus {
     /// Its name.
     pub run: String,
@@ -36,13 +42,18 @@ pub struct ControlStatus {
     pub ticks_done: u64,
     /// Ticks there are to be.
     pub ticks: u64,
+    /// Simulated seconds per second; `None`: as fast as everyone answers.
+    pub pace: Option<f64>,
 }
 
 /// What the server says.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ControlReply {
     /// Done; this is where the run stands now.
     Status(ControlStatus),
+    /// The reply to [`ControlRequest::Describe`]. All that a participant may not know is
+    /// in the sealed brief.
+    Start(Box<Start>),
     /// It cannot be done.
     Refused(String),
 }

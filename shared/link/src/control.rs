@@ -10,7 +10,10 @@ use rusty_contract::{AuthKey, RunName};
 use crate::lobby::Lobby;
 use crate::port::{process_of, respond};
 use crate::services::Ipc;
-use crate::{Domain, Keys, LinkError};
+use crate::{Domain, Keys, LinkError, memory};
+
+/// Replies up to this length have their place from the start, bytes.
+pub(crate) const RESERVED_BYTES: usize = 1 << 10;
 
 /// A control request.
 pub struct ControlCall(pub(crate) ActiveRequest<Ipc, [u8], (), [u8], ()>);
@@ -36,6 +39,10 @@ impl ControlCall {
     /// [`LinkError::Transport`], for instance because the caller has ended.
     pub fn reply(self, reply: &ControlReply) -> Result<(), LinkError> {
         let json = serde_json::to_vec(reply).map_err(LinkError::transport("write a reply"))?;
+        if json.len() > RESERVED_BYTES {
+            // The port grows by as much, with copies on the way.
+            memory::ensure_room(4 * json.len() as u64)?;
+        }
         respond(&self.0, &json)
     }
 }
@@ -53,11 +60,20 @@ pub fn control(
     let never = AtomicBool::new(false);
     let now = Instant::now();
     let lobby = Lobby::find(run, None, now, &never)?;
+    ask(&lobby, request, now.checked_add(timeout).unwrap_or(now), &never)
+}
+
+/// Makes a request in a run that was found.
+pub(crate) fn ask(
+    lobby: &Lobby,
+    request: ControlRequest,
+    deadline: Instant,
+    stop: &AtomicBool,
+) -> Result<ControlReply, LinkError> {
     let key = control_key(&lobby.domain)?;
     let number = getrandom::u64().map_err(LinkError::transport("draw a number"))?;
     let bytes = request.signed(&key, number).map_err(LinkError::transport("write a request"))?;
-    let deadline = now.checked_add(timeout).unwrap_or(now);
-    let reply = lobby.exchange("control", &bytes, deadline, &never)?;
+    let reply = lobby.exchange("control", &bytes, deadline, stop)?;
     serde_json::from_slice(&reply).map_err(LinkError::transport("read the reply"))
 }
 

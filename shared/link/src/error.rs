@@ -48,6 +48,12 @@ pub enum LinkError {
         /// The server's process.
         pid: u32,
     },
+    /// The server does not describe its run to an observer.
+    #[error("the run cannot be observed: {why}")]
+    Unobserved {
+        /// The server's reason.
+        why: String,
+    },
     /// The server's process has ended without announcing the end of the run.
     #[error("the server (process {pid}) is gone: it ended without announcing the end of the run")]
     ServerGone {

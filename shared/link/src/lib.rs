@@ -11,7 +11,8 @@
 //! * [`feed`]: how one who comes back is given the ticks it missed;
 //! * [`mod@control`]: how another process decides when ticks may happen;
 //! * [`client`]: the side that borrows frames and answers;
-//! * [`belief`]: what filters show, next to the run, to observers.
+//! * [`belief`]: what filters show, next to the run, to observers;
+//! * [`observer`]: a process that sees a run and has no part in it.
 //!
 //! For the bench, without a protocol: [`raw`], the transport alone, and
 //! [`floor`], the machine alone.
@@ -33,6 +34,7 @@ pub mod keys;
 mod lobby;
 mod lock;
 pub mod memory;
+pub mod observer;
 mod port;
 pub mod process;
 pub mod raw;
@@ -51,6 +53,7 @@ pub use error::LinkError;
 pub use feed::Feed;
 pub use keys::Keys;
 pub use memory::{MemoryState, memory_state};
+pub use observer::Observer;
 pub use process::{Peer, PeerState};
 pub use server::{FrameLoan, JoinCall, ReceivedAnswer, ServerLink};
 pub use services::MAX_HELD_FRAMES;

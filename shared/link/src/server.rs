@@ -17,7 +17,7 @@ use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use rustix::event::PollFd;
 use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally, TruthKey};
 
-use crate::control::ControlCall;
+use crate::control::{ControlCall, RESERVED_BYTES};
 use crate::port::{process_of, respond};
 use crate::services::{self, BeliefService, Direction, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{Waiter, may_sleep, monotonic_ns, readable};
@@ -162,7 +162,8 @@ impl ServerLink {
         let controls = services::exchange(&node, "control", true)?
             .server_builder()
             .max_loaned_responses_per_request(1)
-            .initial_max_slice_len(1 << 10)
+            .initial_max_slice_len(RESERVED_BYTES)
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
             .create()
             .map_err(LinkError::transport("open the control port"))?;
         let joins = services::exchange(&node, "join", true)?

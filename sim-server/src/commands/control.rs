@@ -7,6 +7,7 @@ use clap::{Args, Subcommand};
 use rusty_contract::config::check_seconds;
 use rusty_contract::control::{ControlReply, ControlRequest};
 use rusty_contract::{Exit, RunName, errln, outln};
+use rusty_engine::run::Pace;
 
 use super::arguments::Output;
 
@@ -42,6 +43,11 @@ pub enum ControlVerb {
     },
     /// Resume at the previous pace
     Resume,
+    /// Change the pace, max, real or a factor such as 2.5
+    Pace {
+        /// New pace
+        pace: Pace,
+    },
     /// Stop the run after the current tick, like Ctrl-C
     Stop,
 }
@@ -53,6 +59,8 @@ pub fn run(args: &ControlArgs) -> Result<Exit> {
         ControlVerb::Pause => ControlRequest::Pause,
         ControlVerb::Step { ticks } => ControlRequest::Step(ticks),
         ControlVerb::Resume => ControlRequest::Resume,
+        ControlVerb::Pace { pace: Pace::Max } => ControlRequest::Pace(None),
+        ControlVerb::Pace { pace: Pace::Factor(factor) } => ControlRequest::Pace(Some(factor)),
         ControlVerb::Stop => ControlRequest::Stop,
     };
     match rusty_link::control(&args.run, request, Duration::from_secs_f64(args.timeout))? {
@@ -68,6 +76,8 @@ pub fn run(args: &ControlArgs) -> Result<Exit> {
             errln!("sim-server: run {}: {why}", args.run);
             return Ok(Exit::Failed);
         }
+        // The reply to a request that is not made here.
+        ControlReply::Start(_) => {}
     }
     Ok(Exit::Done)
 }

@@ -7,7 +7,7 @@ use rusty_contract::RunName;
 use rusty_contract::control::{ControlError, ControlReply, ControlRequest, ControlStatus};
 use rusty_link::{ControlCall, LinkError};
 
-use super::Run;
+use super::{Pace, Run};
 
 /// The most requests that are received in one turn.
 const REQUESTS_AT_ONCE: usize = 16;
@@ -51,9 +51,12 @@ impl Run<'_> {
                     self.refuse(call, "it has ended".to_owned());
                     continue;
                 }
-                Ok(ControlRequest::Step(_) | ControlRequest::Pause | ControlRequest::Resume)
-                    if self.leader.is_some() =>
-                {
+                Ok(
+                    ControlRequest::Step(_)
+                    | ControlRequest::Pause
+                    | ControlRequest::Resume
+                    | ControlRequest::Pace(_),
+                ) if self.leader.is_some() => {
                     let leader = self.leader.iter().map(RunName::as_str).collect::<String>();
                     let problem = "follows the first robot of its world: control its run";
                     self.refuse(call, format!("{problem}, {leader}"));
@@ -63,6 +66,18 @@ impl Run<'_> {
                     let when = self.pacer.step(ticks);
                     self.control.steps.push(PendingStep { call, when });
                     continue;
+                }
+                Ok(ControlRequest::Describe) => {
+                    let start = self.identity.observer_start(self.source.header());
+                    self.reply(call, &ControlReply::Start(Box::new(start)));
+                    continue;
+                }
+                Ok(ControlRequest::Pace(Some(factor))) if !(factor.is_finite() && factor > 0.0) => {
+                    self.refuse(call, format!("a pace of {factor}: give a number above 0"));
+                    continue;
+                }
+                Ok(ControlRequest::Pace(factor)) => {
+                    self.pacer.set_pace(factor.map_or(Pace::Max, Pace::Factor));
                 }
                 Ok(ControlRequest::Status) => {}
                 Ok(ControlRequest::Pause) => {
@@ -99,6 +114,7 @@ impl Run<'_> {
             paused: self.pacer.is_paused() && !self.lockstep.has_ended(),
             ticks_done,
             ticks: self.source.tick_count(),
+            pace: self.pacer.factor(),
         })
     }
 

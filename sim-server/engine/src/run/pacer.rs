@@ -133,6 +133,20 @@ impl Pacer {
         self.origin = None;
     }
 
+    /// Keeps another pace from the next tick on.
+    pub(super) fn set_pace(&mut self, pace: Pace) {
+        self.pace = pace;
+        self.origin = None;
+    }
+
+    /// Simulated seconds per second; `None` at full speed.
+    pub(super) fn factor(&self) -> Option<f64> {
+        match self.pace {
+            Pace::Max => None,
+            Pace::Factor(factor) => Some(factor),
+        }
+    }
+
     pub(super) fn is_paused(&self) -> bool {
         self.allowed == Some(0)
     }
@@ -170,6 +184,22 @@ mod tests {
         let later = start + Duration::from_secs(60);
         assert_eq!(pacer.may_at(2, later), May::Now);
         assert_eq!(pacer.may_at(3, later), May::In(Duration::from_millis(500)));
+    }
+
+    #[test]
+    fn another_pace_counts_from_the_next_tick() {
+        let start = Instant::now();
+        let mut pacer = Pacer::new(Pace::Factor(1.0), 0.5, false);
+        assert_eq!(pacer.may_at(0, start), May::Now);
+        pacer.set_pace(Pace::Factor(2.0));
+        let later = start + Duration::from_secs(60);
+        assert_eq!(pacer.may_at(1, later), May::Now);
+        assert_eq!(pacer.may_at(2, later), May::In(Duration::from_millis(250)));
+        pacer.set_pace(Pace::Max);
+        assert_eq!(pacer.may_at(2, later), May::Now);
+        pacer.pause();
+        pacer.set_pace(Pace::Factor(9.0));
+        assert!(pacer.is_paused());
     }
 
     #[test]

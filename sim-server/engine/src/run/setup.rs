@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use rusty_contract::{
-    Brief, Credentials, LogHeader, Participant, RunName, Scenario, Start, TruthKey,
+    Brief, Credentials, LogHeader, MAX_PARTICIPANTS, Participant, Role, RunName, Scenario, Start,
+    TruthKey,
 };
 use rusty_link::{Domain, ServerLink, WaitPolicy};
 
@@ -115,6 +116,12 @@ impl PreparedRun {
         &self.domain
     }
 
+    /// The credentials of an observer that shows the truth: it has no slot.
+    #[must_use]
+    pub fn observer_credentials(&self) -> Credentials {
+        Credentials::new(&self.key, MAX_PARTICIPANTS, true)
+    }
+
     /// How far the kernel confines each participant, in roster order.
     #[must_use]
     pub fn gates(&self) -> &[Gate] {
@@ -195,7 +202,17 @@ impl RunIdentity {
     /// Returns what the participant at `slot` is told: what its role may know.
     #[must_use]
     pub fn start(&self, header: &LogHeader, slot: usize) -> Start {
-        let participant = &header.roster[slot];
+        self.start_of(header, slot, &header.roster[slot])
+    }
+
+    /// Returns what an observer is told, which has no slot: nothing without the key.
+    #[must_use]
+    pub fn observer_start(&self, header: &LogHeader) -> Start {
+        let observer = Participant { required: false, ..Participant::new("view", Role::Scorer) };
+        self.start_of(header, header.roster.len(), &observer)
+    }
+
+    fn start_of(&self, header: &LogHeader, slot: usize, participant: &Participant) -> Start {
         let sealed_brief = participant.role.holds_key().then(|| {
             let out_dir = Some(self.out_dir.display().to_string());
             let brief = Brief { header: header.clone(), out_dir };
