@@ -1,0 +1,540 @@
+// The page of a run or a log: the socket, what came, and what a person does with it.
+// clients/viewer/src/record.rs has the table of the records, scene.rs the JSON.
+import { MapView, Track, mark } from './draw.js';
+import { Chart } from './charts.js';
+
+const byId = (id) => document.getElementById(id);
+const HEAD = 11, EACH = 11; // words of a tick, and of an estimator in it
+const MOST_ROWS = 6000; // of the charts; of a longer run every second one, and so on
+const MOST_TRIES = 5; // to reach the viewer again
+const still = matchMedia('(prefers-reduced-motion: reduce)');
+const dark = matchMedia('(prefers-color-scheme: dark)');
+const secret = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
+
+const map = new MapView(byId('map'));
+let inks = {};
+let scene = null, status = null;
+let estimators = [];
+let rows = [], shift = 0, seen = 0; // ticks for charts and paths: words of records
+let now = null; // the words of the latest tick
+let chosen = null; // the words of an earlier tick of a run, while it is looked at
+let hovered = null;
+let truthTrack = new Track(), tracked = 0;
+let scan = new Float32Array(0), bearings = [];
+let digest = '';
+let isFollowing = false, isLog = false, mayDrive = false;
+let isMapOld = true, areChartsOld = true;
+let tries = 0, socket = null;
+// For measurements.
+const counts = { ticks: 0, gaps: 0, draws: 0, drawMs: 0, lastTick: -1 };
+globalThis.rustyView = counts;
+
+const tickOf = (row) => row[1], timeOf = (row) => row[2], truthOf = (row) => row.subarray(3, 6);
+const partOf = (row, i) => row.subarray(HEAD + EACH * i, HEAD + EACH * (i + 1));
+const charts = [
+  ['Position error, m', (row, i) => row[HEAD + EACH * i + 6]],
+  ['Heading error, °', (row, i) => row[HEAD + EACH * i + 7] * 180 / Math.PI],
+  ['NEES; 95 % of a consistent filter are below the dashed line', (row, i) => row[HEAD + EACH * i + 8], 7.815],
+  ['Compute time, ms', (row, i) => row[HEAD + EACH * i + 9] * 1e3],
+].map(([title, value, line]) => {
+  const figure = document.createElement('figure'), canvas = document.createElement('canvas');
+  const caption = document.createElement('figcaption');
+  caption.textContent = title;
+  canvas.setAttribute('role', 'img');
+  canvas.setAttribute('aria-label', `${title.split(';')[0]} of each estimator over time`);
+  figure.append(caption, canvas);
+  byId('charts').append(figure);
+  return { chart: new Chart(canvas, value, line), canvas, figure, title, value };
+});
+
+const heads = byId('rows').parentElement.tHead.rows[0].cells;
+
+function readInks() {
+  const style = getComputedStyle(document.documentElement);
+  for (const name of ['ink', 'soft', 'card', 'grid', 'truth', 'wall', 'glass', 'door', 'scan', 'rim']) {
+    inks[name] = style.getPropertyValue(`--${name}`).trim();
+  }
+  for (const of of estimators) of.ink = of.colours[dark.matches ? 1 : 0];
+  drawKeys();
+  refresh();
+}
+const refresh = () => { isMapOld = areChartsOld = true; };
+
+// ---- What comes -------------------------------------------------------------------
+
+function connect() {
+  socket = new WebSocket(`ws://${location.host}/socket`);
+  socket.binaryType = 'arraybuffer';
+  socket.onopen = () => socket.send(JSON.stringify(secret));
+  socket.onmessage = ({ data }) => (typeof data === 'string' ? hear(JSON.parse(data)) : read(data));
+  socket.onclose = () => {
+    stopDriving();
+    if (tries === Infinity) return;
+    tries += 1;
+    const isOver = tries > MOST_TRIES;
+    say(isOver ? 'The viewer has ended. Load the page again if it is back.' : 'The connection is lost.');
+    if (!isOver) setTimeout(connect, 1000);
+  };
+}
+const ask = (request) => {
+  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request));
+};
+const say = (text) => { byId('state').textContent = text; };
+
+function hear(message) {
+  if (message.message === 'scene') setScene(message);
+  if (message.message === 'status') setStatus(message);
+  if (message.message === 'rights') { mayDrive = message.drive; tries = 0; showControls(); }
+  if (message.message === 'refused') {
+    tries = Infinity;
+    say('This address does not have the right token. Use the one that the viewer printed.');
+  }
+}
+
+function setScene(message) {
+  scene = message;
+  const hidden = new Set(estimators.filter((of) => !of.isShown).map((of) => of.name));
+  estimators = scene.estimators.map((of) => ({
+    ...of, isShown: !hidden.has(of.name), track: new Track(), belief: null,
+    pose: [NaN, NaN, NaN], ellipse: [NaN, NaN, NaN],
+  }));
+  [rows, shift, seen, now, chosen, hovered] = [[], 0, 0, null, null, null];
+  [truthTrack, tracked, scan, digest] = [new Track(), 0, new Float32Array(0), scene.digest ?? ''];
+  Object.assign(counts, { ticks: 0, gaps: 0, lastTick: -1 });
+  bearings = Array.from({ length: scene.beams }, (_, k) => {
+    const bearing = scene.sensor_in_body[2] + scene.first_bearing_rad + scene.fov_rad * k / scene.beams;
+    return [Math.cos(bearing), Math.sin(bearing)];
+  });
+  document.title = scene.seed ? `${scene.scenario} · seed ${scene.seed}` : scene.scenario;
+  byId('name').textContent = scene.scenario;
+  byId('seed').textContent = scene.seed ?? 'none';
+  byId('remark').textContent = scene.remark ?? '';
+  byId('remark').hidden = !scene.remark;
+  map.resize();
+  map.setScene(scene);
+  buildTable();
+  readInks();
+  if (scene.mode === 'log' && still.matches) ask({ do: 'pause' });
+  showControls();
+}
+
+function setStatus(message) {
+  status = message;
+  const words = { waiting: 'Waiting.', running: 'Running.', paused: 'Paused.', ended: 'Ended.' };
+  say(status.text || words[status.state]);
+  const select = byId('pace'), pace = status.pace === null ? 'max' : String(status.pace);
+  if (![...select.options].some((option) => option.value === pace)) {
+    select.add(new Option(`${pace}×`, pace));
+  }
+  select.value = pace;
+  showControls();
+}
+
+function showControls() {
+  const isOver = !status || status.state === 'ended' || status.state === 'waiting';
+  byId('play').textContent = status?.state === 'paused' ? 'Play' : 'Pause';
+  for (const id of ['play', 'step', 'pace']) byId(id).disabled = isOver;
+  byId('drive').hidden = !mayDrive || scene?.mode !== 'run' || isOver;
+  if (byId('drive').hidden) stopDriving();
+}
+
+// Reads the records of a message.
+function read(buffer) {
+  const words = new Float64Array(buffer), whole = new Uint32Array(buffer);
+  for (let at = 0; at < words.length;) {
+    const [kind, length] = [whole[2 * at], whole[2 * at + 1]];
+    if (kind === 2) readBelief(buffer, at, whole);
+    else readTick(buffer, at, words, whole, kind);
+    at += Math.max(1, length);
+  }
+  refresh();
+}
+
+function readTick(buffer, at, words, whole, kind) {
+  const end = HEAD + EACH * whole[2 * at + 16], beams = whole[2 * at + 17];
+  const row = words.slice(at, at + end);
+  if (kind === 3) { keep(row); return; }
+  counts.ticks += 1;
+  if (counts.lastTick >= 0 && tickOf(row) > counts.lastTick) {
+    counts.gaps += tickOf(row) - counts.lastTick - 1;
+  }
+  counts.lastTick = tickOf(row);
+  if (scene?.mode === 'run') {
+    if (!now || tickOf(row) > tickOf(now)) keep(row);
+    const bytes = new Uint8Array(buffer, 8 * (at + 9), 16);
+    if (bytes.some((byte) => byte)) {
+      digest = [...bytes].map((byte) => byte.toString(16).padStart(2, '0')).join('');
+    }
+  }
+  now = row;
+  if (beams > 0) project(new Float32Array(buffer, 8 * (at + end), beams), truthOf(row));
+}
+
+// Keeps a tick for charts and paths, and of a long run fewer of them.
+function keep(row) {
+  if (rows.length && tickOf(row) <= tickOf(rows[rows.length - 1])) return;
+  if (seen++ % 2 ** shift === 0) rows.push(row);
+  if (rows.length > MOST_ROWS) {
+    rows = rows.filter((_, k) => k % 2 === 0);
+    shift += 1;
+    retrack();
+  }
+}
+
+// The echoes of a scan in the world frame; without a true pose about the origin.
+function project(ranges, [x, y, theta]) {
+  if (!Number.isFinite(x)) [x, y, theta] = [0, 0, 0];
+  const c = Math.cos(theta), s = Math.sin(theta), [sx, sy] = scene.sensor_in_body;
+  const points = [];
+  ranges.forEach((range, k) => {
+    if (!(range > 0 && range < scene.range_max_m * (1 - 1e-6)) || !bearings[k]) return;
+    const u = sx + range * bearings[k][0], v = sy + range * bearings[k][1];
+    points.push(x + c * u - s * v, y + s * u + c * v);
+  });
+  scan = Float32Array.from(points);
+}
+
+function readBelief(buffer, at, whole) {
+  const of = estimators[whole[2 * at + 4]];
+  if (!of) return;
+  const [kind, count] = [whole[2 * at + 5], whole[2 * at + 6]];
+  of.belief = { kind, poses: new Float32Array(buffer.slice(8 * (at + 4), 8 * (at + 4) + 16 * count)) };
+}
+
+// ---- What is shown ----------------------------------------------------------------
+
+function retrack() {
+  truthTrack = new Track();
+  for (const of of estimators) of.track = new Track();
+  tracked = 0;
+}
+
+// The tick that map and table show.
+const shownRow = () => chosen ?? now;
+
+// Paths up to the tick that is shown.
+function track(row) {
+  if (tracked > 0 && tickOf(rows[tracked - 1]) > tickOf(row)) retrack();
+  for (; tracked < rows.length && tickOf(rows[tracked]) <= tickOf(row); tracked += 1) {
+    truthTrack.add(...truthOf(rows[tracked]));
+    estimators.forEach((of, i) => of.track.add(...partOf(rows[tracked], i)));
+  }
+}
+
+function drawMap() {
+  const row = shownRow();
+  map.resize();
+  if (row) {
+    track(row);
+    estimators.forEach((of, i) => {
+      const part = partOf(row, i);
+      [of.pose, of.ellipse] = [part.subarray(0, 3), part.subarray(3, 6)];
+    });
+    const [x, y] = truthOf(row);
+    if (isFollowing && Number.isFinite(x)) follow(x, y);
+  }
+  const truth = row ? truthOf(row) : [NaN, NaN, NaN];
+  const at = scene?.truth === false ? [0, 0, 0] : truth;
+  const old = chosen !== null;
+  map.draw({
+    truth: at, truthTrack, scan: old ? new Float32Array(0) : scan,
+    estimators: old ? estimators.map((of) => ({ ...of, belief: null })) : estimators,
+  }, inks);
+}
+
+// Where no motion is wanted, what is shown jumps when the robot comes to its rim.
+function follow(x, y) {
+  const [u, v] = map.place(x, y), { width, height } = map.canvas;
+  const isNear = Math.abs(u / width - 0.5) < 0.35 && Math.abs(v / height - 0.5) < 0.35;
+  if (!(still.matches && isNear)) map.centre = [x, y];
+  map.isFitted = false;
+}
+
+function drawCharts() {
+  const row = hovered ?? shownRow();
+  const to = rows.length ? Math.max(timeOf(rows[rows.length - 1]), 1) : 1;
+  for (const [k, { chart, figure, title, value }] of charts.entries()) {
+    // A log has no compute times; not every filter reports a covariance.
+    const isEmpty = !/error/.test(title) && !rows.some((r) => estimators.some((_, i) => Number.isFinite(value(r, i))));
+    // The columns of the table are those of the charts.
+    for (const part of [figure, heads[k + 1], ...estimators.map((of) => of.cells[k])]) part.hidden = isEmpty;
+    if (!isEmpty) chart.draw(rows, timeOf, estimators, { isLog, inks, to, cursor: row ? timeOf(row) : NaN });
+  }
+  if (row) showNumbers(row);
+  const seek = byId('seek'), last = rows.length ? tickOf(rows[rows.length - 1]) : 0;
+  if (Number(seek.max) !== last) seek.max = last;
+  const shown = shownRow();
+  if (shown && document.activeElement !== seek) seek.value = tickOf(shown);
+  seek.setAttribute('aria-valuetext', `tick ${seek.value}`);
+}
+
+const text = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : '–');
+
+function showNumbers(row) {
+  byId('tick').textContent = tickOf(row);
+  byId('time').textContent = `${timeOf(row).toFixed(2)} s`;
+  byId('digest').textContent = digest || '–';
+  const isPast = hovered || chosen;
+  byId('at').textContent = isPast ? `At tick ${tickOf(row)}, ${timeOf(row).toFixed(2)} s` : 'Now';
+  estimators.forEach((of, i) => {
+    const [, , , , , , metres, heading, nees, seconds] = partOf(row, i);
+    [text(metres, 3), text(heading * 180 / Math.PI, 2), text(nees, 2), text(seconds * 1e3, 3)]
+      .forEach((words, k) => { of.cells[k].textContent = words; });
+  });
+  const [x, y, theta] = truthOf(row);
+  const place = Number.isFinite(x)
+    ? `Robot at ${x.toFixed(2)}, ${y.toFixed(2)} m, heading ${(theta * 180 / Math.PI).toFixed(0)} degrees.`
+    : 'The true pose is not known.';
+  const errors = estimators.map((of, i) => [of.name, partOf(row, i)[6]])
+    .filter(([, metres]) => Number.isFinite(metres))
+    .map(([name, metres]) => `${name} is off by ${metres.toFixed(2)} m.`);
+  byId('map').setAttribute('aria-label', ['Map.', place, ...errors].join(' '));
+}
+
+function swatch(draw) {
+  const canvas = document.createElement('canvas'), ratio = globalThis.devicePixelRatio || 1;
+  canvas.className = 'swatch';
+  canvas.setAttribute('aria-hidden', 'true');
+  [canvas.width, canvas.height] = [22.4 * ratio, 17.6 * ratio];
+  const ctx = canvas.getContext('2d');
+  ctx.scale(ratio, ratio);
+  draw(ctx);
+  return canvas;
+}
+const dash = (ink, width) => (ctx) => {
+  Object.assign(ctx, { strokeStyle: ink, lineWidth: width });
+  ctx.beginPath();
+  ctx.moveTo(1, 8.8);
+  ctx.lineTo(21, 8.8);
+  ctx.stroke();
+};
+
+function buildTable() {
+  byId('rows').replaceChildren(...estimators.map((of) => {
+    const row = document.createElement('tr'), head = document.createElement('th');
+    const label = document.createElement('label'), box = document.createElement('input');
+    Object.assign(box, { type: 'checkbox', checked: of.isShown });
+    box.addEventListener('change', () => { of.isShown = box.checked; refresh(); });
+    of.label = label;
+    label.append(box, of.name);
+    head.scope = 'row';
+    head.append(label);
+    of.cells = Array.from({ length: 4 }, () => document.createElement('td'));
+    row.append(head, ...of.cells);
+    return row;
+  }));
+}
+
+// What stands for what: next to each name, and below the map.
+function drawKeys() {
+  estimators.forEach((of, i) => {
+    of.label.querySelector('canvas')?.remove();
+    of.label.querySelector('input').after(swatch((ctx) => {
+      dash(of.ink, of.width)(ctx);
+      mark(ctx, i, [11, 8.8], 4, of.ink, inks.card);
+    }));
+  });
+  if (!scene) return;
+  const has = (kind) => scene.walls.some((wall) => wall[4] === kind);
+  const key = [
+    [scene.truth, 'true path', dash(inks.truth, 5)],
+    [true, 'scan', (ctx) => [3, 9, 15].forEach((x) => {
+      for (const [size, ink] of [[5, inks.rim], [3, inks.scan]]) {
+        ctx.fillStyle = ink;
+        ctx.fillRect(x + 1.5 - size / 2, 8.8 - size / 2, size, size);
+      }
+    })],
+    [has('glass'), 'glass', dash(inks.glass, 3)],
+    [has('door'), 'door', dash(inks.door, 4)],
+  ].filter(([isThere]) => isThere);
+  byId('key').replaceChildren(...key.map(([, name, draw]) => {
+    const item = document.createElement('li');
+    item.append(swatch(draw), name);
+    return item;
+  }));
+}
+
+// The map with every frame of the screen, the rest ten times a second; where no motion
+// is wanted, all of it once a second.
+let mapTime = 0, chartTime = 0;
+function paint(time) {
+  if (isMapOld && time - mapTime >= (still.matches ? 1000 : 0)) {
+    const begun = performance.now();
+    drawMap();
+    counts.draws += 1;
+    counts.drawMs += performance.now() - begun;
+    [isMapOld, mapTime] = [false, time];
+  }
+  if (areChartsOld && time - chartTime >= (still.matches ? 1000 : 100)) {
+    drawCharts();
+    [areChartsOld, chartTime] = [false, time];
+  }
+  requestAnimationFrame(paint);
+}
+// What a person does shows at once.
+const touch = () => { refresh(); mapTime = chartTime = -1e4; };
+
+// ---- What a person does -----------------------------------------------------------
+
+const togglePlay = () => ask({ do: status?.state === 'paused' ? 'resume' : 'pause' });
+const stepOnce = () => ask({ do: 'step', ticks: 1 });
+byId('play').addEventListener('click', togglePlay);
+byId('step').addEventListener('click', stepOnce);
+byId('pace').addEventListener('change', ({ target }) => {
+  ask({ do: 'pace', factor: target.value === 'max' ? null : Number(target.value) });
+});
+
+function goTo(tick) {
+  if (scene?.mode === 'log') ask({ do: 'seek', tick });
+  else if (rows.length) {
+    const nearest = rows.reduce((best, row) => (
+      Math.abs(tickOf(row) - tick) < Math.abs(tickOf(best) - tick) ? row : best));
+    chosen = nearest === rows[rows.length - 1] ? null : nearest;
+    byId('live').hidden = chosen === null;
+  }
+  touch();
+}
+byId('seek').addEventListener('input', ({ target }) => goTo(Number(target.value)));
+byId('live').addEventListener('click', () => {
+  chosen = null;
+  byId('live').hidden = true;
+  byId('play').focus();
+  touch();
+});
+
+const press = (button, isOn) => button.setAttribute('aria-pressed', isOn);
+function toggleFollow(isOn = !isFollowing) {
+  isFollowing = isOn;
+  press(byId('follow'), isOn);
+  if (isOn && map.isFitted) map.zoom(1.8);
+  touch();
+}
+function fit() { toggleFollow(false); map.fit(); touch(); }
+function zoom(factor, x, y) { map.zoom(factor, x, y); touch(); }
+function toggleLog() { isLog = !isLog; press(byId('log'), isLog); touch(); }
+byId('follow').addEventListener('click', () => toggleFollow());
+byId('fit').addEventListener('click', fit);
+byId('in').addEventListener('click', () => zoom(1.4));
+byId('out').addEventListener('click', () => zoom(1 / 1.4));
+byId('log').addEventListener('click', toggleLog);
+
+// The map: drag with one pointer, zoom with two or with the wheel.
+const pointers = new Map();
+byId('map').addEventListener('pointerdown', (event) => {
+  byId('map').setPointerCapture(event.pointerId);
+  pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
+});
+byId('map').addEventListener('pointermove', (event) => {
+  const before = pointers.get(event.pointerId), at = [event.offsetX, event.offsetY];
+  if (!before) return;
+  const other = [...pointers].find(([id]) => id !== event.pointerId)?.[1];
+  if (other) {
+    const far = ([x, y]) => Math.hypot(x - other[0], y - other[1]);
+    map.zoom(far(at) / Math.max(1, far(before)), ...other);
+  } else {
+    map.pan(at[0] - before[0], at[1] - before[1]);
+    if (isFollowing) toggleFollow(false);
+  }
+  pointers.set(event.pointerId, at);
+  touch();
+});
+for (const end of ['pointerup', 'pointercancel']) {
+  byId('map').addEventListener(end, (event) => pointers.delete(event.pointerId));
+}
+byId('map').addEventListener('wheel', (event) => {
+  event.preventDefault();
+  zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
+}, { passive: false });
+
+// A chart: values where the pointer is, and its tick on a click.
+for (const { chart, canvas } of charts) {
+  const rowAt = (event) => {
+    const time = chart.timeAt(event.offsetX);
+    return rows.length ? rows.reduce((best, row) => (
+      Math.abs(timeOf(row) - time) < Math.abs(timeOf(best) - time) ? row : best)) : null;
+  };
+  canvas.addEventListener('pointermove', (event) => { hovered = rowAt(event); touch(); });
+  canvas.addEventListener('pointerleave', () => { hovered = null; touch(); });
+  canvas.addEventListener('click', (event) => {
+    const row = rowAt(event);
+    if (row) goTo(tickOf(row));
+  });
+}
+
+// ---- Driving ----------------------------------------------------------------------
+
+const KEYS = {
+  ArrowUp: 'ahead', KeyW: 'ahead', ArrowDown: 'back', KeyS: 'back',
+  ArrowLeft: 'left', KeyA: 'left', ArrowRight: 'right', KeyD: 'right',
+};
+const held = new Set();
+let driving = null; // the timer that renews the command
+function sendDrive() {
+  const sign = (one, other) => Number(held.has(one)) - Number(held.has(other));
+  ask({ do: 'drive', ahead: sign('ahead', 'back'), left: sign('left', 'right') });
+}
+function stopDriving() {
+  if (driving === null) return;
+  clearInterval(driving);
+  driving = null;
+  release();
+  press(byId('drive'), false);
+  byId('pad').hidden = true;
+}
+function release() { held.clear(); sendDrive(); }
+function hold(key, isDown) {
+  if (isDown) held.add(key);
+  else held.delete(key);
+  sendDrive();
+}
+byId('drive').addEventListener('click', () => {
+  if (driving !== null) { stopDriving(); return; }
+  driving = setInterval(() => { if (held.size > 0) sendDrive(); }, 50);
+  press(byId('drive'), true);
+  byId('pad').hidden = false;
+  byId('map').focus({ preventScroll: true });
+});
+for (const button of document.querySelectorAll('#pad button')) {
+  button.addEventListener('pointerdown', (event) => {
+    button.setPointerCapture(event.pointerId);
+    hold(button.dataset.key, true);
+  });
+  for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) {
+    button.addEventListener(end, () => { if (held.has(button.dataset.key)) hold(button.dataset.key, false); });
+  }
+}
+// A page that is not seen does not drive.
+addEventListener('blur', () => { if (held.size > 0) release(); });
+document.addEventListener('visibilitychange', () => { if (held.size > 0) release(); });
+
+addEventListener('keydown', (event) => {
+  if (event.ctrlKey || event.altKey || event.metaKey) return;
+  if (driving !== null) {
+    const key = KEYS[event.code];
+    if (key) { if (!event.repeat) hold(key, true); }
+    else if (event.code === 'Space') release();
+    else if (event.code === 'Escape') stopDriving();
+    else return;
+    event.preventDefault();
+    return;
+  }
+  const isControl = event.target.closest?.('button, select, input');
+  const actions = {
+    ' ': isControl ? null : togglePlay, '.': stepOnce, f: () => toggleFollow(),
+    '+': () => zoom(1.4), '-': () => zoom(1 / 1.4), 0: fit, l: toggleLog,
+  };
+  const action = actions[event.key.toLowerCase()];
+  if (!action || event.target.closest?.('select')) return;
+  event.preventDefault();
+  action();
+});
+addEventListener('keyup', (event) => {
+  const key = KEYS[event.code];
+  if (driving !== null && key && held.has(key)) { event.preventDefault(); hold(key, false); }
+});
+
+dark.addEventListener('change', readInks);
+addEventListener('resize', touch);
+readInks();
+connect();
+requestAnimationFrame(paint);

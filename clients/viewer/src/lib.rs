@@ -1,0 +1,26 @@
+//! The viewer: a run or a log as a page in a browser, and driving from there.
+//!
+//! In reading order:
+//!
+//! * [`record`]: a tick and a belief as the page gets them, in bytes;
+//! * [`scene`]: the rest, as JSON: walls, robot, LiDAR, names, state, requests;
+//! * [`hub`]: the pages that are open, and what a page that opens later gets;
+//! * [`access`], [`http`], [`server`]: the page and its socket, on loopback only;
+//! * [`live`]: a run that goes on; [`recording`], [`playback`]: a log;
+//! * [`command`], [`drive`]: commands from a page or a terminal to the driver of a run.
+//!
+//! The viewer has no part in a run: no process waits for it, and of what it is too
+//! slow for it misses ticks. A page that is too slow misses ticks in turn.
+
+pub mod access;
+pub mod command;
+pub mod drive;
+pub mod http;
+pub mod hub;
+pub mod live;
+pub mod playback;
+pub mod record;
+pub mod recording;
+pub mod scene;
+pub mod server;
+mod terminal;

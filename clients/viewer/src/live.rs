@@ -1,0 +1,255 @@
+//! A run that goes on: reads its frames and answers, and controls its time.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
+use std::time::Duration;
+
+use rusty_clients::ClientError;
+use rusty_contract::belief::tidy;
+use rusty_contract::control::{ControlReply, ControlRequest};
+use rusty_contract::{
+    BeliefHeader, BeliefKind, Brief, Credentials, Effects, Frame, Phase, Reply, RunName, Tally,
+    TruthKey, WeightedPose, errln,
+};
+use rusty_geometry::{SE2, Twist};
+use rusty_link::{LinkError, Observer, Peer};
+
+use crate::hub::Hub;
+use crate::record::{Moment, Shown, belief};
+use crate::scene::{Mode, PageRequest, Scene, Status};
+
+/// Time between two looks at the run while ticks come, and while none do.
+const LOOK: Duration = Duration::from_millis(1);
+const IDLE_LOOK: Duration = Duration::from_millis(2);
+/// Time that a run may take to appear and to reply.
+const JOIN_TIME: Duration = Duration::from_secs(20);
+/// Time for the reply to a control request: steps may take as long as they want.
+const CONTROL_TIME: Duration = Duration::from_secs(3600);
+/// Frames that wait for their tally.
+const MOST_WAITING: usize = 8;
+
+/// A run under observation.
+pub struct LiveRun {
+    observer: Observer,
+    /// The key, and what it opens.
+    secret: Option<(TruthKey, Brief)>,
+    effects: Option<Effects>,
+    waiting: VecDeque<Taken>,
+    tally: Box<Tally>,
+    poses: Vec<WeightedPose>,
+    ended: Option<Phase>,
+}
+
+/// What is kept of a frame until its tally comes.
+struct Taken {
+    tick: u64,
+    time_s: f64,
+    truth: Option<SE2>,
+    command: Twist,
+    ranges_m: Option<Vec<f32>>,
+}
+
+impl LiveRun {
+    /// Observes a run, with the key of `credentials` or the one that its server left for
+    /// scorers that are started by hand.
+    ///
+    /// # Errors
+    /// [`ClientError`] if there is no such run, or the key is of another one.
+    pub fn open(
+        run: &RunName,
+        launcher: Option<u32>,
+        credentials: Option<Credentials>,
+        stop: &AtomicBool,
+    ) -> Result<Self, ClientError> {
+        let launcher = launcher.map(Peer::new);
+        let observer = Observer::open(run, launcher.as_ref(), JOIN_TIME, stop)?;
+        let key = credentials.and_then(|c| c.truth).or_else(|| observer.key_left());
+        let start = observer.start();
+        let secret = match (key, &start.sealed_brief) {
+            (Some(key), Some(sealed)) => {
+                let json = key.open_brief(start.run_id, sealed)?;
+                let unreadable = |e| ClientError::Unusable(format!("the run's brief: {e}"));
+                let brief: Brief = serde_json::from_slice(&json).map_err(unreadable)?;
+                Some((key, brief))
+            }
+            _ => None,
+        };
+        let effects = secret.as_ref().map(|(_, brief)| Effects::of(&brief.header));
+        Ok(Self {
+            observer,
+            secret,
+            effects,
+            waiting: VecDeque::new(),
+            tally: Box::default(),
+            poses: Vec::new(),
+            ended: None,
+        })
+    }
+
+    /// What the run was told to scorers; `None` without the key.
+    #[must_use]
+    pub fn brief(&self) -> Option<&Brief> {
+        self.secret.as_ref().map(|(_, brief)| brief)
+    }
+
+    /// The run's folder in shared memory.
+    #[must_use]
+    pub fn folder(&self) -> &std::path::Path {
+        self.observer.domain().folder()
+    }
+
+    /// What a page is told of the run.
+    #[must_use]
+    pub fn scene(&self) -> Scene {
+        match self.brief() {
+            Some(brief) => Scene::of(&brief.header, Mode::Run),
+            None => {
+                let remark = "The truth, the map and the answers are hidden: this viewer has no \
+                              key. Start the run with `sim-server launch --watch` to see them.";
+                let scene = Scene::of_start(self.observer.start(), Mode::Run);
+                scene.with_remark(Some(remark.to_owned()))
+            }
+        }
+    }
+
+    /// Shows the run until it ends or `stop` is raised. Returns how it ended; `None` if
+    /// its server was killed.
+    ///
+    /// # Errors
+    /// [`ClientError`] if shared memory fails, or a truth does not open.
+    pub fn show(&mut self, hub: &Hub, stop: &AtomicBool) -> Result<Option<Phase>, ClientError> {
+        while !stop.load(Ordering::Relaxed) {
+            // Before the look, so that the last frames of a run are seen.
+            let is_over = self.observer.is_over();
+            let is_idle = !self.look(hub)?;
+            if self.ended.is_some() || (is_over && is_idle) {
+                return Ok(self.ended);
+            }
+            std::thread::sleep(if is_idle { IDLE_LOOK } else { LOOK });
+        }
+        Ok(None)
+    }
+
+    /// Takes all that came; returns whether anything did.
+    fn look(&mut self, hub: &Hub) -> Result<bool, ClientError> {
+        let mut came = false;
+        while let Some(frame) = self.observer.next_frame()? {
+            came = true;
+            if frame.run_id == self.observer.start().run_id {
+                self.take(&frame)?;
+            }
+        }
+        while let Some(sealed) = self.observer.next_tally()? {
+            let Some((key, _)) = &self.secret else { break };
+            sealed.open_into(key, &mut self.tally);
+            self.close(hub);
+        }
+        if self.secret.is_none() {
+            while let Some(taken) = self.waiting.pop_front() {
+                hub.tick(moment(&taken, [0; 16], &[]), true);
+            }
+        }
+        while let Some(header) = self.observer.next_belief(&mut self.poses) {
+            self.show_belief(hub, &header);
+        }
+        Ok(came)
+    }
+
+    fn take(&mut self, frame: &Frame) -> Result<(), ClientError> {
+        if frame.phase() != Phase::Tick {
+            self.ended = Some(frame.phase());
+            return Ok(());
+        }
+        let truth = match &self.secret {
+            Some((key, _)) => frame.open_truth(key)?.map(|truth| truth.pose_in_world()),
+            None => None,
+        };
+        let ranges = frame.ranges_m();
+        self.waiting.push_back(Taken {
+            tick: frame.tick(),
+            time_s: frame.time_s(),
+            truth,
+            command: frame.command(),
+            ranges_m: ranges.map(|ranges| ranges.iter().map(|&range| range as f32).collect()),
+        });
+        if self.waiting.len() > MOST_WAITING {
+            self.waiting.pop_front();
+        }
+        Ok(())
+    }
+
+    /// Shows the tick of the tally that was opened, if its frame was seen.
+    fn close(&mut self, hub: &Hub) {
+        let (tally, Some(effects)) = (&self.tally, &mut self.effects) else { return };
+        while self.waiting.front().is_some_and(|taken| taken.tick < tally.tick) {
+            self.waiting.pop_front();
+        }
+        let Some(taken) = self.waiting.pop_front_if(|taken| taken.tick == tally.tick) else {
+            return;
+        };
+        let entries = tally.entries();
+        effects.close(taken.tick, taken.ranges_m.is_some(), entries.iter().map(|e| e.reply()));
+        let shown: Vec<Shown> = effects
+            .replies()
+            .zip(entries)
+            .map(|(reply, entry)| Shown {
+                estimate: reply.estimate().copied(),
+                times_ns: (entry.reply() != Reply::Missing)
+                    .then_some([entry.answer.compute_ns, entry.latency_ns]),
+            })
+            .collect();
+        hub.tick(moment(&taken, tally.run_digest, &shown), true);
+    }
+
+    fn show_belief(&mut self, hub: &Hub, header: &BeliefHeader) {
+        let Some((_, brief)) = &self.secret else { return };
+        let is_it = |name: &str| brief.header.answering().position(|p| p.name == name);
+        let kind = BeliefKind::of_number(header.kind);
+        let (Some(index), Some(kind)) = (header.name().and_then(is_it), kind) else { return };
+        if header.run_id == self.observer.start().run_id && tidy(&mut self.poses) > 0 {
+            let whole = header.whole.max(header.count);
+            hub.belief(index, belief(header.tick, index, (kind, whole), &self.poses).into());
+        }
+    }
+}
+
+fn moment(taken: &Taken, digest: [u8; 16], shown: &[Shown]) -> Arc<[u8]> {
+    let Taken { tick, time_s, truth, command, ranges_m } = taken;
+    let ranges_m = ranges_m.as_deref().unwrap_or_default();
+    let (tick, time_s, truth, command) = (*tick, *time_s, *truth, *command);
+    Moment { tick, time_s, truth, command, digest, shown, ranges_m }.encode().into()
+}
+
+/// Carries out what pages ask of the time of a run, until no page can ask any more.
+pub fn control(run: &RunName, requests: &Receiver<PageRequest>, hub: &Hub, ended: &AtomicBool) {
+    let ask = |request: ControlRequest| {
+        let reply = rusty_link::control(run, request, CONTROL_TIME);
+        let status = match reply {
+            Ok(ControlReply::Status(status)) => {
+                let state = if status.paused { "paused" } else { "running" };
+                Status::new(state, status.pace, "")
+            }
+            Ok(ControlReply::Refused(why)) => return errln!("run {run}: {why}"),
+            Ok(ControlReply::Start(_)) => return,
+            // The end of the run is shown by the one who sees it.
+            Err(LinkError::ServerGone { .. } | LinkError::Domain(_)) => return,
+            Err(e) => return errln!("{e}"),
+        };
+        if !ended.load(Ordering::Relaxed) {
+            hub.set_status(&serde_json::to_string(&status).unwrap_or_default());
+        }
+    };
+    ask(ControlRequest::Status);
+    while let Ok(request) = requests.recv() {
+        match request {
+            PageRequest::Pause => ask(ControlRequest::Pause),
+            PageRequest::Resume => ask(ControlRequest::Resume),
+            PageRequest::Step { ticks } => ask(ControlRequest::Step(ticks.max(1))),
+            PageRequest::Pace { factor } => ask(ControlRequest::Pace(factor)),
+            // A run does not go back; driving has its own way.
+            PageRequest::Seek { .. } | PageRequest::Drive { .. } => {}
+        }
+    }
+}
