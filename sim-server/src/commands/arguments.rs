@@ -47,7 +47,9 @@ impl Output {
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
 `{out}` in the COMMAND of --add is the run's folder. `control RUN step` or `resume`
-continues a paused run. Waiting by `spin` occupies one core per process.")]
+continues a paused run. Waiting by `spin` occupies one core per process. --watch
+prints the address of a page, which stays after the run until it is closed or Ctrl-C;
+`view --help` has more.")]
 pub struct RunArgs {
     /// Name of the run [default: the scenario's and a random suffix]
     #[arg(long, value_name = "NAME")]
@@ -59,8 +61,12 @@ pub struct RunArgs {
     #[arg(long)]
     pub force: bool,
     /// Simulated speed, max, real or a factor such as 2.5
-    #[arg(long, default_value = "max", value_name = "P")]
-    pub pace: Pace,
+    /// [default: max, with --watch real]
+    #[arg(long, value_name = "P")]
+    pub pace: Option<Pace>,
+    /// Show the run in a browser
+    #[arg(long)]
+    pub watch: bool,
     /// Begin paused
     #[arg(long)]
     pub paused: bool,

@@ -24,6 +24,7 @@ mod session;
 mod sweep;
 mod umbmark;
 mod verify;
+mod watch;
 mod worlds;
 
 use std::sync::Arc;
@@ -48,6 +49,7 @@ pub struct Cli {
 const AFTER_HELP: &str = "\
 Examples:
   sim-server launch                              the Apartment with dead reckoning
+  sim-server launch --watch                      the same, live in a browser
   sim-server launch --seed 7 --ticks 3000        another seed, one minute
   sim-server launch --add mine=./target/release/mine   your own filter as well
   sim-server verify runs/NAME/run.log            check that the run is bit-exact

@@ -16,6 +16,7 @@ use rusty_logs::original::Compare;
 use super::arguments::RunArgs;
 use super::report::{RunReport, how_ended};
 use super::warn_of_guessable_seed;
+use super::watch::Viewer;
 
 /// Who starts the participants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,6 +83,19 @@ pub(super) struct FinishedRun {
     pub gates: Vec<Gate>,
 }
 
+/// The viewers of runs that have ended.
+struct Watching {
+    viewers: Vec<Viewer>,
+    stop: Stop,
+}
+
+impl Watching {
+    /// Waits until all pages are closed, or for Ctrl-C.
+    fn stay(self) {
+        self.viewers.into_iter().for_each(|viewer| viewer.stay(&self.stop));
+    }
+}
+
 impl FinishedRun {
     fn report(&self, source: &impl Compare) -> RunReport {
         let Self { header, name, out_dir, outcome, gates } = self;
@@ -94,9 +108,10 @@ impl FinishedRun {
 
 impl RunSession<'_> {
     pub(super) fn run(self, place: RunPlace, source: &mut impl Compare) -> Result<Exit> {
-        let made = self.make(place, source)?;
-        let report = made.report(source);
+        let (made, watching) = self.make_together(vec![place], std::slice::from_mut(source))?;
+        let report = made[0].report(source);
         self.args.output.print(&report);
+        watching.stay();
         Ok(report.exit())
     }
 
@@ -106,16 +121,17 @@ impl RunSession<'_> {
         places: Vec<RunPlace>,
         sources: &mut [impl Compare],
     ) -> Result<Exit> {
-        let made = self.make_together(places, sources)?;
+        let (made, watching) = self.make_together(places, sources)?;
         let reports = made.iter().zip(&*sources).map(|(made, source)| made.report(source));
         let reports: Vec<RunReport> = reports.collect();
         self.args.output.print_with(&reports, || reports.iter().for_each(|r| outln!("{r}")));
+        watching.stay();
         Ok(reports.iter().map(RunReport::exit).max_by_key(|exit| *exit as u8).unwrap_or(Exit::Done))
     }
 
     /// Makes the run, from the first join to the end of the last participant.
     pub(super) fn make<S: Compare>(&self, place: RunPlace, source: &mut S) -> Result<FinishedRun> {
-        let mut made = self.make_together(vec![place], std::slice::from_mut(source))?;
+        let (mut made, _) = self.make_together(vec![place], std::slice::from_mut(source))?;
         Ok(made.swap_remove(0))
     }
 
@@ -123,13 +139,14 @@ impl RunSession<'_> {
         &self,
         places: Vec<RunPlace>,
         sources: &mut [impl Compare],
-    ) -> Result<Vec<FinishedRun>> {
+    ) -> Result<(Vec<FinishedRun>, Watching)> {
         confine::close_memory().context("this process's memory")?;
         let names: Vec<RunName> = places.iter().map(|place| place.name.clone()).collect();
         let participants = sources.iter().map(|source| source.header().roster.len()).sum();
         check_limits(names.len(), participants).map_err(RunError::from)?;
         let stop = Stop::listen(&names)?;
         let (mut runs, mut made, mut folders) = (Vec::new(), Vec::new(), Vec::new());
+        let mut viewers = Vec::new();
         for (RunPlace { name, folder }, source) in places.into_iter().zip(sources) {
             let header = source.header().clone();
             let options = self.options(&name, &names[0], &header, &stop)?;
@@ -143,6 +160,10 @@ impl RunSession<'_> {
                 if header.roster.iter().any(|p| !p.sandbox.is_none()) {
                     warn_of_guessable_seed(&header, "a confined participant");
                 }
+            }
+            if self.args.watch {
+                let key = prepared.observer_credentials();
+                viewers.push(Viewer::start(&name, &header, &key)?);
             }
             runs.push(prepared.build(source, &out_dir)?);
             made.push((header, name, out_dir, gates));
@@ -165,7 +186,7 @@ impl RunSession<'_> {
                 folder.end(end).unwrap_or_else(|e| errln!("{e}"));
                 FinishedRun { header, name, out_dir, outcome, gates }
             };
-        Ok(ended.map(finish).collect())
+        Ok((ended.map(finish).collect(), Watching { viewers, stop }))
     }
 
     /// The options of one run, of which the first sets the pace of all.
@@ -180,7 +201,7 @@ impl RunSession<'_> {
         let (answer_timeout_s, join_timeout_s) = self.timeouts_s()?;
         let leader = (name != first).then(|| first.clone());
         Ok(RunBuilder {
-            pace: if leader.is_none() { args.pace } else { Pace::Max },
+            pace: if leader.is_none() { self.pace() } else { Pace::Max },
             paused: args.paused && leader.is_none(),
             join_timeout_s,
             answer_timeout_s,
@@ -191,6 +212,12 @@ impl RunSession<'_> {
             leader,
             ..RunBuilder::new(name.clone(), args.wait)
         })
+    }
+
+    /// A run that is shown goes in real time, unless it is told otherwise.
+    fn pace(&self) -> Pace {
+        let usual = if self.args.watch { Pace::Factor(1.0) } else { Pace::Max };
+        self.args.pace.unwrap_or(usual)
     }
 
     /// How long an answer, and joining, may take, s.
