@@ -1,12 +1,13 @@
 //! `export`: write a log for other programs.
 
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use rusty_contract::{Exit, errln, outln};
 use rusty_logs::export::tum::Tum;
-use rusty_logs::export::{Exported, StampOrder, csv};
+use rusty_logs::export::{Exported, StampOrder, csv, scenario};
 
 use super::arguments::Output;
 use super::stop_flag;
@@ -39,6 +40,15 @@ estimate). Missing values are empty. Angles are in rad, in (-π, π].
 
   sim-server export csv runs/NAME/run.log -o run.csv";
 
+const AFTER_SCENARIO: &str = "\
+The folder gets scenario.toml, commands.txt with the commands of a driver, and
+world.toml if the world is not a built-in one. The run of the scenario has the frames of
+the log, bit for bit (the same world digest), without the driver: a drive by hand is
+repeated without the person. Of a truncated log the readable part is exported.
+
+  sim-server export scenario runs/NAME/run.log -o drive-1
+  sim-server launch drive-1/scenario.toml --add mine=./target/release/mine";
+
 #[derive(Args, Clone, Debug)]
 pub struct ExportArgs {
     /// Output format
@@ -52,6 +62,23 @@ pub enum ExportVerb {
     Tum(ExportTumArgs),
     /// Export all ticks as one table
     Csv(ExportCsvArgs),
+    /// Export the scenario with the driver's commands as a script
+    Scenario(ExportScenarioArgs),
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = AFTER_SCENARIO)]
+pub struct ExportScenarioArgs {
+    /// Log to read
+    pub log: PathBuf,
+    /// Folder to write to [default: scenario, next to the log]
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
+    pub path: Option<PathBuf>,
+    /// Replace existing files
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub output: Output,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -99,9 +126,31 @@ pub fn run(args: &ExportArgs) -> Result<Exit> {
             let out = args.path.clone().unwrap_or_else(|| args.log.with_extension("csv"));
             (csv::export(&args.log, &out, args.force, &stop)?, args.output, false)
         }
+        ExportVerb::Scenario(args) => return export_scenario(args, &stop),
     };
     report_problems(&exported, wants_truth);
     output.print_with(&exported, || print(&exported, wants_truth));
+    Ok(if exported.walked.is_whole() { Exit::Done } else { Exit::Lost })
+}
+
+fn export_scenario(args: &ExportScenarioArgs, stop: &AtomicBool) -> Result<Exit> {
+    let folder = args.path.clone().unwrap_or_else(|| args.log.with_file_name("scenario"));
+    let exported = scenario::export(&args.log, &folder, args.force, stop)?;
+    if let Some(cut) = &exported.walked.cut {
+        errln!("{}: {cut}; its complete ticks are exported", exported.log);
+    }
+    args.output.print_with(&exported, || {
+        outln!("ticks     {}", exported.walked.ticks);
+        for name in &exported.drivers {
+            outln!("driver    {name}: its commands are the script");
+        }
+        exported.files.iter().for_each(|path| outln!("written   {path}"));
+        let seed = match exported.has_seed {
+            true => String::new(),
+            false => format!(" --seed {}", exported.seed),
+        };
+        outln!("run       sim-server launch {}{seed}", exported.files[0]);
+    });
     Ok(if exported.walked.is_whole() { Exit::Done } else { Exit::Lost })
 }
 

@@ -18,6 +18,17 @@ pub enum ExportError {
     /// A file that is there already.
     #[error("{0} is there already; choose another -o, or replace it with --force")]
     InTheWay(String),
+    /// There is no scenario that repeats the run of this log.
+    #[error("{log}: export scenario failed: {problem}; export a log of `launch` with one robot")]
+    NoScenario {
+        /// The log.
+        log: String,
+        /// What is in the way.
+        problem: String,
+    },
+    /// The scenario or its world cannot be written as TOML.
+    #[error("the scenario cannot be written as TOML: {0}")]
+    Toml(String),
     /// Ctrl-C during the export of a log.
     #[error("{0}: interrupted, nothing is written; export it again from the start")]
     Interrupted(String),
@@ -34,9 +45,9 @@ impl ExportError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
-            Self::InTheWay(_) => Exit::Usage,
+            Self::InTheWay(_) | Self::NoScenario { .. } => Exit::Usage,
             Self::Interrupted(_) => Exit::Lost,
-            Self::Log(_) | Self::Io(..) => Exit::Failed,
+            Self::Log(_) | Self::Io(..) | Self::Toml(_) => Exit::Failed,
         }
     }
 }

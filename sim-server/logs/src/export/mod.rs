@@ -2,10 +2,12 @@
 //!
 //! In reading order: `walk` (the ticks of a log with the answers in effect), `sheet`
 //! (a file that is there when it is complete, or not at all), [`tum`] (trajectories
-//! in the format of the TUM RGB-D benchmark) and [`csv`] (all ticks as one table).
+//! in the format of the TUM RGB-D benchmark), [`csv`] (all ticks as one table) and
+//! [`scenario`] (the run again, without its driver).
 
 pub mod csv;
 mod error;
+pub mod scenario;
 mod sheet;
 pub mod tum;
 mod walk;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
 use rusty_contract::{Effects, Estimate, LogHeader};
-use rusty_geometry::SE2;
+use rusty_geometry::{SE2, Twist};
 use serde::Serialize;
 
 use super::error::ExportError;
@@ -98,6 +98,11 @@ impl<'s> Walk<'s> {
                 Ok(None)
             }
         }
+    }
+
+    /// The command in effect after the tick that came last, for the next one.
+    pub fn command(&self) -> Twist {
+        self.effects.command().unwrap_or_default()
     }
 
     /// The estimates in effect after the tick that came last, in roster order;
