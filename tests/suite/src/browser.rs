@@ -63,16 +63,24 @@ impl Browser {
             skipped(&format!("there is no {} in PATH", PROGRAMS.join(", no ")));
             return None;
         };
-        Some(Self::of(&program))
+        Some(Self::of(&program, &[]))
+    }
+
+    /// Starts one with further arguments.
+    pub fn start_with(args: &[&str]) -> Option<Self> {
+        match program() {
+            Some(program) => Some(Self::of(&program, args)),
+            None => Self::start(),
+        }
     }
 
     /// Starts a program that is a browser.
-    fn of(program: &Path) -> Self {
+    fn of(program: &Path, args: &[&str]) -> Self {
         let profile = folder();
         let mut command = Command::new("sh");
         // It reads what it is asked from descriptor 3 and answers to 4.
         command.args(["-c", "exec \"$0\" \"$@\" 3<&0 4>&1 </dev/null >/dev/null"]);
-        command.arg(program).args(ARGS);
+        command.arg(program).args(ARGS).args(args);
         command.arg(format!("--user-data-dir={}", profile.path().display()));
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         command.stderr(File::create(profile.at(WORDS)).unwrap());
@@ -145,11 +153,23 @@ impl Browser {
     #[track_caller]
     pub fn open(&mut self, file: &Path, place: &str) {
         // A place in the page that is open already would not load it again.
-        for url in ["about:blank".to_owned(), format!("file://{}{place}", file.display())] {
+        self.visit(&format!("file://{}{place}", file.display()));
+    }
+
+    /// Opens an address, and waits until all of it is there.
+    #[track_caller]
+    pub fn visit(&mut self, address: &str) {
+        for url in ["about:blank", address] {
             let opened = self.ask("Page.navigate", json!({ "url": url }));
             assert!(opened["errorText"].is_null(), "{url}: {opened}");
             self.loaded();
         }
+    }
+
+    /// Waits under the watchdog until an expression in the page is true.
+    #[track_caller]
+    pub fn until(&mut self, expression: &str) {
+        crate::until(expression, || self.value(&format!("Boolean({expression})")) == true);
     }
 
     /// Goes to another page and comes back to this one.
@@ -186,11 +206,16 @@ impl Browser {
     /// Presses a key and lets go of it: its name, and its number on Windows.
     pub fn press(&mut self, key: &str, number: u32) {
         let text = if key == " " { " " } else { "" };
-        for kind in ["keyDown", "keyUp"] {
-            let key = json!({ "type": kind, "key": key, "code": if key == " " { "Space" } else { key },
-                "windowsVirtualKeyCode": number, "text": text });
-            self.ask("Input.dispatchKeyEvent", key);
-        }
+        self.key("keyDown", key, number, text);
+        self.key("keyUp", key, number, text);
+    }
+
+    /// Presses a key (`keyDown`) or lets go of it (`keyUp`).
+    pub fn key(&mut self, kind: &str, key: &str, number: u32, text: &str) {
+        let code = if key == " " { "Space" } else { key };
+        let key = json!({ "type": kind, "key": key, "code": code,
+            "windowsVirtualKeyCode": number, "text": text });
+        self.ask("Input.dispatchKeyEvent", key);
     }
 
     /// Moves the mouse (`mouseMoved`), presses its left button (`mousePressed`)
@@ -274,6 +299,6 @@ mod tests {
         let program = out.at("chromium");
         std::fs::write(&program, "#!/bin/sh\necho no library of that name >&2\nexit 7\n").unwrap();
         std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).unwrap();
-        let _ = Browser::of(&program);
+        let _ = Browser::of(&program, &[]);
     }
 }

@@ -1,0 +1,116 @@
+//! The page of a log in a real browser: what it shows, keys, sizes, and what it says to
+//! those who do not see it.
+
+use rusty_tests::browser::Browser;
+use rusty_tests::*;
+
+use crate::Viewed;
+
+/// The run of most tests here: two estimators, one with a covariance.
+fn a_log() -> (Folder, PathBuf) {
+    logged("page", &["--ticks", "200", "--seed", "5", "--add", "ekf=ekf"])
+}
+
+fn text_of(browser: &mut Browser, id: &str) -> String {
+    let text = browser.value(&format!("document.getElementById('{id}').textContent"));
+    text.as_str().unwrap().to_owned()
+}
+
+/// Problems that the page had itself.
+fn faults(browser: &mut Browser) -> Vec<String> {
+    let mut all = browser.complaints();
+    all.retain(|text| !text.contains("Network.requestWillBeSent"));
+    all
+}
+
+#[test]
+fn a_log_is_played_paused_stepped_and_sought_by_keys_and_charts() {
+    let (_out, log) = a_log();
+    let Some(mut browser) = Browser::start() else { return };
+    let viewed = Viewed::view(&[arg(&log)]);
+    browser.resize(1280, 900);
+    browser.visit(&viewed.address);
+    browser.until("document.getElementById('tick').textContent === '199'");
+    browser.until("document.getElementById('state').textContent === 'Paused.'");
+    assert_eq!(text_of(&mut browser, "seed"), "5");
+    assert_eq!(text_of(&mut browser, "digest"), {
+        let info = sim_server(&["info", arg(&log), "--json"]).expect(0).json();
+        text(&info, "digest").to_owned()
+    });
+    // The errors are those of the scorer.
+    let scores = sim_server(&["info", arg(&log), "--tick", "199", "--json"]).expect(0).json();
+    assert!(scores.is_object());
+    let cells = "[...document.querySelectorAll('#rows td')].map((c) => c.textContent)";
+    let cells = browser.value(cells);
+    assert!(cells[0].as_str().unwrap().parse::<f64>().unwrap() > 0.0, "{cells}");
+    assert_eq!((&cells[2], cells[6] == "–"), (&json!("–"), false), "{cells}");
+    // Seek to the middle with the slider, step by key, play again to the end.
+    browser.value("document.getElementById('seek').focus()");
+    browser.press("Home", 36);
+    browser.until("document.getElementById('tick').textContent === '0'");
+    browser.value("document.getElementById('map').focus()");
+    browser.press(".", 190);
+    browser.until("document.getElementById('tick').textContent === '1'");
+    browser.press(" ", 32);
+    browser.until("document.getElementById('tick').textContent === '199'");
+    // A click on a chart goes to its tick.
+    let middle = "(() => { const b = document.querySelector('#charts canvas').getBoundingClientRect();\
+                  return [b.left + 46 + (b.width - 54) / 2, b.top + 30]; })()";
+    let at = browser.value(middle);
+    let at = [at[0].as_f64().unwrap(), at[1].as_f64().unwrap()];
+    browser.mouse("mousePressed", at);
+    browser.mouse("mouseReleased", at);
+    let tick = "Number(document.getElementById('tick').textContent)";
+    browser.until(&format!("Math.abs({tick} - 100) < 4"));
+    assert_eq!(faults(&mut browser), [] as [&str; 0]);
+}
+
+#[test]
+fn estimators_axes_and_zoom_follow_the_keys_and_fit_a_phone() {
+    let (_out, log) = a_log();
+    let Some(mut browser) = Browser::start() else { return };
+    let viewed = Viewed::view(&[arg(&log)]);
+    browser.resize(390, 844);
+    browser.visit(&viewed.address);
+    browser.until("document.getElementById('state').textContent === 'Paused.'");
+    for (scheme, ink) in [("light", "#1a1a1a"), ("dark", "#e6e6e6")] {
+        browser.media(scheme, "screen");
+        let found = "getComputedStyle(document.documentElement).getPropertyValue('--ink').trim()";
+        assert_eq!(browser.value(found), ink);
+        let wide = "document.documentElement.scrollWidth > document.documentElement.clientWidth";
+        assert_eq!(browser.value(wide), false, "{scheme}");
+    }
+    // What is drawn changes with each key, and comes back.
+    let picture = "document.getElementById('map').toDataURL()";
+    let before = browser.value(picture);
+    browser.value("document.getElementById('map').focus()");
+    browser.press("+", 187);
+    browser.until(&format!("{picture}.length > 0 && rustyView.draws > 0"));
+    until("the map is zoomed", || browser.value(picture) != before);
+    browser.press("0", 48);
+    until("the map is as before", || browser.value(picture) == before);
+    browser.press("l", 76);
+    assert_eq!(browser.value("document.getElementById('log').ariaPressed"), "true");
+    browser.value("document.querySelector('#rows input').click()");
+    until("an estimator is hidden", || browser.value(picture) != before);
+    // Every control has a name, and the map tells what it shows.
+    let unnamed = "[...document.querySelectorAll('button, select, input')].filter((c) => \
+                   !(c.textContent.trim() || c.ariaLabel || c.labels?.[0]?.textContent.trim())).length";
+    assert_eq!(browser.value(unnamed), 0);
+    let label = browser.value("document.getElementById('map').ariaLabel");
+    assert!(label.as_str().unwrap().contains("dead-reckoning is off by"), "{label}");
+    assert_eq!(faults(&mut browser), [] as [&str; 0]);
+}
+
+#[test]
+fn where_no_motion_is_wanted_a_log_begins_paused() {
+    let (_out, log) = a_log();
+    let Some(mut browser) = Browser::start() else { return };
+    let viewed = Viewed::view(&[arg(&log)]);
+    let still = json!({ "name": "prefers-reduced-motion", "value": "reduce" });
+    browser.ask("Emulation.setEmulatedMedia", json!({ "media": "", "features": [still] }));
+    browser.visit(&viewed.address);
+    browser.until("document.getElementById('state').textContent === 'Paused.'");
+    let tick: u64 = text_of(&mut browser, "seek").parse().unwrap_or(0);
+    assert!(tick < 199, "{tick}");
+}
