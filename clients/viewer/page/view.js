@@ -2,6 +2,7 @@
 // clients/viewer/src/record.rs has the table of the records, scene.rs the JSON.
 import { MapView, Track, mark } from './draw.js';
 import { Chart } from './charts.js';
+import { Driver } from './drive.js';
 
 const byId = (id) => document.getElementById(id);
 const HEAD = 11, EACH = 11; // words of a tick, and of an estimator in it
@@ -68,7 +69,7 @@ function connect() {
   socket.onopen = () => socket.send(JSON.stringify(secret));
   socket.onmessage = ({ data }) => (typeof data === 'string' ? hear(JSON.parse(data)) : read(data));
   socket.onclose = () => {
-    stopDriving();
+    driver.stop();
     if (tries === Infinity) return;
     tries += 1;
     const isOver = tries > MOST_TRIES;
@@ -79,6 +80,7 @@ function connect() {
 const ask = (request) => {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request));
 };
+const driver = new Driver(byId('drive'), byId('pad'), byId('map'), ask);
 const say = (text) => { byId('state').textContent = text; };
 
 function hear(message) {
@@ -135,7 +137,7 @@ function showControls() {
   byId('play').textContent = status?.state === 'paused' ? 'Play' : 'Pause';
   for (const id of ['play', 'step', 'pace']) byId(id).disabled = isOver;
   byId('drive').hidden = !mayDrive || scene?.mode !== 'run' || isOver;
-  if (byId('drive').hidden) stopDriving();
+  if (byId('drive').hidden) driver.stop();
 }
 
 // Reads the records of a message.
@@ -461,63 +463,11 @@ for (const { chart, canvas } of charts) {
   });
 }
 
-// ---- Driving ----------------------------------------------------------------------
-
-const KEYS = {
-  ArrowUp: 'ahead', KeyW: 'ahead', ArrowDown: 'back', KeyS: 'back',
-  ArrowLeft: 'left', KeyA: 'left', ArrowRight: 'right', KeyD: 'right',
-};
-const held = new Set();
-let driving = null; // the timer that renews the command
-function sendDrive() {
-  const sign = (one, other) => Number(held.has(one)) - Number(held.has(other));
-  ask({ do: 'drive', ahead: sign('ahead', 'back'), left: sign('left', 'right') });
-}
-function stopDriving() {
-  if (driving === null) return;
-  clearInterval(driving);
-  driving = null;
-  release();
-  press(byId('drive'), false);
-  byId('pad').hidden = true;
-}
-function release() { held.clear(); sendDrive(); }
-function hold(key, isDown) {
-  if (isDown) held.add(key);
-  else held.delete(key);
-  sendDrive();
-}
-byId('drive').addEventListener('click', () => {
-  if (driving !== null) { stopDriving(); return; }
-  driving = setInterval(() => { if (held.size > 0) sendDrive(); }, 50);
-  press(byId('drive'), true);
-  byId('pad').hidden = false;
-  byId('map').focus({ preventScroll: true });
-});
-for (const button of document.querySelectorAll('#pad button')) {
-  button.addEventListener('pointerdown', (event) => {
-    button.setPointerCapture(event.pointerId);
-    hold(button.dataset.key, true);
-  });
-  for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) {
-    button.addEventListener(end, () => { if (held.has(button.dataset.key)) hold(button.dataset.key, false); });
-  }
-}
-// A page that is not seen does not drive.
-addEventListener('blur', () => { if (held.size > 0) release(); });
-document.addEventListener('visibilitychange', () => { if (held.size > 0) release(); });
+// ---- Keys -------------------------------------------------------------------------
 
 addEventListener('keydown', (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey) return;
-  if (driving !== null) {
-    const key = KEYS[event.code];
-    if (key) { if (!event.repeat) hold(key, true); }
-    else if (event.code === 'Space') release();
-    else if (event.code === 'Escape') stopDriving();
-    else return;
-    event.preventDefault();
-    return;
-  }
+  if (driver.isOn) { driver.keyDown(event); return; }
   const isControl = event.target.closest?.('button, select, input');
   const actions = {
     ' ': isControl ? null : togglePlay, '.': stepOnce, f: () => toggleFollow(),
@@ -528,10 +478,7 @@ addEventListener('keydown', (event) => {
   event.preventDefault();
   action();
 });
-addEventListener('keyup', (event) => {
-  const key = KEYS[event.code];
-  if (driving !== null && key && held.has(key)) { event.preventDefault(); hold(key, false); }
-});
+addEventListener('keyup', (event) => driver.keyUp(event));
 
 dark.addEventListener('change', readInks);
 addEventListener('resize', touch);

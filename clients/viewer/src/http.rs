@@ -118,11 +118,12 @@ impl Status {
 }
 
 /// The parts of the page: path, type, content.
-const PARTS: [(&str, &str, &str); 5] = [
+const PARTS: [(&str, &str, &str); 6] = [
     ("/", "text/html; charset=utf-8", include_str!("../page/index.html")),
     ("/view.css", "text/css; charset=utf-8", include_str!("../page/view.css")),
     ("/draw.js", "text/javascript; charset=utf-8", include_str!("../page/draw.js")),
     ("/charts.js", "text/javascript; charset=utf-8", include_str!("../page/charts.js")),
+    ("/drive.js", "text/javascript; charset=utf-8", include_str!("../page/drive.js")),
     ("/view.js", "text/javascript; charset=utf-8", include_str!("../page/view.js")),
 ];
 

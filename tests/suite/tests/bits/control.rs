@@ -54,6 +54,18 @@ fn a_run_at_its_own_pace_can_be_paused_and_goes_on() {
 }
 
 #[test]
+fn another_pace_changes_no_bit() {
+    let calm = launch("calm", folder().path(), &RUN);
+    let live = under_control("pace", &[&RUN, &["--pace", "0.01"]]);
+    assert_eq!(control(&live, &["status"])["pace"], 0.01);
+    assert_eq!(control(&live, &["pace", "8"])["pace"], 8.0);
+    assert_eq!(control(&live, &["pace", "max"])["pace"], Value::Null);
+    let after = live.ends_with(0);
+    assert_eq!(after.report["digest"], calm["digest"]);
+    sim_server(&["control", "x", "pace", "0"]).expect(2);
+}
+
+#[test]
 fn a_run_can_be_stopped_even_while_it_stands_still() {
     let live = under_control("stop", &[&RUN, &["--paused"]]);
     control(&live, &["step", "7"]);

@@ -43,11 +43,15 @@ fn viewers_that_are_killed_or_stand_still_cost_the_run_nothing() {
     page.until(|m| m["message"] == "scene");
     killed.child.kill().unwrap();
     send_signal(stopped.child.id(), Signal::STOP);
+    assert!(live.control(&["step", "50"]));
+    // The next viewer frees the place of the one that was killed, in the middle of the run.
+    let next = view();
+    next.page().until(|m| m["message"] == "scene");
     assert!(live.control(&["resume"]));
     let Live { run, server, .. } = live;
     let ended = server.wait().expect(0);
     assert_eq!(ended.json()["digest"], calm["digest"]);
-    drop((killed, stopped, stalled));
+    drop((killed, stopped, stalled, next));
     nothing_left(&run);
 }
 
