@@ -261,7 +261,7 @@ mod tests {
         let bare = 8 * 22;
         let bytes = records(page.next());
         assert_eq!(bytes.len(), 4 * bare + tick(2).len() + tick(3).len());
-        assert_eq!((bytes[0], &bytes[4 * bare..4 * bare + 200]), (3, &tick(2)[..]));
+        assert_eq!((bytes[0], &bytes[4 * bare..4 * bare + tick(2).len()]), (3, &tick(2)[..]));
         hub.tick(tick(4), true);
         hub.close(&page);
         assert_eq!(records(page.next()), &tick(4)[..]);

@@ -200,7 +200,7 @@ mod tests {
         assert!((of(3) - 2.4477).abs() < 1e-4 && (of(5) - 4.8955).abs() < 1e-4);
         // The truth is 2 m ahead, one standard deviation.
         assert!((of(6) - 2.0).abs() < 1e-12 && (of(8) - 1.0).abs() < 1e-12);
-        assert_eq!([of(9), of(10)], [1e-6, 2e-6]);
+        assert_eq!([of(9), of(10)], [1000.0, 2000.0].map(|ns| ns * 1e-9));
         assert!((11..22).all(|k| of(k).is_nan()));
         assert_eq!(bytes[8 * 33..8 * 33 + 4], 1.5f32.to_le_bytes());
         let past = history(&bytes);
