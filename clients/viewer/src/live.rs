@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::Receiver;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use rusty_clients::ClientError;
@@ -27,6 +27,8 @@ const IDLE_LOOK: Duration = Duration::from_millis(2);
 const JOIN_TIME: Duration = Duration::from_secs(20);
 /// Time for the reply to a control request: steps may take as long as they want.
 const CONTROL_TIME: Duration = Duration::from_secs(3600);
+/// Time between two requests for the state of the run.
+const STATUS_TIME: Duration = Duration::from_secs(1);
 /// Frames that wait for their tally.
 const MOST_WAITING: usize = 8;
 
@@ -222,11 +224,12 @@ fn moment(taken: &Taken, digest: [u8; 16], shown: &[Shown]) -> Arc<[u8]> {
     Moment { tick, time_s, truth, command, digest, shown, ranges_m }.encode().into()
 }
 
-/// Carries out what pages ask of the time of a run, until no page can ask any more.
+/// Carries out what pages ask of the time of a run, until no page can ask any more. Others
+/// may control the run, too: while a page is open, the state is asked for now and then.
 pub fn control(run: &RunName, requests: &Receiver<PageRequest>, hub: &Hub, ended: &AtomicBool) {
-    let ask = |request: ControlRequest| {
-        let reply = rusty_link::control(run, request, CONTROL_TIME);
-        let status = match reply {
+    let mut shown = None;
+    let mut ask = |request: ControlRequest| {
+        let status = match rusty_link::control(run, request, CONTROL_TIME) {
             Ok(ControlReply::Status(status)) => {
                 let state = if status.paused { "paused" } else { "running" };
                 Status::new(state, status.pace, "")
@@ -237,19 +240,26 @@ pub fn control(run: &RunName, requests: &Receiver<PageRequest>, hub: &Hub, ended
             Err(LinkError::ServerGone { .. } | LinkError::Domain(_)) => return,
             Err(e) => return errln!("{e}"),
         };
-        if !ended.load(Ordering::Relaxed) {
+        // What was asked for is answered, also where it changed nothing.
+        let is_news = request != ControlRequest::Status || shown.as_ref() != Some(&status);
+        if is_news && !ended.load(Ordering::Relaxed) {
             hub.set_status(&serde_json::to_string(&status).unwrap_or_default());
+            shown = Some(status);
         }
     };
     ask(ControlRequest::Status);
-    while let Ok(request) = requests.recv() {
-        match request {
-            PageRequest::Pause => ask(ControlRequest::Pause),
-            PageRequest::Resume => ask(ControlRequest::Resume),
-            PageRequest::Step { ticks } => ask(ControlRequest::Step(ticks.max(1))),
-            PageRequest::Pace { factor } => ask(ControlRequest::Pace(factor)),
+    loop {
+        match requests.recv_timeout(STATUS_TIME) {
+            Ok(PageRequest::Pause) => ask(ControlRequest::Pause),
+            Ok(PageRequest::Resume) => ask(ControlRequest::Resume),
+            Ok(PageRequest::Step { ticks }) => ask(ControlRequest::Step(ticks.max(1))),
+            Ok(PageRequest::Pace { factor }) => ask(ControlRequest::Pace(factor)),
             // A run does not go back; driving has its own way.
-            PageRequest::Seek { .. } | PageRequest::Drive { .. } => {}
+            Ok(PageRequest::Seek { .. } | PageRequest::Drive { .. }) => {}
+            Err(RecvTimeoutError::Timeout) if ended.load(Ordering::Relaxed) => return,
+            Err(RecvTimeoutError::Timeout) if hub.counts().0 == 0 => {}
+            Err(RecvTimeoutError::Timeout) => ask(ControlRequest::Status),
+            Err(RecvTimeoutError::Disconnected) => return,
         }
     }
 }

@@ -71,6 +71,9 @@ fn without_the_key_a_page_shows_neither_truth_nor_answers_and_says_so() {
     page.until(|m| m["pace"] == 40.0);
     page.ask(&json!({ "do": "step", "ticks": 3 }));
     page.until(|m| m["state"] == "paused");
+    // Others control it, too, and the page follows.
+    assert!(live.control(&["pace", "0.001"]) && live.control(&["resume"]));
+    page.until(|m| m["state"] == "running" && m["pace"] == 0.001);
     assert!(live.control(&["stop"]));
     page.until(|m| m["state"] == "ended");
     drop((page, viewed));

@@ -82,7 +82,13 @@ fn estimators_axes_and_zoom_follow_the_keys_and_fit_a_phone() {
     }
     // What is drawn changes with each key, and comes back.
     let picture = "document.getElementById('map').toDataURL()";
-    let before = browser.value(picture);
+    browser.until("document.getElementById('tick').textContent === '199'");
+    let mut before = browser.value(picture);
+    until("the last tick is drawn", || {
+        std::thread::sleep(Duration::from_millis(300));
+        let last = std::mem::replace(&mut before, browser.value(picture));
+        last == before
+    });
     browser.value("document.getElementById('map').focus()");
     browser.press("+", 187);
     browser.until(&format!("{picture}.length > 0 && rustyView.draws > 0"));
