@@ -14,6 +14,8 @@ use rusty_tests::*;
 /// A driver's run in the Apartment with the noise of the tables.
 fn header(seed: u64, start: SE2) -> LogHeader {
     let mut config = config_of("apartment", &["lidar.dropout=0.02"]);
+    // As in the scenarios of the drivers: what they do not see they run into.
+    config.lidar.glass_visible_rad = std::f64::consts::FRAC_PI_2;
     config.script = ScriptConfig::Driver {};
     config.seed = seed;
     config.start = start;
