@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rusty_clients::ClientError;
 use rusty_contract::belief::tidy;
@@ -29,6 +29,10 @@ const JOIN_TIME: Duration = Duration::from_secs(20);
 const CONTROL_TIME: Duration = Duration::from_secs(3600);
 /// Time between two requests for the state of the run.
 const STATUS_TIME: Duration = Duration::from_secs(1);
+/// Most ticks that pages get in a second, and at once: a page that draws more takes the
+/// time of the run.
+const MOST_PER_S: f64 = 2000.0;
+const MOST_AT_ONCE: f64 = 64.0;
 /// Frames that wait for their tally.
 const MOST_WAITING: usize = 8;
 
@@ -41,7 +45,26 @@ pub struct LiveRun {
     waiting: VecDeque<Taken>,
     tally: Box<Tally>,
     poses: Vec<WeightedPose>,
+    allowance: Allowance,
+    /// The latest tick, if pages did not get it.
+    skipped: Option<Arc<[u8]>>,
     ended: Option<Phase>,
+}
+
+/// How many ticks pages may get now.
+struct Allowance {
+    ticks: f64,
+    at: Instant,
+}
+
+impl Allowance {
+    fn take(&mut self, now: Instant) -> bool {
+        let more = MOST_PER_S * (now - self.at).as_secs_f64();
+        (self.ticks, self.at) = ((self.ticks + more).min(MOST_AT_ONCE), now);
+        let is_there = self.ticks >= 1.0;
+        self.ticks -= f64::from(u8::from(is_there));
+        is_there
+    }
 }
 
 /// What is kept of a frame until its tally comes.
@@ -86,6 +109,8 @@ impl LiveRun {
             waiting: VecDeque::new(),
             tally: Box::default(),
             poses: Vec::new(),
+            allowance: Allowance { ticks: MOST_AT_ONCE, at: Instant::now() },
+            skipped: None,
             ended: None,
         })
     }
@@ -126,6 +151,11 @@ impl LiveRun {
             // Before the look, so that the last frames of a run are seen.
             let is_over = self.observer.is_over();
             let is_idle = !self.look(hub)?;
+            if (is_idle || self.ended.is_some())
+                && let Some(latest) = self.skipped.take()
+            {
+                hub.tick(latest, true);
+            }
             if self.ended.is_some() || (is_over && is_idle) {
                 return Ok(self.ended);
             }
@@ -150,7 +180,7 @@ impl LiveRun {
         }
         if self.secret.is_none() {
             while let Some(taken) = self.waiting.pop_front() {
-                hub.tick(moment(&taken, [0; 16], &[]), true);
+                self.show_tick(hub, moment(&taken, [0; 16], &[]));
             }
         }
         while let Some(header) = self.observer.next_belief(&mut self.poses) {
@@ -202,7 +232,17 @@ impl LiveRun {
                     .then_some([entry.answer.compute_ns, entry.latency_ns]),
             })
             .collect();
-        hub.tick(moment(&taken, tally.run_digest, &shown), true);
+        let record = moment(&taken, tally.run_digest, &shown);
+        self.show_tick(hub, record);
+    }
+
+    fn show_tick(&mut self, hub: &Hub, record: Arc<[u8]>) {
+        if self.allowance.take(Instant::now()) {
+            self.skipped = None;
+            hub.tick(record, true);
+        } else {
+            self.skipped = Some(record);
+        }
     }
 
     fn show_belief(&mut self, hub: &Hub, header: &BeliefHeader) {
@@ -261,5 +301,25 @@ pub fn control(run: &RunName, requests: &Receiver<PageRequest>, hub: &Hub, ended
             Err(RecvTimeoutError::Timeout) => ask(ControlRequest::Status),
             Err(RecvTimeoutError::Disconnected) => return,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pages_get_two_thousand_ticks_a_second_and_some_at_once() {
+        let start = Instant::now();
+        let mut allowance = Allowance { ticks: MOST_AT_ONCE, at: start };
+        let taken = |allowance: &mut Allowance, at_ms: u64, wanted: usize| {
+            let now = start + Duration::from_millis(at_ms);
+            (0..wanted).filter(|_| allowance.take(now)).count()
+        };
+        assert_eq!(taken(&mut allowance, 0, 100), 64);
+        assert_eq!(taken(&mut allowance, 10, 100), 20);
+        assert_eq!(taken(&mut allowance, 1010, 100), 64);
+        // 500 a second are never too many.
+        assert!((1..=1000).all(|k| taken(&mut allowance, 1010 + 2 * k, 1) == 1));
     }
 }
