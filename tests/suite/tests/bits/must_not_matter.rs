@@ -106,45 +106,34 @@ fn a_slow_client_changes_no_bit() {
     assert_eq!(run.answers("dead-reckoning"), with_helper().answers("dead-reckoning"));
 }
 
-/// A usual run at twice real time, three seconds, that a test can stop.
-struct Live {
-    run: RunName,
+/// A usual run so slow that a test always meets it in its middle.
+struct Slow {
+    live: Live,
+    /// Where its talk goes: it can be read while it runs.
     place: Folder,
-    server: Process,
 }
 
-impl Live {
-    /// Starts it and waits until ticks have come: the logger has written some.
+impl Slow {
     fn under_way(tag: &str) -> Self {
-        let (run, place) = (fresh_run(tag), folder());
-        let out = place.at("run");
-        let args = ["--pace", "2", "--json", "--run", run.as_str(), "--answer-timeout", "100"];
-        let args = [&["launch"], &USUAL[..], &args, &["--out", arg(&out)]].concat();
-        // Its talk goes to a file, where it can be read while it runs.
+        let (run, out, place) = (fresh_run(tag), folder(), folder());
+        let args = ["--pace", "0.1", "--json", "--run", run.as_str(), "--answer-timeout", "100"];
+        let args = [&["launch"], &USUAL[..], &args, &["--out", arg(out.path())]].concat();
         let mut shell = shell("exec \"$0\" \"$@\" 2>\"$TALK\"", "sim-server", &args);
         shell.env("TALK", place.at("talk.txt"));
-        let server = Process::spawn(&mut shell);
-        let log = out.join("run.log");
-        until("the first flush of the log", || fs::metadata(&log).is_ok_and(|m| m.len() > 0));
-        Self { run, place, server }
+        let live = Live { run, out, server: Process::spawn(&mut shell) };
+        live.until_the_log_has_ticks();
+        Self { live, place }
     }
 
     fn talk(&self) -> String {
         fs::read_to_string(self.place.at("talk.txt")).unwrap()
     }
 
-    /// The process of a participant, found by its command line.
-    fn pid_of(&self, name: &str) -> u32 {
-        participants(&self.run).into_iter().find(|(_, n)| n == name).unwrap().0
-    }
-
-    /// The run's end, which must be a good one.
+    /// The rest of the run at full speed; its end must be a good one.
     fn end(self) -> Run {
-        let talk = self.talk();
-        let ended = self.server.wait();
-        assert_eq!(ended.code, Some(0), "{ended:#?}\n{talk}");
-        nothing_left(&self.run);
-        Run::with(ended.json())
+        assert!(self.live.control(&["pace", "max"]), "{}", self.talk());
+        let after = self.live.ends_with(0);
+        Run::with(after.report)
     }
 }
 
@@ -160,14 +149,14 @@ fn sleeps(pid: u32) -> u64 {
 
 #[test]
 fn a_client_that_is_stopped_and_continued_changes_no_bit() {
-    let live = Live::under_way("stop-dr");
-    let pid = live.pid_of("dead-reckoning");
+    let slow = Slow::under_way("stop-dr");
+    let pid = slow.live.pid_of("dead-reckoning");
     stop(pid);
     // The server notices, says what helps, and waits.
-    until("the server's remark", || live.talk().contains("dead-reckoning is slow"));
-    assert!(live.talk().contains(&format!("`kill -CONT {pid}`")), "{}", live.talk());
+    until("the server's remark", || slow.talk().contains("dead-reckoning is slow"));
+    assert!(slow.talk().contains(&format!("`kill -CONT {pid}`")), "{}", slow.talk());
     send_signal(pid, Signal::CONT);
-    let run = live.end();
+    let run = slow.end();
     assert_eq!(run.digest(), usual().digest());
     let slot = &run.report["participants"][0];
     assert!(slot["slow"].as_u64() > Some(0), "{slot}");
@@ -176,14 +165,14 @@ fn a_client_that_is_stopped_and_continued_changes_no_bit() {
 
 #[test]
 fn a_server_that_is_stopped_and_continued_changes_no_bit() {
-    let live = Live::under_way("stop-server");
-    let client = live.pid_of("dead-reckoning");
-    stop(live.server.pid());
+    let slow = Slow::under_way("stop-server");
+    let client = slow.live.pid_of("dead-reckoning");
+    stop(slow.live.server.pid());
     // The clients look around many times and stay.
     let before = sleeps(client);
     until("the client's looks", || sleeps(client) > before + 20);
-    live.server.signal(Signal::CONT);
-    assert_eq!(live.end().digest(), usual().digest());
+    slow.live.server.signal(Signal::CONT);
+    assert_eq!(slow.end().digest(), usual().digest());
 }
 
 #[test]
