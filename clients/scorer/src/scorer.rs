@@ -9,7 +9,7 @@ mod shown;
 
 use std::path::{Path, PathBuf};
 
-use rusty_contract::belief::tidy;
+use rusty_contract::belief::{file_name, tidy};
 use rusty_contract::digest::observable_of;
 use rusty_contract::log::{LogHeader, Source};
 use rusty_contract::score::ScoreTable;
@@ -28,7 +28,7 @@ use rusty_clients::output_folder;
 use rusty_clients::recorder::{Ending, Recorder, Step};
 use rusty_clients::showing::{belief_file, failure};
 use rusty_clients::{ClientArgs, ClientError};
-use shown::{Shown, file_name};
+use shown::Shown;
 
 /// Compares every estimate with the truth; at the end writes `score.json`,
 /// `report.html`, `report.svg` and `report.png`, and prints the table. On a log

@@ -41,7 +41,7 @@ pub use held_frame::HeldFrame;
 pub use places::{output_folder, same_file};
 pub use random::Random;
 pub use recorder::{Recorder, run_recorder};
-pub use session::{Arrival, Session};
+pub use session::{Arrival, Session, stop_by_signal};
 pub use tick::Tick;
 
 // The crates that filters need next to this one, in the versions that fit it.

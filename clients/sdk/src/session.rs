@@ -49,6 +49,22 @@ pub enum Arrival {
     End,
 }
 
+/// A flag that SIGINT and SIGTERM raise; a second one of them ends the process even
+/// in the middle of a tick.
+///
+/// Without a handler the signal ends the process, which the server notices as well;
+/// so a failure to register is no error.
+#[must_use]
+pub fn stop_by_signal() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        let code = i32::from(Exit::Failed as u8);
+        let _ = register_conditional_shutdown(signal, code, Arc::clone(&stop));
+        let _ = register(signal, Arc::clone(&stop));
+    }
+    stop
+}
+
 impl Session {
     /// Joins as this process's command line says (`--run NAME` or `--log PATH`).
     ///
@@ -69,16 +85,7 @@ impl Session {
 
     /// The same for one who knows what to do with `--beliefs`.
     pub(crate) fn enter(args: &ClientArgs) -> Result<Self, ClientError> {
-        let stop = Arc::new(AtomicBool::new(false));
-        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-            // Without a handler the signal ends the process, which the server
-            // notices as well; so a failure to register is no reason to stop.
-            // A second signal ends it even in the middle of a tick.
-            let code = i32::from(Exit::Failed as u8);
-            let _ = register_conditional_shutdown(signal, code, Arc::clone(&stop));
-            let _ = register(signal, Arc::clone(&stop));
-        }
-        Self::enter_until(args, stop)
+        Self::enter_until(args, stop_by_signal())
     }
 
     /// The same without signal handlers: for a process that has its own. Once

@@ -1,6 +1,6 @@
 //! Who may see a run, and who may drive its robot.
 
-use std::fmt::Write as _;
+use rusty_contract::digest::hex;
 
 /// A secret of 128 bits that stands for a right.
 #[derive(Clone, Copy)]
@@ -20,10 +20,7 @@ impl Token {
     /// Returns it as 32 hexadecimal digits.
     #[must_use]
     pub fn to_hex(&self) -> String {
-        self.0.iter().fold(String::new(), |mut text, byte| {
-            let _ = write!(text, "{byte:02x}");
-            text
-        })
+        hex(&self.0)
     }
 
     /// Whether a text is this token. The time depends on the length of the text only.

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use rusty_clients::ClientError;
 use rusty_clients::showing::failure;
-use rusty_contract::belief::{BeliefReader, Found, tidy};
-use rusty_contract::digest::observable_of;
+use rusty_contract::belief::{BeliefReader, Found, file_name, tidy};
+use rusty_contract::digest::{hex, observable_of};
 use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
 use rusty_contract::{Effects, Frame, LogHeader, errln, input};
 
@@ -64,10 +64,7 @@ impl Recording {
             ticks.push(encode(&record, &mut effects, dt_s));
         };
         let (digest, cut) = match ending {
-            Ending::Complete(trailer) => {
-                let hex = trailer.run_digest.iter().map(|byte| format!("{byte:02x}")).collect();
-                (Some(hex), None)
-            }
+            Ending::Complete(trailer) => (Some(hex(&trailer.run_digest)), None),
             Ending::Cut { ticks, problem, .. } => {
                 (None, Some(format!("The log ends after {ticks} ticks: {problem}.")))
             }
@@ -108,7 +105,7 @@ fn encode(record: &TickRecord, effects: &mut Effects, dt_s: f64) -> Bytes {
 fn beliefs_of(log: &Path, header: &LogHeader) -> Unchecked {
     let mut all = Unchecked::new();
     for (index, participant) in header.answering().enumerate() {
-        let path = log.with_file_name(format!("{}.beliefs", participant.name));
+        let path = log.with_file_name(file_name(&participant.name));
         if !path.is_file() {
             continue;
         }

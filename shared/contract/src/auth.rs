@@ -15,7 +15,7 @@
 use siphasher::sip::SipHasher24;
 use thiserror::Error;
 
-use crate::truth::{KEY_BYTES, KeyError, Purpose, TruthKey, bytes_from_hex, hex_of};
+use crate::truth::{KEY_BYTES, KeyError, Purpose, TruthKey, bytes_from_hex};
 
 /// A key that two processes share. Its `Debug` shows nothing.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -40,7 +40,7 @@ impl AuthKey {
     /// The key as 32 hexadecimal digits.
     #[must_use]
     pub fn to_hex(&self) -> String {
-        hex_of(bytemuck::bytes_of(&self.0))
+        crate::digest::hex(bytemuck::bytes_of(&self.0))
     }
 
     /// Reads what [`to_hex`](Self::to_hex) wrote; white space around it is

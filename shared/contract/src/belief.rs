@@ -21,7 +21,7 @@
 
 mod file;
 
-pub use file::{BeliefFileError, BeliefFileHeader, BeliefReader, BeliefWriter, Found};
+pub use file::{BeliefFileError, BeliefFileHeader, BeliefReader, BeliefWriter, Found, file_name};
 
 use bytemuck::{Pod, Zeroable};
 

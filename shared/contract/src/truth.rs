@@ -15,6 +15,8 @@ use chacha20::cipher::{KeyIvInit, StreamCipher};
 use rusty_geometry::SE2;
 use thiserror::Error;
 
+use crate::digest::hex;
+
 /// Length of a key, bytes.
 pub const KEY_BYTES: usize = 32;
 
@@ -157,11 +159,6 @@ impl Purpose {
     }
 }
 
-/// Bytes as hexadecimal digits.
-pub(crate) fn hex_of(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
-}
-
 /// Reads `N` bytes from hexadecimal digits; white space around them is ignored.
 pub(crate) fn bytes_from_hex<const N: usize>(text: &str) -> Result<[u8; N], KeyError> {
     let text = text.trim();
@@ -195,7 +192,7 @@ impl TruthKey {
     /// The key as 64 hexadecimal digits, for the private channel.
     #[must_use]
     pub fn to_hex(&self) -> String {
-        hex_of(&self.0)
+        hex(&self.0)
     }
 
     /// Reads what [`to_hex`](Self::to_hex) wrote; white space around it is

@@ -87,9 +87,7 @@ impl Sim {
             ticks_done: 0,
             next_kidnapping: 0,
             next_event: 0,
-            moves: !(config.walkers.is_empty()
-                && config.crowd.is_none()
-                && config.events.is_empty()),
+            moves: config.world_moves(),
             people: People::new(&config, &world)?,
             world,
             config,

@@ -1,10 +1,10 @@
 //! `belief`: shows the beliefs of filters during a run.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Parser;
+use rusty_clients::stop_by_signal;
 use rusty_contract::belief::{Summary, tidy};
 use rusty_contract::{BeliefHeader, BeliefKind, Exit, RunName, errln, outln, output};
 use rusty_link::BeliefViewer;
@@ -68,10 +68,7 @@ fn main() -> Exit {
 }
 
 fn observe(cli: &Cli) -> Result<(), Box<dyn std::error::Error>> {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
+    let stop = stop_by_signal();
     let viewer = BeliefViewer::open(&cli.run)?;
     if !cli.json {
         let columns = "    tick    time s  name                      kind         poses  effective  \

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use rusty_contract::belief::{BeliefReader, Found};
+use rusty_contract::belief::{BeliefReader, Found, file_name};
 use rusty_contract::digest::observable_of;
 use rusty_contract::{Frame, LogHeader, errln, input};
 
@@ -23,11 +23,6 @@ pub(super) struct Shown {
     /// does not fit, it is left out.
     pub(super) is_found: bool,
     frames: VecDeque<(u64, u64)>,
-}
-
-/// The file in which a scorer keeps what a filter showed.
-pub(super) fn file_name(name: &str) -> String {
-    format!("{name}.beliefs")
 }
 
 impl Shown {

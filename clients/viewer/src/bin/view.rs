@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use rustix::process::{DumpableBehavior, set_dumpable_behavior};
-use rusty_clients::ClientError;
+use rusty_clients::{ClientError, stop_by_signal};
 use rusty_contract::log::LogReader;
 use rusty_contract::{Brief, Credentials, Exit, Phase, RunName, errln, outln, output};
 use rusty_link::Peer;
@@ -116,16 +116,10 @@ struct Viewer {
 impl Viewer {
     fn new(cli: &Cli) -> Result<Self, ClientError> {
         let unusable = |e: &dyn std::fmt::Display| ClientError::Unusable(e.to_string());
-        let stop = Arc::new(AtomicBool::new(false));
-        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-            signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop))
-                .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
-                .map_err(|e| unusable(&e))?;
-        }
         Ok(Self {
             hub: Arc::default(),
             rights: Rights::draw(cli.drive).map_err(|e| unusable(&e))?,
-            stop,
+            stop: stop_by_signal(),
             launcher: cli.launcher.map(Peer::new),
             requests: Arc::default(),
             folder: Arc::default(),

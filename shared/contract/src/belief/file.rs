@@ -39,6 +39,12 @@ const MAX_HEADER_BYTES: u32 = 1 << 16;
 /// Bytes of a moment before its poses.
 const FRONT_BYTES: usize = 32;
 
+/// The file, next to a log, with what this participant showed.
+#[must_use]
+pub fn file_name(participant: &str) -> String {
+    format!("{participant}.beliefs")
+}
+
 /// What a file of beliefs says of itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BeliefFileHeader {

@@ -74,6 +74,12 @@ impl RunConfig {
         wheels.into_iter().chain(patches).any(|figures| figures.std != 0.0)
     }
 
+    /// Whether anything in the world may ever move or change but the robots.
+    #[must_use]
+    pub fn world_moves(&self) -> bool {
+        !self.walkers.is_empty() || self.crowd.is_some() || !self.events.is_empty()
+    }
+
     /// The figures of the slip on one line; `unit` is put after σ.
     #[must_use]
     pub fn slip_in_words(&self, unit: &str) -> String {

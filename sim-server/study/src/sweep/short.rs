@@ -28,10 +28,7 @@ impl ShortBeams {
     /// Those of a run in `map`, the walls of its start; `None` if it has no scans, or
     /// nothing but its robot ever moves.
     pub fn of(config: &RunConfig, map: &World) -> Option<Self> {
-        let moves = !config.walkers.is_empty()
-            || config.crowd.is_some()
-            || !config.events.is_empty()
-            || config.fleet.is_some();
+        let moves = config.world_moves() || config.fleet.is_some();
         (moves && config.scan_every > 0).then(|| Self {
             map: map.clone(),
             lidar: config.lidar,

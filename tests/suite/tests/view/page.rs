@@ -37,12 +37,15 @@ fn a_log_is_played_paused_stepped_and_sought_by_keys_and_charts() {
         let info = sim_server(&["info", arg(&log), "--json"]).expect(0).json();
         text(&info, "digest").to_owned()
     });
-    // The errors are those of the scorer.
-    let scores = sim_server(&["info", arg(&log), "--tick", "199", "--json"]).expect(0).json();
-    assert!(scores.is_object());
+    // The error is that of the log.
+    let last = sim_server(&["info", arg(&log), "--tick", "199", "--json"]).expect(0).json();
+    let (truth, pose) = (&last["truth"], &last["answers"][0]["pose"]);
+    let off = |key: &str| pose[key].as_f64().unwrap() - truth[key].as_f64().unwrap();
+    let error_m = off("x_m").hypot(off("y_m"));
     let cells = "[...document.querySelectorAll('#rows td')].map((c) => c.textContent)";
     let cells = browser.value(cells);
-    assert!(cells[0].as_str().unwrap().parse::<f64>().unwrap() > 0.0, "{cells}");
+    let shown_m = cells[0].as_str().unwrap().parse::<f64>().unwrap();
+    assert!(shown_m > 0.0 && (shown_m - error_m).abs() <= 0.0005, "{cells} is not {error_m} m");
     assert_eq!((&cells[2], cells[6] == "–"), (&json!("–"), false), "{cells}");
     // Seek to the middle with the slider, step by key, play again to the end.
     browser.value("document.getElementById('seek').focus()");
