@@ -150,20 +150,21 @@ impl SE2 {
     /// frame B in A and `other` the pose of C in B, the pose of C in A.
     #[must_use]
     pub fn compose(&self, other: &Self) -> Self {
-        Self {
-            translation_m: self.translation_m + rotate(self.theta_rad, other.translation_m),
-            theta_rad: wrap_angle(self.theta_rad + other.theta_rad),
-        }
+        self.composed(other, trig::sin_cos(self.theta_rad))
     }
 
     /// [`compose`](Self::compose) with each of `others`, from one sine and cosine: the
     /// same bits.
     pub fn compose_each(&self, others: &[Self]) -> impl Iterator<Item = Self> {
         let (body, sin_cos) = (*self, trig::sin_cos(self.theta_rad));
-        others.iter().map(move |other| Self {
-            translation_m: body.translation_m + turned(other.translation_m, sin_cos),
-            theta_rad: wrap_angle(body.theta_rad + other.theta_rad),
-        })
+        others.iter().map(move |other| body.composed(other, sin_cos))
+    }
+
+    fn composed(&self, other: &Self, sin_cos: (f64, f64)) -> Self {
+        Self {
+            translation_m: self.translation_m + turned(other.translation_m, sin_cos),
+            theta_rad: wrap_angle(self.theta_rad + other.theta_rad),
+        }
     }
 
     /// The motion that undoes this one.

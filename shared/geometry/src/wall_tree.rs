@@ -92,42 +92,56 @@ impl WallTree {
     /// The least squared distance from `point` to any wall, square metres;
     /// infinite without walls.
     pub(crate) fn least_distance_squared(&self, walls: &[Wall], point: &Point2<f64>) -> f64 {
-        self.least_by(walls, (point, None), f64::INFINITY, |i| {
-            Some(walls[i].distance_squared(point))
-        })
+        self.least_by(walls, point, f64::INFINITY, |i| Some(walls[i].distance_squared(point)))
     }
 
     /// The least of `measure` over all walls and `most`, square metres. A wall's
     /// measure must not be below its squared distance from `point`; `None` leaves
-    /// it out, and must be that of a wall outside of the wedge that `inward`, the inward
-    /// unit normals of its two sides, cuts out of the plane with its tip at `point`.
+    /// it out.
     pub(crate) fn least_by(
         &self,
         walls: &[Wall],
-        (point, inward): (&Point2<f64>, Option<&[Vector2<f64>; 2]>),
+        point: &Point2<f64>,
         most: f64,
         measure: impl Fn(usize) -> Option<f64>,
     ) -> f64 {
         if is_far(point) {
             return (0..walls.len()).filter_map(measure).fold(most, f64::min);
         }
-        if let (Some(inward), true) = (inward, walls.len() <= FEW) {
-            let wedge = Wedge::new(point, inward);
+        let found = self.bvh.find_best(
+            most,
+            |node, _| box_distance_squared(node, point),
+            |leaf, _| measure(leaf as usize),
+        );
+        found.map_or(most, |(_, distance_squared)| distance_squared)
+    }
+
+    /// The same where `measure` is `None` for every wall outside of a wedge, with its
+    /// tip in the place of `point`.
+    pub(crate) fn least_in_wedge_by(
+        &self,
+        walls: &[Wall],
+        tip: &Point2<f64>,
+        inward: &[Vector2<f64>; 2],
+        most: f64,
+        measure: impl Fn(usize) -> Option<f64>,
+    ) -> f64 {
+        if is_far(tip) {
+            return (0..walls.len()).filter_map(measure).fold(most, f64::min);
+        }
+        let wedge = Wedge::new(tip, inward);
+        if walls.len() <= FEW {
             let within = walls.iter().enumerate().filter(|(_, wall)| wedge.may_hold(wall));
             return within.filter_map(|(index, _)| measure(index)).fold(most, f64::min);
         }
-        self.bvh
-            .find_best(
-                most,
-                |node, _| match inward {
-                    Some(sides) if sides.iter().any(|side| is_outside(node, point, side)) => {
-                        f64::MAX
-                    }
-                    _ => box_distance_squared(node, point),
-                },
-                |leaf, _| measure(leaf as usize),
-            )
-            .map_or(most, |(_, distance_squared)| distance_squared)
+        let found = self.bvh.find_best(
+            most,
+            |node, _| {
+                if wedge.may_reach(node) { box_distance_squared(node, tip) } else { f64::MAX }
+            },
+            |leaf, _| measure(leaf as usize),
+        );
+        found.map_or(most, |(_, distance_squared)| distance_squared)
     }
 
     /// Whether `test` holds for a wall whose box comes within `reach_m` of
@@ -219,16 +233,17 @@ impl Wedge {
         });
         (far[0] >= self.tip[0]) & (far[1] >= self.tip[1])
     }
-}
 
-/// Whether a box is wholly on the outer side of a line through `point` with an inward
-/// normal.
-#[inline]
-fn is_outside(node: &BvhNode, point: &Point2<f64>, inward: &Vector2<f64>) -> bool {
-    let (lo, hi) = (node.mins(), node.maxs());
-    let x = if inward.x > 0.0 { hi.x } else { lo.x } - point.x;
-    let y = if inward.y > 0.0 { hi.y } else { lo.y } - point.y;
-    inward.x * x + inward.y * y < 0.0
+    /// Whether a corner of a box is inside of each of the two sides.
+    #[inline]
+    fn may_reach(&self, node: &BvhNode) -> bool {
+        let (lo, hi) = (node.mins(), node.maxs());
+        (0..2).all(|k| {
+            let x = self.x[k] * if self.x[k] > 0.0 { hi.x } else { lo.x };
+            let y = self.y[k] * if self.y[k] > 0.0 { hi.y } else { lo.y };
+            x + y >= self.tip[k]
+        })
+    }
 }
 
 /// Squared distance from a point to a box, zero inside.

@@ -163,20 +163,36 @@ impl World {
     /// The least of `measure` over the walls, square metres, and `most` where none
     /// is below it. A wall's measure is the square of a distance of one of its
     /// points from `point`, so never below that of the nearest; `None` leaves the
-    /// wall out. Walls that are farther than the least so far are not asked, nor are
-    /// most of those outside of a wedge with its tip at `point`, where the inward unit
-    /// normals of its sides are given: their measure must be `None`.
+    /// wall out. Walls that are farther than the least so far are not asked.
     #[must_use]
     pub fn least_squared(
         &self,
-        (point, inward): (Point2<f64>, Option<&[Vector2<f64>; 2]>),
+        point: Point2<f64>,
         most: f64,
         measure: impl Fn(&Wall) -> Option<f64>,
     ) -> f64 {
         if !(point.x.is_finite() && point.y.is_finite()) {
             return most;
         }
-        self.tree.least_by(&self.walls, (&point, inward), most, |index| measure(&self.walls[index]))
+        self.tree.least_by(&self.walls, &point, most, |index| measure(&self.walls[index]))
+    }
+
+    /// [`World::least_squared`] of the walls that reach into a wedge with its tip at
+    /// `tip`, given the inward unit normals of its two sides: `measure` must be `None`
+    /// for all others, and most of those are not asked.
+    #[must_use]
+    pub fn least_squared_in_wedge(
+        &self,
+        tip: Point2<f64>,
+        inward: &[Vector2<f64>; 2],
+        most: f64,
+        measure: impl Fn(&Wall) -> Option<f64>,
+    ) -> f64 {
+        if !(tip.x.is_finite() && tip.y.is_finite()) {
+            return most;
+        }
+        let measure = |index: usize| measure(&self.walls[index]);
+        self.tree.least_in_wedge_by(&self.walls, &tip, inward, most, measure)
     }
 
     /// Calls `visit` with index and wall of every wall whose box, larger by a small

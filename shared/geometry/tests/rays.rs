@@ -187,8 +187,8 @@ fn a_wedge_leaves_out_no_wall_that_reaches_into_it() {
                 within.map(|to| to.dot(&to)).reduce(f64::min)
             };
             let expected = world.walls().iter().filter_map(measure).fold(400.0, f64::min);
-            assert_eq!(world.least_squared((apex, Some(&sides)), 400.0, measure), expected);
-            assert_eq!(world.least_squared((apex, None), 400.0, measure), expected);
+            assert_eq!(world.least_squared_in_wedge(apex, &sides, 400.0, measure), expected);
+            assert_eq!(world.least_squared(apex, 400.0, measure), expected);
             found += u32::from(expected < 400.0);
         }
         assert!((20..400).contains(&found), "{walls}: {found}");

@@ -327,7 +327,7 @@ impl Person {
 /// The nearest point of any wall within reach of its force.
 fn nearest_point(world: &World, at: Point2<f64>) -> Option<Point2<f64>> {
     let nearest = Cell::new((WALL_REACH_M * WALL_REACH_M, None));
-    let _ = world.least_squared((at, None), WALL_REACH_M * WALL_REACH_M, |wall| {
+    let _ = world.least_squared(at, WALL_REACH_M * WALL_REACH_M, |wall| {
         let square = wall.distance_squared(&at);
         if square < nearest.get().0 {
             nearest.set((square, Some(wall.nearest(&at))));

@@ -107,7 +107,7 @@ impl Sonars {
         let most = self.config.range_max_m * self.config.range_max_m;
         let squared = match self.config.model {
             SonarModel::Nearest => {
-                scene.world.least_squared((cone.apex, Some(&cone.sides)), most, |wall| {
+                scene.world.least_squared_in_wedge(cone.apex, &cone.sides, most, |wall| {
                     cone.nearest_squared(wall)
                 })
             }
@@ -121,7 +121,7 @@ impl Sonars {
                     (!hidden).then_some(distance_m * distance_m)
                 };
                 let wall =
-                    scene.world.least_squared((cone.apex, Some(&cone.sides)), most, |wall| {
+                    scene.world.least_squared_in_wedge(cone.apex, &cone.sides, most, |wall| {
                         cone.foot(wall).filter(|foot| cone.holds(foot)).and_then(visible)
                     });
                 let seen = self.corners.iter().filter(|c| c.faces(&cone.apex) && cone.holds(&c.at));
