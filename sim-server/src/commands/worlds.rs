@@ -4,21 +4,21 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::Args;
-use rusty_contract::config::LidarConfig;
-use rusty_contract::{Exit, FieldError, TextTable, errln, outln};
+use rusty_contract::{Exit, FieldError, errln, outln};
 use rusty_floorplan::check::check;
-use rusty_floorplan::map_server::{Cell, RosMap};
+use rusty_floorplan::map_server::RosMap;
 use rusty_floorplan::trace::{TOLERANCE_CELLS, Traced};
 use rusty_floorplan::{FloorplanError, TracedMap, map_of, read_unchecked};
+use rusty_geometry::WorldSpec;
 use rusty_geometry::places::{PLACES, place};
-use rusty_geometry::{Hit, SE2, World, WorldSpec};
-use rusty_plot::floor::draw_walls;
-use rusty_plot::style::{INK, RGBColor};
-use rusty_plot::{Anchor, Axes, Canvas, Rect, paint};
-use rusty_sim::Lidar;
 use serde_json::json;
 
 use super::arguments::{Output, check_free};
+use drawing::drawing;
+use scan::Scan;
+
+mod drawing;
+mod scan;
 
 const AFTER_HELP: &str = "\
 A world file is a floor plan (TOML, or JSON with the ending .json), a map of ROS (the
@@ -28,7 +28,11 @@ YAML page, .yaml or .yml, of a PGM or PNG picture) or a drawing (.svg). `worlds 
 --check names gaps, walls that cover each other, openings through which the floor is
 open to the outside, and loose ends. It exits with 1 unless there are loose ends only.
 
+A cliff of a scan is a beam whose range differs from that of the beam before it by more
+than half a metre: beside it, two surfaces hide one another.
+
 Examples:
+  sim-server worlds apartment --scan 4.9,2.84,1.5707963267948966 --noise --svg scan.svg
   sim-server worlds map.yaml --svg map.svg       walls over the cells of a map
   sim-server worlds plan.svg --check             check a drawing
   sim-server worlds plan.svg --json > plan.json  convert a drawing";
@@ -44,9 +48,20 @@ pub struct WorldsArgs {
     /// Point on the floor to check, in m [default: inside the walls]
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, requires = "check")]
     pub start: Option<String>,
-    /// Scan without noise from this sensor pose, in m, m, rad
+    /// Scan from this sensor pose, in m, m, rad; with --svg, draw the beams and a
+    /// strip of range over beam
     #[arg(long, value_name = "X,Y,THETA", allow_hyphen_values = true, requires = "name")]
     pub scan: Option<String>,
+    /// Add noise with this standard deviation to the scan, m [default: 0.02]
+    #[arg(long, value_name = "STD", num_args = 0..=1, default_missing_value = "0.02")]
+    #[arg(requires = "scan")]
+    pub noise: Option<f64>,
+    /// Probability that a beam of the scan returns nothing
+    #[arg(long, value_name = "P", requires = "scan", default_value_t = 0.0)]
+    pub dropout: f64,
+    /// Seed of noise and dropout: those of the first tick of a run with this seed
+    #[arg(long, value_name = "N", requires = "scan", default_value_t = 42)]
+    pub seed: u64,
     /// Number of beams of the scan over the full circle
     #[arg(long, default_value_t = 180)]
     pub beams: u32,
@@ -62,14 +77,6 @@ pub struct WorldsArgs {
     #[command(flatten)]
     pub output: Output,
 }
-
-/// Width of a drawn world, and where it begins, CSS pixels.
-const WIDTH: f64 = 920.0;
-const LEFT: f64 = 60.0;
-const TOP: f64 = 44.0;
-
-/// Colour of the occupied cells of a map.
-const OCCUPIED: RGBColor = RGBColor(0xBD, 0xBD, 0xBD);
 
 pub fn run(args: &WorldsArgs) -> Result<Exit> {
     let Some(name) = &args.name else { return list(args) };
@@ -89,20 +96,21 @@ pub fn run(args: &WorldsArgs) -> Result<Exit> {
         return Ok(if report.problems() == 0 { Exit::Done } else { Exit::Failed });
     }
     spec.check().map_err(unusable)?;
+    let scan = args.scan.as_ref().map(|pose| Scan::take(args, &spec, pose));
+    let scan = scan.transpose()?;
     if let Some(path) = &args.svg {
         check_free(path, args.force)?;
         let map = map.as_ref();
-        std::fs::write(path, drawing(&spec, map.map(|map| &map.map)))
+        std::fs::write(path, drawing(&spec, map.map(|map| &map.map), scan.as_ref()))
             .with_context(|| path.display().to_string())?;
         if let Some(TracedMap { map, traced }) = map {
             errln!("{}", description(map, traced));
         }
         errln!("drawn into {}", path.display());
     }
-    if let Some(pose) = &args.scan {
-        return scan(args, &World::new(spec).map_err(unusable)?, pose);
-    }
-    if args.output.json || args.svg.is_none() {
+    if let Some(scan) = scan {
+        scan.print(&args.output);
+    } else if args.output.json || args.svg.is_none() {
         args.output.print_with(&spec, || print(&spec));
     }
     Ok(Exit::Done)
@@ -148,68 +156,6 @@ fn numbers<const N: usize>(option: &str, text: &str) -> Result<[f64; N], FieldEr
     })
 }
 
-fn scan(args: &WorldsArgs, world: &World, pose: &str) -> Result<Exit> {
-    let [x, y, theta] = numbers("--scan", pose)?;
-    let sensor_in_world = SE2::new(x, y, theta);
-    let lidar =
-        LidarConfig { beams: args.beams, range_max_m: args.range_max, ..LidarConfig::default() };
-    lidar.check()?;
-    let mut hits = vec![Hit { distance_m: 0.0, material: None }; args.beams as usize];
-    Lidar::new(&lidar).ranges_and_materials(world, &sensor_in_world, &mut hits);
-    let ranges: Vec<f64> = hits.iter().map(|h| h.distance_m).collect();
-    let materials: Vec<Option<String>> =
-        hits.iter().map(|h| h.material.map(|m| m.to_string())).collect();
-    args.output.print_with(&json!({ "ranges": ranges, "materials": materials }), || {
-        let mut table = TextTable::new(">beam  >bearing  >range  material");
-        for (k, (range, material)) in ranges.iter().zip(&materials).enumerate() {
-            let bearing = format!("{:.1}°", lidar.bearing_rad(k as u32).to_degrees());
-            let material = material.as_deref().unwrap_or("nothing within range");
-            table.row(&[&k, &bearing, &format!("{range:.4} m"), &material]);
-        }
-        outln!("{table}");
-    });
-    Ok(Exit::Done)
-}
-
-fn drawing(spec: &WorldSpec, map: Option<&RosMap>) -> String {
-    let [x0, y0, x1, y1] = if spec.walls.is_empty() { [-5.0, -5.0, 5.0, 5.0] } else { spec.bounds };
-    let margin = 0.04 * (x1 - x0).max(y1 - y0);
-    let (x, y) = ([x0 - margin, x1 + margin], [y0 - margin, y1 + margin]);
-    let height = (WIDTH * (y[1] - y[0]) / (x[1] - x[0])).clamp(120.0, 10.0 * WIDTH);
-    let frame = Rect { left: LEFT, top: TOP, right: LEFT + WIDTH, bottom: TOP + height };
-    let axes = Axes::equal(frame, x, y, 12.0);
-    paint((WIDTH + LEFT + 20.0, frame.bottom + 50.0), &spec.name, |canvas| {
-        canvas.text([LEFT, 28.0], Anchor::Start, 22.0, &INK, &spec.name);
-        axes.draw_grid(canvas);
-        if let Some(map) = map {
-            draw_cells(canvas, &axes, map);
-        }
-        draw_walls(canvas, &axes, &spec.walls);
-        axes.draw_frame(canvas, true);
-        axes.draw_titles(canvas, "", "x (m)", "y (m)");
-    })
-}
-
-/// Draws the occupied cells of a map, those in a row together.
-fn draw_cells(canvas: &mut Canvas, axes: &Axes, map: &RosMap) {
-    let frame_in_world = SE2::new(map.origin_m[0], map.origin_m[1], map.yaw_rad);
-    let place = |column: usize, row: usize| {
-        let [x, y] = [column, row].map(|cells| map.cell_m * cells as f64);
-        axes.px(frame_in_world.transform_point(&[x, y].into()).into())
-    };
-    for (row, cells) in map.cells.chunks_exact(map.width).enumerate() {
-        let mut from = 0;
-        for same in cells.chunk_by(|a, b| a == b) {
-            let to = from + same.len();
-            if same[0] == Cell::Occupied {
-                let corners = [(from, row), (to, row), (to, row + 1), (from, row + 1)];
-                canvas.polygon(&corners.map(|(x, y)| place(x, y)), &OCCUPIED);
-            }
-            from = to;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -217,8 +163,31 @@ mod tests {
     #[test]
     fn every_place_can_be_drawn() {
         for (name, _) in PLACES {
-            let svg = drawing(place(name).unwrap().spec(), None);
+            let svg = drawing(place(name).unwrap().spec(), None, None);
             assert!(svg.contains("<svg") && svg.contains(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_cliffs_of_the_anatomy_are_where_the_chapter_has_them() {
+        #[derive(clap::Parser)]
+        struct Line {
+            #[command(flatten)]
+            args: WorldsArgs,
+        }
+        let pose = "--scan 4.9,2.84,1.5707963267948966";
+        let line = format!("worlds apartment {pose} --noise --dropout 0.2");
+        let Line { args } = clap::Parser::parse_from(line.split(' '));
+        let place = place("apartment").unwrap();
+        let spec = place.spec();
+        let scan = Scan::take(&args, spec, args.scan.as_ref().unwrap()).unwrap();
+        assert_eq!(scan.cliffs(), [6, 78, 103]);
+        let measured_m = scan.measured_m.as_ref().unwrap();
+        let dropped = measured_m.iter().filter(|m| **m == 8.0).count();
+        assert!((20..=55).contains(&dropped), "{dropped} of 180");
+        let svg = drawing(spec, None, Some(&scan));
+        for words in [">6<", ">78<", ">103<", "range (m)"] {
+            assert!(svg.contains(words), "{words}");
         }
     }
 

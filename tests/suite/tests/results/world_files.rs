@@ -100,6 +100,20 @@ fn a_drawing_is_a_world_for_every_verb() {
     }
 }
 
+/// A scan with noise is the first of a run with that seed, bit for bit.
+#[test]
+fn a_scan_with_noise_is_that_of_a_run_in_the_same_place() {
+    let (_out, log) = logged("scan", &["anatomy", "--ticks", "1", "--seed", "7"]);
+    let ranges = Log::read(&log).records()[0].ranges_m.clone();
+    let pose = "4.9,2.84,1.5707963267948966";
+    let all = ["worlds", "apartment", "--scan", pose, "--noise", "--seed", "7", "--json"];
+    let scan = sim_server(&all).expect(0).json();
+    let said = |key: &str| list(&scan, key).iter().map(|m| m.as_f64().unwrap()).collect::<Vec<_>>();
+    assert_eq!(Some(said("measured")), ranges);
+    assert_eq!(said("ranges")[90], 2.26);
+    assert_eq!(scan["cliffs"], json!([6, 78, 103]));
+}
+
 #[test]
 fn the_examples_of_the_page_can_be_used() {
     let page = fs::read_to_string(repository().join("docs/worlds.md")).unwrap();
