@@ -40,7 +40,7 @@ impl AuthKey {
     /// The key as 32 hexadecimal digits.
     #[must_use]
     pub fn to_hex(&self) -> String {
-        crate::digest::hex(bytemuck::bytes_of(&self.0))
+        crate::hex::hex(bytemuck::bytes_of(&self.0))
     }
 
     /// Reads what [`to_hex`](Self::to_hex) wrote; white space around it is

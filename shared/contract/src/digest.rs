@@ -20,6 +20,7 @@
 
 mod observable;
 
+pub use crate::hex::hex;
 pub use observable::{ObservableDigest, observable_of};
 
 use rusty_geometry::SE2;
@@ -170,12 +171,6 @@ impl RunDigest {
     pub fn world_hex(&self) -> String {
         hex(&self.world())
     }
-}
-
-/// Bytes as hexadecimal digits.
-#[must_use]
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 #[cfg(test)]

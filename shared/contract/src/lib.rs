@@ -98,6 +98,7 @@ pub mod effects;
 pub mod exit;
 mod field_table;
 pub mod frame;
+mod hex;
 pub mod input;
 pub mod join;
 pub mod layout;

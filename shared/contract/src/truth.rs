@@ -15,7 +15,7 @@ use chacha20::cipher::{KeyIvInit, StreamCipher};
 use rusty_geometry::SE2;
 use thiserror::Error;
 
-use crate::digest::hex;
+use crate::hex::hex;
 
 /// Length of a key, bytes.
 pub const KEY_BYTES: usize = 32;
