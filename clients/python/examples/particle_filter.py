@@ -92,7 +92,8 @@ def main():
             if lost:  # each that is left stands for the poses around it
                 particles = particles + rng.normal(size=(FEW, 3)) * 0.1
             (mean, covariance), since = summary(particles), rusty.SE2()
-        tick.answer(*(mean @ since), covariance)
+        seen = particles if tick.ranges is not None else None  # for pages and reports
+        tick.answer(*(mean @ since), covariance, belief=seen)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use rusty_contract::score::seconds;
-use rusty_contract::{Estimate, Frame, Innovation, OwnedReadings, Reply};
+use rusty_contract::{BeliefKind, Estimate, Frame, Innovation, OwnedReadings, Reply, WeightedPose};
 use rusty_geometry::{EncoderCounts, SE2, Twist};
 use rusty_link::MAX_HELD_FRAMES;
 
@@ -64,7 +64,7 @@ impl Tick {
         misused(format!("tick {} is over: {remedy}", self.index))
     }
 
-    fn reply(&self, reply: Reply) -> PyResult<()> {
+    fn reply(&self, reply: Reply, belief: Option<(BeliefKind, Rows<'_>)>) -> PyResult<()> {
         let index = self.index;
         let Some(mut turn) = self.gate.turn() else {
             let leaving = self.gate.is_leaving();
@@ -87,6 +87,11 @@ impl Tick {
             part.session.get_mut().answer(frame, reply).map_err(exception)?;
         }
         part.open = None;
+        let session = part.session.get_mut();
+        if let Some((kind, rows)) = belief.filter(|_| session.is_watched()) {
+            let mut poses = poses_of(&rows);
+            session.show_belief((index, self.time_s), kind, &mut poses);
+        }
         Ok(())
     }
 }
@@ -195,11 +200,16 @@ impl Tick {
     ///     innovation: (nis, degrees), how surprising this tick's measurements were:
     ///         the normalised innovation squared nu' S^-1 nu, summed over the updates
     ///         of the tick, and how many numbers were measured. None: not reported.
+    ///     belief: poses that are possible now, shape (N, 3) or (N, 4): x m, y m,
+    ///         theta rad, weight. They are shown on the pages and in the reports of the
+    ///         run, and are no part of the answer. Not shown on a log.
+    ///     belief_kind: "particles", or "histogram" where the poses are the cells of a
+    ///         grid.
     ///
     /// Raises:
     ///     ValueError: an invalid number, by name; the tick can be answered again.
     ///     RuntimeError: the tick has been answered, or is over.
-    #[pyo3(signature = (x = None, y = None, theta = None, covariance = None, command = None, innovation = None))]
+    #[pyo3(signature = (x = None, y = None, theta = None, covariance = None, command = None, innovation = None, belief = None, belief_kind = "particles"))]
     #[allow(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn answer(
         &self,
@@ -209,7 +219,11 @@ impl Tick {
         covariance: Option<&Bound<'_, PyAny>>,
         command: Option<(f64, f64)>,
         innovation: Option<(f64, u32)>,
+        belief: Option<&Bound<'_, PyAny>>,
+        belief_kind: &str,
     ) -> PyResult<()> {
+        let belief = belief.map(|poses| Ok::<_, PyErr>((kind(belief_kind)?, rows(poses)?)));
+        let belief = belief.transpose()?;
         let command = command.map(|(v_m_s, omega_rad_s)| Twist { v_m_s, omega_rad_s });
         let pose = match (x, y, theta) {
             (Some(x), Some(y), Some(theta)) => Some(SE2::new(x, y, theta)),
@@ -220,7 +234,7 @@ impl Tick {
         let innovation = innovation.map(|(nis, degrees)| Innovation { nis, degrees });
         let extra = covariance.is_some() || innovation.is_some();
         let estimate = |pose_in_world| Estimate { pose_in_world, covariance, innovation };
-        self.reply(match (pose.map(estimate), command) {
+        let reply = match (pose.map(estimate), command) {
             (Some(estimate), None) => Reply::Estimate(estimate),
             (Some(estimate), Some(command)) => Reply::Both(estimate, command),
             (None, _) if extra => {
@@ -233,7 +247,8 @@ impl Tick {
                     "answer(): give a pose or a command; or abstain()",
                 ));
             }
-        })
+        };
+        self.reply(reply, belief)
     }
 
     /// Says nothing about this tick.
@@ -241,7 +256,7 @@ impl Tick {
     /// Raises:
     ///     RuntimeError: the tick has been answered, or is over.
     fn abstain(&self) -> PyResult<()> {
-        self.reply(Reply::Abstain)
+        self.reply(Reply::Abstain, None)
     }
 
     fn __repr__(&self) -> String {
@@ -270,6 +285,44 @@ fn array(py: Python<'_>, loan: Arc<Loan>, views: usize) -> PyResult<Py<PyArray1<
     let locked = array.try_readwrite()?.make_nonwriteable();
     drop(locked);
     Ok(array.unbind())
+}
+
+/// The rows of a belief, as Python has them.
+type Rows<'py> = PyArrayLike2<'py, f64, AllowTypeChange>;
+
+fn kind(word: &str) -> PyResult<BeliefKind> {
+    match word {
+        "particles" => Ok(BeliefKind::Particles),
+        "histogram" => Ok(BeliefKind::Histogram),
+        _ => Err(PyValueError::new_err(format!(
+            "belief_kind: {word:?} is none; give \"particles\" or \"histogram\""
+        ))),
+    }
+}
+
+fn rows<'py>(given: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
+    let remedy = "give numbers of shape (N, 3) or (N, 4): x, y, theta, weight";
+    let rows: Rows<'py> =
+        given.extract().map_err(|_| PyValueError::new_err(format!("belief: {remedy}")))?;
+    let (count, columns) = rows.as_array().dim();
+    if !(3..=4).contains(&columns) {
+        let text = format!("belief has the shape ({count}, {columns}); {remedy}");
+        return Err(PyValueError::new_err(text));
+    }
+    Ok(rows)
+}
+
+/// Without weights all poses are equally likely.
+fn poses_of(rows: &Rows<'_>) -> Vec<WeightedPose> {
+    let rows = rows.as_array();
+    let equal = 1.0 / rows.nrows().max(1) as f64;
+    let pose = |row: ArrayView1<'_, f64>| WeightedPose {
+        x_m: row[0],
+        y_m: row[1],
+        theta_rad: row[2],
+        weight: row.get(3).copied().unwrap_or(equal),
+    };
+    rows.rows().into_iter().map(pose).collect()
 }
 
 /// A 3×3 matrix, row by row, from whatever numpy makes one of.

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use rusty_contract::belief::{BeliefFileError, BeliefFileHeader, BeliefWriter, tidy};
 use rusty_contract::digest::observable_of;
-use rusty_contract::{BeliefHeader, Start, WeightedPose, errln, output};
+use rusty_contract::{Start, WeightedPose, errln, output};
 
 use crate::same_file;
 use crate::{ClientArgs, ClientError, Filter, Session, Tick};
@@ -103,7 +103,7 @@ impl Showing {
     ) -> Result<(), ClientError> {
         let Moment { tick, time_s, observable } = moment;
         let live = matches!(self.to, To::Viewers);
-        if live && !session.beliefs().is_some_and(|beliefs| beliefs.is_watched()) {
+        if live && !session.is_watched() {
             return Ok(());
         }
         let poses = &mut self.poses;
@@ -119,28 +119,19 @@ impl Showing {
             self.to = To::Nobody;
             return Ok(());
         };
-        let (Some(kind), whole) = (kind, tidy(poses)) else { return Ok(()) };
-        if whole == 0 {
-            return Ok(());
-        }
+        let Some(kind) = kind else { return Ok(()) };
         match &mut self.to {
-            To::Viewers => {
-                let Start { run_id, participant, name, .. } = session.start();
-                let (run_id, participant) = (*run_id, *participant);
-                let (name, kind) = (BeliefHeader::padded(name), kind.number());
-                let count = poses.len() as u32;
-                let header =
-                    BeliefHeader { run_id, tick, time_s, name, participant, kind, count, whole };
-                // Whether it went out is of no consequence.
-                let _ = session.beliefs().map(|beliefs| beliefs.show(header, poses));
-                Ok(())
-            }
+            To::Viewers => session.show_belief((tick, time_s), kind, poses),
             To::File { path, writer, .. } => {
-                let written = writer.moment((tick, observable), (kind, whole), poses);
-                written.map_err(failure(path))
+                let whole = tidy(poses);
+                if whole > 0 {
+                    let written = writer.moment((tick, observable), (kind, whole), poses);
+                    written.map_err(failure(path))?;
+                }
             }
-            To::Nobody => Ok(()),
+            To::Nobody => {}
         }
+        Ok(())
     }
 
     /// Writes the end of a file. One without a belief is taken away again.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import html
 import json
 import os
 import shutil
@@ -55,6 +57,22 @@ class Record(dict[str, Any]):
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self]
+
+
+    def _repr_html_(self) -> str:
+        """A table, for notebooks."""
+        rows = ((html.escape(key), html.escape(_shown(value))) for key, value in self.items())
+        cells = (f"<tr><th>{key}</th><td>{value}</td></tr>" for key, value in rows)
+        return f"<table>{''.join(cells)}</table>"
+
+
+def _shown(value: Any) -> str:
+    """A value of a report on one line."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_shown(part)}" for key, part in value.items())
+    return "–" if value is None else str(value)
 
 
 class Run:
@@ -126,6 +144,22 @@ class Run:
         errors = ((s["name"], s.get("ate_rmse_m")) for s in self.scores)
         words = (f"{n} ATE {e:.3f} m" if e is not None else f"{n} unscored" for n, e in errors)
         return "; ".join([first, *words]) + ">"
+
+    def _repr_html_(self) -> str:
+        """Scores and picture, for notebooks."""
+        heads = {"name": "", "ate_rmse_m": "ATE rmse, m", "final_position_error_m": "at the end, m"}
+        rows = [f"<tr>{''.join(f'<th>{head}</th>' for head in heads.values())}</tr>"]
+        for score in self.scores:
+            cells = (html.escape(_shown(score.get(key))) for key in heads)
+            rows.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
+        parts = [f"<p>{html.escape(repr(self))}<br>digest <code>{self.digest}</code></p>"]
+        parts.append(f"<table>{''.join(rows)}</table>")
+        for path in self.pictures:
+            if path.suffix == ".svg" and path.is_file():
+                data = base64.b64encode(path.read_bytes()).decode("ascii")
+                kind = "image/svg+xml;base64"
+                parts.append(f'<img alt="The run from above" src="data:{kind},{data}">')
+        return "".join(parts)
 
 
 def launch(

@@ -204,6 +204,8 @@ class Tick:
         covariance: ArrayLike | None = None,
         command: tuple[float, float] | None = None,
         innovation: tuple[float, int] | None = None,
+        belief: ArrayLike | None = None,
+        belief_kind: Literal["particles", "histogram"] = "particles",
     ) -> None:
         """Answers the tick. The answer is the acknowledgement: only when all have
         answered does the next tick happen.
@@ -222,6 +224,11 @@ class Tick:
                 were: the normalised innovation squared nu' S^-1 nu, summed over
                 the updates of the tick, and how many numbers were measured.
                 None: not reported.
+            belief: poses that are possible now, shape (N, 3) or (N, 4): x m, y m,
+                theta rad, weight. They are shown on the pages and in the reports of
+                the run, and are no part of the answer. Not shown on a log.
+            belief_kind: "particles", or "histogram" where the poses are the cells
+                of a grid.
 
         Raises:
             ValueError: an invalid number, by name; the tick can be answered

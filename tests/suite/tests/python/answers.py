@@ -57,6 +57,9 @@ with rusty.join() as session:
         refused(TypeError, "all three", lambda: tick.answer(1.0, 2.0))
         refused(TypeError, "or abstain()", lambda: tick.answer())
         refused(TypeError, "needs its pose", lambda: tick.answer(covariance=np.eye(3)))
+        refused(ValueError, "belief has the shape (2, 2)", lambda: tick.answer(0, 0, 0, belief=np.eye(2)))
+        refused(ValueError, "numbers of shape (N, 3)", lambda: tick.answer(0, 0, 0, belief="wide"))
+        refused(ValueError, "belief_kind", lambda: tick.answer(0, 0, 0, belief=[[0, 0, 0]], belief_kind="cloud"))
         refused(ValueError, "innovation nis", lambda: tick.answer(0, 0, 0, innovation=(-1.0, 2)))
         if before is not None:
             refused(RuntimeError, f"tick {n - 1} cannot be answered", lambda: before.answer(0, 0, 0))

@@ -30,6 +30,13 @@ assert three.score("particles").final_position_error_m == three.scores[2]["final
 assert [path.exists() for path in three.pictures] == [True] * len(three.pictures)
 assert (log.answers["python"] == log.answers["dead-reckoning"]).all()
 assert [*log.covariances] == ["particles"]
+# The scorer saw its particles; who has none to show leaves no file.
+assert (out / "three" / "particles.beliefs").stat().st_size > 10_000
+assert not (out / "three" / "python.beliefs").exists()
+page = three._repr_html_()
+assert "ATE rmse, m" in page and f"<code>{three.digest}</code>" in page
+assert page.count("data:image/svg+xml;base64,") == 1
+assert "<th>distance_m</th>" in three.scores[0]._repr_html_()
 eigenvalues = np.linalg.eigvalsh(log.covariances["particles"])
 assert eigenvalues.shape == (400, 3) and (eigenvalues > 0).all()
 
