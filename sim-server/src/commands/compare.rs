@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use clap::Args;
-use rusty_contract::{Exit, FieldError};
+use rusty_contract::{Exit, FieldError, errln};
 use rusty_study::versus::contest::versus;
+use rusty_study::versus::drawing::drawing;
 use rusty_study::versus::{Contents, Metric, sides};
 
-use super::arguments::Output;
+use super::arguments::{Output, check_free};
 
 const AFTER_HELP: &str = "\
 A row of a sweep is a run of an estimator. Runs of one seed have the same noise, so
@@ -25,6 +26,7 @@ same true path, to the bit. Otherwise they did not drive the same runs.
 Examples:
   sim-server sweep apartment --seeds 0..100 --clients --out t.csv
   sim-server compare t.csv --a dead-reckoning --b my-filter
+  sim-server compare t.csv --a dead-reckoning --b my-filter --svg compared.svg
   sim-server compare before.csv after.csv --a my-filter --metric ate --metric nees";
 
 #[derive(Args, Clone, Debug)]
@@ -47,6 +49,12 @@ pub struct CompareArgs {
     /// Confidence level of the intervals
     #[arg(long, default_value_t = 0.95, value_name = "P")]
     pub level: f64,
+    /// Draw the differences and both distributions into this SVG file
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// Replace an existing drawing
+    #[arg(long, requires = "svg")]
+    pub force: bool,
     #[command(flatten)]
     pub output: Output,
 }
@@ -57,12 +65,18 @@ pub fn run(args: &CompareArgs) -> Result<Exit> {
         let (problem, remedy) = ("is no probability between 0 and 1", "give --level 0.95");
         return Err(FieldError::new("--level", level, problem, remedy).into());
     }
+    args.svg.as_ref().map_or(Ok(()), |path| check_free(path, args.force))?;
     let table = Contents::read(&args.table)?;
     let other = args.other.as_deref().map(Contents::read).transpose()?;
     let names = [args.a.as_deref(), args.b.as_deref()];
     let sides = sides(&table, other.as_ref(), names)?;
     let asked = !args.metrics.is_empty();
     let metrics = if asked { &args.metrics[..] } else { &Metric::USUAL[..] };
-    args.output.print(&versus(sides, metrics, asked, level)?);
+    let found = versus(sides, metrics, asked, level)?;
+    args.output.print(&found);
+    if let Some(path) = &args.svg {
+        std::fs::write(path, drawing(&found)).with_context(|| path.display().to_string())?;
+        errln!("drawn into {}", path.display());
+    }
     Ok(Exit::Done)
 }

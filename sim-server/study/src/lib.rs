@@ -8,6 +8,7 @@
 
 pub mod budget;
 pub mod documents;
+mod page;
 pub mod sweep;
 pub mod umbmark;
 pub mod versus;

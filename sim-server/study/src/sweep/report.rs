@@ -74,7 +74,11 @@ pub fn draw(swept: &Swept, out: &Path) -> Result<Vec<PathBuf>, SweepError> {
         return Ok(Vec::new());
     }
     let mut written = Vec::new();
-    for (name, svg) in [("fan", drawing::fan(swept)), ("growth", drawing::growth(swept))] {
+    for (name, svg) in [
+        ("fan", drawing::fan(swept)),
+        ("growth", drawing::growth(swept)),
+        ("errors", drawing::errors(swept)),
+    ] {
         let mut stem = out.file_stem().unwrap_or_default().to_owned();
         stem.push(format!("-{name}"));
         let path = |ending: &str| out.with_file_name(&stem).with_extension(ending);

@@ -59,6 +59,9 @@ pub struct Outcome {
     /// B − A over the seeds that both have.
     #[serde(flatten)]
     pub paired: Paired,
+    /// The figures of A and B by seed.
+    #[serde(skip)]
+    pub figures: BTreeMap<u64, [Option<f64>; 2]>,
     /// Interval of the mean difference (Student's t); null with one pair.
     pub interval: [f64; 2],
     /// The difference in per cent of A's mean.
@@ -213,7 +216,8 @@ impl<'c> Met<'c> {
 
     fn outcome(&self, metric: Metric, level: f64, names: [&str; 2]) -> Outcome {
         let of = |(seed, runs): &(u64, [&Run; 2])| (*seed, runs.map(|run| figure(run, metric)));
-        let mut paired = Paired::of(&self.pairs.iter().map(of).collect(), level);
+        let figures = self.pairs.iter().map(of).collect();
+        let mut paired = Paired::of(&figures, level);
         let one_sided = self.one_sided(metric);
         let signs = &mut paired.signs;
         signs.above += one_sided[0];
@@ -234,6 +238,7 @@ impl<'c> Met<'c> {
         let mut outcome = Outcome {
             metric,
             unit: metric.unit(),
+            figures,
             interval,
             effect_percent: 100.0 * paired.difference / paired.means[0],
             wins,

@@ -131,9 +131,18 @@ impl Metric {
     #[must_use]
     pub fn shown(self, value: f64) -> String {
         match self {
-            Self::Heading => degrees(value.to_degrees()),
-            Self::Compute => metres(1e3 * value),
-            _ => metres(value),
+            Self::Heading => degrees(self.scale() * value),
+            _ => metres(self.scale() * value),
+        }
+    }
+
+    /// From the unit of the figure to that of its words.
+    #[must_use]
+    pub fn scale(self) -> f64 {
+        match self {
+            Self::Heading => 180.0 / core::f64::consts::PI,
+            Self::Compute => 1e3,
+            _ => 1.0,
         }
     }
 

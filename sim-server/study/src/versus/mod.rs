@@ -8,10 +8,12 @@
 //! * [`side`]: A and B, and whether they drove the same runs;
 //! * [`contest`]: pairs, and what they say, metric by metric;
 //! * [`report`]: the same in words;
+//! * [`drawing`]: the same in pictures;
 //! * [`error`].
 
 pub mod contents;
 pub mod contest;
+pub mod drawing;
 pub mod error;
 pub mod metric;
 pub mod report;

@@ -18,7 +18,8 @@ use rusty_plot::{Anchor, Axes, Canvas, Px, Rect, paint, shortened};
 
 use super::super::lines::setting;
 use super::super::{Cell, Sample, Swept, Track};
-use super::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH, seeds_of};
+use super::seeds_of;
+use crate::page::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH};
 use rusty_metrics::Moments;
 
 /// Most panels; the rest of the cells is left out, and the page says so.

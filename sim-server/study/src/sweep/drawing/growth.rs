@@ -11,13 +11,12 @@ use rusty_plot::{Anchor, Axes, Axis, Canvas, Px, Rect, paint, shortened};
 
 use super::super::Swept;
 use super::super::growth::{Exponent, Growth, Spread, growth as spreads};
-use super::super::lines::setting;
-use super::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH, seeds_of};
+use super::{name_of, seeds_of};
+use crate::page::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH, draw_empty, frame};
 
 /// Most lines of the table, and curves in a plot.
 const MOST_CURVES: usize = 8;
 const PLOT_HEIGHT: f64 = 330.0;
-const GAP: f64 = 78.0;
 const ROW: f64 = 24.0;
 /// A spread below this cannot be told from rounding, and is not drawn.
 const LEAST: f64 = 1e-9;
@@ -78,13 +77,7 @@ pub fn growth(swept: &Swept) -> String {
     if left_out > 0 {
         details.push_str(&format!(" · {left_out} more not shown"));
     }
-    let frame = |place: usize| {
-        let room = WIDTH - MARGIN_LEFT - MARGIN_RIGHT - GAP * (PLOTS.len() - 1) as f64;
-        let width = room / PLOTS.len() as f64;
-        let left = MARGIN_LEFT + (width + GAP) * place as f64;
-        let top = TOP + 24.0;
-        Rect { left, top, right: left + width, bottom: top + PLOT_HEIGHT }
-    };
+    let frame = |place: usize| frame(place, PLOTS.len(), TOP + 24.0, PLOT_HEIGHT);
     let table_top = TOP + 24.0 + PLOT_HEIGHT + 84.0;
     let height = table_top + ROW * curves.len().max(1) as f64 + 44.0;
     paint((WIDTH, height), &title, |canvas| {
@@ -99,11 +92,7 @@ pub fn growth(swept: &Swept) -> String {
 fn draw_plot(canvas: &mut Canvas, frame: Rect, plot: &Plot, curves: &[Growth]) {
     let points: Vec<Vec<[f64; 2]>> = curves.iter().map(|curve| points_of(plot, curve)).collect();
     let Some(axes) = axes_of(frame, &points) else {
-        let empty = Axes { frame, x: Axis::plain([0.0, 1.0]), y: Axis::plain([0.0, 1.0]) };
-        empty.draw_frame(canvas, false);
-        empty.draw_titles(canvas, plot.title, "", "");
-        let at = empty.px([0.5, 0.5]);
-        return canvas.text(at, Anchor::Middle, 13.0, &SOFT_INK, "the same on every seed");
+        return draw_empty(canvas, frame, plot.title, "the same on every seed");
     };
     axes.draw_grid(canvas);
     draw_guide(canvas, &axes, plot);
@@ -192,11 +181,7 @@ fn draw_table(canvas: &mut Canvas, top: f64, swept: &Swept, curves: &[Growth]) {
     for (i, curve) in curves.iter().enumerate() {
         let y = top + ROW * (i as f64 + 0.5);
         let look = Look::of(i, curves.len());
-        let parameters = swept.cells.get(curve.cell).map(|c| setting(&c.parameters));
-        let name = match parameters.filter(|text| text != "–") {
-            Some(text) => format!("{}, {text}", curve.estimator),
-            None => curve.estimator.clone(),
-        };
+        let name = name_of(swept, curve.cell, &curve.estimator);
         let [across, along, heading] = PLOTS.map(|plot| exponent_text((plot.exponent)(curve)));
         let end = curve.samples.last().map_or_else(
             || "–".to_owned(),

@@ -2,25 +2,21 @@
 //!
 //! * [`fan()`]: the paths of all seeds on the floor, a panel per cell;
 //! * [`growth()`]: their spread over the distance driven, on logarithmic axes,
-//!   with the fitted powers.
+//!   with the fitted powers;
+//! * [`errors()`]: errors over time and over the runs.
 //!
-//! Both are SVG texts of the same bytes for the same sweep;
+//! All are SVG texts of the same bytes for the same sweep;
 //! [`png`](rusty_plot::png()) makes pixels of them. Colours go round with the
 //! estimator in the fan and with cell and estimator in the growth; a colour is
 //! never alone, each has a separate mark.
 
+mod errors;
 mod fan;
 mod growth;
 
+pub use errors::errors;
 pub use fan::fan;
 pub use growth::growth;
-
-/// Width of a page, CSS pixels.
-const WIDTH: f64 = 1200.0;
-const MARGIN_LEFT: f64 = 72.0;
-const MARGIN_RIGHT: f64 = 28.0;
-/// Where the first thing below title and details may begin.
-const TOP: f64 = 84.0;
 
 /// How many seeds the tracks are of, and which.
 fn seeds_of(tracks: &[super::Track]) -> String {
@@ -31,6 +27,15 @@ fn seeds_of(tracks: &[super::Track]) -> String {
         }
         (Some(only), _) => format!("seed {only}"),
         _ => "no seeds".to_owned(),
+    }
+}
+
+/// What an estimator in a cell is called: with the setting, where there are several.
+fn name_of(swept: &super::Swept, cell: usize, estimator: &str) -> String {
+    let setting = swept.cells.get(cell).map(|c| super::lines::setting(&c.parameters));
+    match setting.filter(|text| text != "–") {
+        Some(setting) => format!("{estimator}, {setting}"),
+        None => estimator.to_owned(),
     }
 }
 

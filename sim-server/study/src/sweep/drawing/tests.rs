@@ -31,8 +31,8 @@ fn slips(slips: &[f64], seeds: u64) -> Swept {
     sweep(slips.iter().map(with).collect(), seeds, 1)
 }
 
-fn drawn(swept: &Swept) -> [String; 2] {
-    let pages = [fan(swept), growth(swept)];
+fn drawn(swept: &Swept) -> [String; 3] {
+    let pages = [fan(swept), growth(swept), errors(swept)];
     for page in &pages {
         assert!(!page.contains("NaN") && !page.contains("inf\""), "a number that is none");
         assert!(png(page).unwrap().len() > 3_000);
@@ -40,7 +40,7 @@ fn drawn(swept: &Swept) -> [String; 2] {
     // For a person who wants to look at them.
     if let Ok(folder) = std::env::var("RUSTY_DRAWINGS") {
         let name = format!("{}-{}", swept.cells.len(), swept.tracks.len());
-        for (kind, page) in ["fan", "growth"].iter().zip(&pages) {
+        for (kind, page) in ["fan", "growth", "errors"].iter().zip(&pages) {
             let path = format!("{folder}/{kind}-{name}");
             std::fs::write(format!("{path}.svg"), page).unwrap();
             std::fs::write(format!("{path}.png"), png(page).unwrap()).unwrap();
@@ -52,7 +52,7 @@ fn drawn(swept: &Swept) -> [String; 2] {
 #[test]
 fn a_fan_has_a_panel_per_setting_and_a_growth_a_line() {
     let swept = slips(&[0.02, 0.05], 60);
-    let [fan, growth] = drawn(&swept);
+    let [fan, growth, errors] = drawn(&swept);
     for part in [
         "Fan of patrol",
         "60 seeds, 0 to 59",
@@ -76,7 +76,16 @@ fn a_fan_has_a_panel_per_setting_and_a_growth_a_line() {
     ] {
         assert!(growth.contains(part), "{part} is missing");
     }
-    assert_eq!(drawn(&swept), [fan, growth], "the same sweep, other bytes");
+    for part in [
+        "Errors in patrol",
+        "dead-reckoning, robot.slip_std=0.05",
+        "position error (m)",
+        "heading error (deg)",
+        "no run has this figure",
+    ] {
+        assert!(errors.contains(part), "{part} is missing");
+    }
+    assert_eq!(drawn(&swept), [fan, growth, errors], "the same sweep, other bytes");
 }
 
 #[test]
