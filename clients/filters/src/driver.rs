@@ -17,6 +17,9 @@ pub trait Task {
     /// the end of this tick, if there is one.
     fn command(&mut self, pilot: &mut Pilot, pose: &SE2, ranges_m: Option<&[f64]>) -> Twist;
 
+    /// Whether it has nothing left to do, and the run is to end.
+    fn is_done(&self) -> bool;
+
     /// Writes and prints results at the end of the run.
     ///
     /// # Errors
@@ -48,6 +51,10 @@ impl<F: Filter, T: Task> Filter for Driver<F, T> {
         let pose = estimate.map(|estimate| estimate.pose_in_world).unwrap_or_default();
         let command = self.task.command(&mut self.pilot, &pose, tick.ranges_m());
         estimate.map_or(Reply::Command(command), |estimate| Reply::Both(estimate, command))
+    }
+
+    fn is_done(&self) -> bool {
+        self.task.is_done()
     }
 
     fn finish(self) -> Result<(), ClientError> {

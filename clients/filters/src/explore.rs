@@ -71,6 +71,10 @@ pub struct Options {
     #[arg(long, value_name = "STEM")]
     pub save: Option<PathBuf>,
 
+    /// End the run when no frontier is left
+    #[arg(long)]
+    pub end: bool,
+
     /// Minimum size of a frontier, m
     #[arg(long, value_name = "METRES", default_value_t = 0.3, value_parser = positive)]
     pub frontier_m: f64,
@@ -295,6 +299,10 @@ impl Task for Explore {
             self.since_look = 0;
         }
         command
+    }
+
+    fn is_done(&self) -> bool {
+        self.options.end && self.done_at.is_some()
     }
 
     /// Writes the map, and prints a summary.

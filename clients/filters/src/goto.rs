@@ -77,6 +77,10 @@ pub struct Options {
     #[arg(long, value_name = "METRES", default_value_t = 0.5, value_parser = positive)]
     pub liked_m: f64,
 
+    /// End the run at the last waypoint
+    #[arg(long)]
+    pub end: bool,
+
     /// Side of a cell for path planning, m
     #[arg(long, value_name = "METRES", default_value_t = 0.05, value_parser = positive)]
     pub cell_m: f64,
@@ -234,6 +238,8 @@ pub struct Goto {
     missed: usize,
     /// When it was done.
     done_at: Option<u64>,
+    /// Whether the run ends then.
+    end: bool,
 }
 
 /// Makes a driver to waypoints.
@@ -243,8 +249,9 @@ pub struct Goto {
 /// filter's.
 pub fn driver(start: &Start, options: Options) -> Result<Driver<Ekf, Goto>, ClientError> {
     let plan = Plan::new(start, &options).map_err(|e| ClientError::Unusable(e.to_string()))?;
-    let within_m = options.within_m;
-    let task = Goto { plan, within_m, next: 0, planned: false, tries: 0, missed: 0, done_at: None };
+    let (within_m, end) = (options.within_m, options.end);
+    let done_at = None;
+    let task = Goto { plan, within_m, next: 0, planned: false, tries: 0, missed: 0, done_at, end };
     Ok(Driver::new(start, &options.caution, Ekf::new(start, &options.ekf)?, task))
 }
 
@@ -288,6 +295,10 @@ impl Task for Goto {
             }
         }
         command
+    }
+
+    fn is_done(&self) -> bool {
+        self.end && self.done_at.is_some()
     }
 
     /// Prints how many waypoints were reached.

@@ -96,6 +96,10 @@ impl Wander {
 }
 
 impl Task for Wander {
+    fn is_done(&self) -> bool {
+        false
+    }
+
     fn command(&mut self, pilot: &mut Pilot, _: &SE2, ranges_m: Option<&[f64]>) -> Twist {
         let around = pilot.around();
         let heading_rad = around.pose_in_odometry().theta();

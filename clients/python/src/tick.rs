@@ -64,7 +64,12 @@ impl Tick {
         misused(format!("tick {} is over: {remedy}", self.index))
     }
 
-    fn reply(&self, reply: Reply, belief: Option<(BeliefKind, Rows<'_>)>) -> PyResult<()> {
+    fn reply(
+        &self,
+        reply: Reply,
+        belief: Option<(BeliefKind, Rows<'_>)>,
+        last: bool,
+    ) -> PyResult<()> {
         let index = self.index;
         let Some(mut turn) = self.gate.turn() else {
             let leaving = self.gate.is_leaving();
@@ -84,6 +89,9 @@ impl Tick {
             return Err(misused(format!("tick {index} cannot be answered: {text}")));
         };
         if let Some(frame) = loan.as_ref().and_then(|loan| loan.held()) {
+            if last {
+                part.session.get_mut().end_run();
+            }
             part.session.get_mut().answer(frame, reply).map_err(exception)?;
         }
         part.open = None;
@@ -203,13 +211,15 @@ impl Tick {
     ///     belief: poses that are possible now, shape (N, 3) or (N, 4): x m, y m,
     ///         theta rad, weight. They are shown on the pages and in the reports of the
     ///         run, and are no part of the answer. Not shown on a log.
+    ///     last: whether the run ends with this tick, once all have answered it.
+    ///         Counts where this participant is the driver.
     ///     belief_kind: "particles", or "histogram" where the poses are the cells of a
     ///         grid.
     ///
     /// Raises:
     ///     ValueError: an invalid number, by name; the tick can be answered again.
     ///     RuntimeError: the tick has been answered, or is over.
-    #[pyo3(signature = (x = None, y = None, theta = None, covariance = None, command = None, innovation = None, belief = None, belief_kind = "particles"))]
+    #[pyo3(signature = (x = None, y = None, theta = None, covariance = None, command = None, innovation = None, belief = None, belief_kind = "particles", last = false))]
     #[allow(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn answer(
         &self,
@@ -221,6 +231,7 @@ impl Tick {
         innovation: Option<(f64, u32)>,
         belief: Option<&Bound<'_, PyAny>>,
         belief_kind: &str,
+        last: bool,
     ) -> PyResult<()> {
         let belief = belief.map(|poses| Ok::<_, PyErr>((kind(belief_kind)?, rows(poses)?)));
         let belief = belief.transpose()?;
@@ -248,7 +259,7 @@ impl Tick {
                 ));
             }
         };
-        self.reply(reply, belief)
+        self.reply(reply, belief, last)
     }
 
     /// Says nothing about this tick.
@@ -256,7 +267,7 @@ impl Tick {
     /// Raises:
     ///     RuntimeError: the tick has been answered, or is over.
     fn abstain(&self) -> PyResult<()> {
-        self.reply(Reply::Abstain, None)
+        self.reply(Reply::Abstain, None, false)
     }
 
     fn __repr__(&self) -> String {

@@ -29,6 +29,12 @@ pub trait Filter: Sized {
         None
     }
 
+    /// Whether the run is to end with the tick that was just updated: see
+    /// [`Tick::end_run`].
+    fn is_done(&self) -> bool {
+        false
+    }
+
     /// Writes results at the end of the run.
     ///
     /// # Errors
@@ -112,6 +118,9 @@ fn drive<F: Filter>(
             tick.fail();
             return Err(ClientError::Panicked { tick: number });
         };
+        if filter.is_done() {
+            tick.end_run();
+        }
         if let Err(e) = tick.reply(reply) {
             tick.fail();
             return Err(e);

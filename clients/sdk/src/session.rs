@@ -33,6 +33,8 @@ pub struct Session {
     ending: Option<Phase>,
     is_behind: bool,
     failed: bool,
+    /// The next answer makes its tick the last one.
+    ends_run: bool,
 }
 
 enum Source {
@@ -140,6 +142,7 @@ impl Session {
             ending: None,
             is_behind: false,
             failed: false,
+            ends_run: false,
         })
     }
 
@@ -226,16 +229,21 @@ impl Session {
     }
 
     pub(crate) fn reply(&mut self, frame: &FrameHandle, reply: Reply) -> Result<(), ClientError> {
-        let tick = frame.tick();
+        let (tick, ends_run) = (frame.tick(), std::mem::take(&mut self.ends_run));
         reply.check().map_err(|error| ClientError::Answer { tick, error })?;
         match (&mut self.source, frame) {
             (Source::Live(link), FrameHandle::Live(frame)) => {
-                link.answer(frame, &Message::Reply(reply))?;
+                link.answer(frame, &Message::Reply(reply), ends_run)?;
             }
             (Source::Log(log), _) => log.reply(frame, reply)?,
             (Source::Live(_), FrameHandle::Log(_)) => {}
         }
         Ok(())
+    }
+
+    /// Makes the next answer end the run: see [`Tick::end_run`].
+    pub fn end_run(&mut self) {
+        self.ends_run = true;
     }
 
     /// The answers of the next complete tick (scorers and loggers).

@@ -82,6 +82,15 @@ impl<'a> Tick<'a> {
         self.reply(reply.into())
     }
 
+    /// Makes this tick the last one of the run, once all have answered it: for a
+    /// driver that is done. The run then ends as it would after its last tick, and its
+    /// log repeats it. Of other participants it changes nothing.
+    pub fn end_run(&mut self) {
+        if let Some(session) = &mut self.session {
+            session.end_run();
+        }
+    }
+
     pub(crate) fn reply(&mut self, reply: Reply) -> Result<(), ClientError> {
         if let Some(session) = &mut self.session {
             session.reply(&self.frame, reply)?;

@@ -1,11 +1,24 @@
-// Driving: keys and buttons that are held become commands, which are renewed while they
-// are held. The driver of the run stops the robot when they end.
+// Driving: keys and buttons that are held, or the stick of a game pad, become commands,
+// which are renewed while they last. The driver of the run stops the robot when they end.
 
 const KEYS = {
   ArrowUp: 'ahead', KeyW: 'ahead', ArrowDown: 'back', KeyS: 'back',
   ArrowLeft: 'left', KeyA: 'left', ArrowRight: 'right', KeyD: 'right',
 };
 const RENEWED_MS = 50;
+const STANDING = { ahead: 0, left: 0 };
+// A stick that nobody touches is not quite in its middle.
+const DEAD_ZONE = 0.15;
+
+// What the first game pad says with its left stick or its cross (standard mapping).
+function padCommand() {
+  const pad = [...(navigator.getGamepads?.() ?? [])].find((one) => one?.connected);
+  // A page that is not seen does not drive.
+  if (!pad || document.hidden || !document.hasFocus()) return STANDING;
+  const stick = (k) => (Math.abs(pad.axes[k]) > DEAD_ZONE ? Math.max(-1, Math.min(1, -pad.axes[k])) : 0);
+  const cross = (one, other) => Number(pad.buttons[one]?.pressed ?? false) - Number(pad.buttons[other]?.pressed ?? false);
+  return { ahead: cross(12, 13) || stick(1), left: cross(14, 15) || stick(0) };
+}
 
 export class Driver {
   // `toggle` begins and ends driving, `pad` has the buttons, `home` gets the focus.
@@ -21,9 +34,16 @@ export class Driver {
   get isOn() { return this.timer !== null; }
 
   start() {
-    this.timer = setInterval(() => { if (this.held.size > 0) this.send(); }, RENEWED_MS);
+    this.timer = setInterval(() => this.renew(), RENEWED_MS);
     this.show();
     this.home.focus({ preventScroll: true });
+  }
+
+  renew() {
+    const pad = padCommand(), isMoved = pad.ahead !== 0 || pad.left !== 0;
+    if (this.held.size > 0) this.send();
+    else if (isMoved || this.isPadMoved) this.ask({ do: 'drive', ...pad });
+    this.isPadMoved = isMoved;
   }
 
   stop() {

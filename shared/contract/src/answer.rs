@@ -9,7 +9,7 @@
 //! |     32 |    8 | `compute_ns`  | u64      | time between frame and answer, as reported         |
 //! |     40 |    4 | `participant` | u32      | slot in the roster                                 |
 //! |     44 |    4 | `kind`        | u32      | 0 abstain, 1 taken, 2 estimate, 3 command, 4 both, 5 leave message, 6 failed, 7 ready |
-//! |     48 |    4 | `flags`       | u32      | bit 0: a covariance is present; bit 1: an innovation is |
+//! |     48 |    4 | `flags`       | u32      | bit 0: a covariance is present; bit 1: an innovation is; bit 2: last tick |
 //! |     52 |    4 | `ticket`      | u32      | the ticket of the sender's `Start`                 |
 //! |     56 |   24 | `pose`        | `[f64; 3]` | estimate: x m, y m, theta rad in the world frame   |
 //! |     80 |    8 | `v_m_s`       | f64      | command for the next tick, body frame              |
@@ -38,6 +38,8 @@ use crate::reply::{AnswerError, Estimate, Innovation, Reply};
 const COVARIANCE_GIVEN: u32 = 1;
 /// Bit of `flags`: an innovation is present.
 const INNOVATION_GIVEN: u32 = 2;
+/// Bit of `flags`: the driver is done, and this tick is to be the last.
+const LAST_TICK: u32 = 4;
 
 /// What travels. See the module for the layout.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -128,6 +130,17 @@ impl Answer {
             Message::Ready => 7,
         };
         answer
+    }
+
+    /// Asks for this tick to be the last one. Counts where the sender is the driver.
+    pub fn end_run(&mut self) {
+        self.flags |= LAST_TICK;
+    }
+
+    /// Whether the sender asks for this tick to be the last one.
+    #[must_use]
+    pub fn ends_run(&self) -> bool {
+        self.flags & LAST_TICK != 0
     }
 
     /// Signs the answer with the sender's key. Nothing may be changed after it.
@@ -278,6 +291,16 @@ mod tests {
                 assert!(!(is_read && changed.is_signed_by(&key)), "{message:?}, byte {byte}");
             }
         }
+    }
+
+    #[test]
+    fn the_end_of_a_run_changes_no_reply() {
+        let message = Message::Reply(Reply::Command(Twist::default()));
+        let mut answer = Answer::carrying(&message);
+        assert!(!answer.ends_run());
+        answer.end_run();
+        assert!(answer.ends_run());
+        assert_eq!(answer.message(), Ok(message));
     }
 
     #[test]

@@ -294,12 +294,21 @@ impl ClientLink {
         Ok(())
     }
 
-    /// Answers a frame. The answer is the acknowledgement.
+    /// Answers a frame. The answer is the acknowledgement. With `ends_run`, a driver
+    /// makes its tick the last one.
     ///
     /// # Errors
     /// [`LinkError::Transport`].
-    pub fn answer(&mut self, frame: &BorrowedFrame, message: &Message) -> Result<(), LinkError> {
+    pub fn answer(
+        &mut self,
+        frame: &BorrowedFrame,
+        message: &Message,
+        ends_run: bool,
+    ) -> Result<(), LinkError> {
         let mut answer = Answer::carrying(message);
+        if ends_run {
+            answer.end_run();
+        }
         answer.tick = frame.tick();
         answer.digest_seen = frame.digest();
         let now = monotonic_ns();

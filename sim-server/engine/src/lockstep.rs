@@ -32,7 +32,7 @@ pub use slot::{Loss, LossKind, ParticipantState, ParticipantSummary, Slot};
 use std::collections::VecDeque;
 
 use rusty_contract::layout::layout_hash;
-use rusty_contract::{JoinRequest, PROTOCOL_VERSION, Participant, Phase, Refusal, Reply};
+use rusty_contract::{JoinRequest, PROTOCOL_VERSION, Participant, Phase, Refusal, Reply, Role};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
@@ -216,7 +216,10 @@ impl Lockstep {
             State::Closing => {
                 self.tick += 1;
                 self.state = State::Publishing;
-                if self.tick == self.rules.ticks {
+                let driver_is_done = |slot: &Slot| {
+                    slot.role == Role::Driver && slot.reply.is_some() && slot.last.ends_run()
+                };
+                if self.tick == self.rules.ticks || self.slots.iter().any(driver_is_done) {
                     self.end(Phase::Done);
                 }
                 self.next(now_ns, describe)

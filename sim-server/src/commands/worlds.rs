@@ -29,7 +29,7 @@ YAML page, .yaml or .yml, of a PGM or PNG picture) or a drawing (.svg). `worlds 
 open to the outside, and loose ends. It exits with 1 unless there are loose ends only.
 
 A cliff of a scan is a beam whose range differs from that of the beam before it by more
-than half a metre: beside it, two surfaces hide one another.
+than half a metre: there, one surface ends in front of another.
 
 Examples:
   sim-server worlds apartment --scan 4.9,2.84,1.5707963267948966 --noise --svg scan.svg

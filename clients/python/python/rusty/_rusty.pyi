@@ -206,6 +206,7 @@ class Tick:
         innovation: tuple[float, int] | None = None,
         belief: ArrayLike | None = None,
         belief_kind: Literal["particles", "histogram"] = "particles",
+        last: bool = False,
     ) -> None:
         """Answers the tick. The answer is the acknowledgement: only when all have
         answered does the next tick happen.
@@ -227,6 +228,8 @@ class Tick:
             belief: poses that are possible now, shape (N, 3) or (N, 4): x m, y m,
                 theta rad, weight. They are shown on the pages and in the reports of
                 the run, and are no part of the answer. Not shown on a log.
+            last: whether the run ends with this tick, once all have answered it.
+                Counts where this participant is the driver.
             belief_kind: "particles", or "histogram" where the poses are the cells
                 of a grid.
 

@@ -3,7 +3,7 @@
 
 use super::*;
 use rusty_contract::answer::Message;
-use rusty_contract::{Answer, OnLoss, Role};
+use rusty_contract::{Answer, OnLoss};
 
 const RUN: u64 = 77;
 
@@ -72,6 +72,27 @@ fn a_run_goes_tick_by_tick_to_its_end() {
         m.answer(&say(slot, 2, 0, Message::Leave), 14);
     }
     assert_eq!(m.next(15, quiet), Step::Finished);
+    assert_eq!(m.ticks_done(), 2);
+}
+
+/// Only a driver ends a run, and only when all have answered the tick.
+#[test]
+fn a_driver_that_is_done_ends_the_run_with_its_tick() {
+    let mut m = gathered(9, OnLoss::Abort);
+    let mut last = say(0, 0, 5, ABSTAIN);
+    last.end_run();
+    let mut close = |m: &mut Lockstep, tick: u64| {
+        assert_eq!(m.next(10, quiet), Step::Publish(tick));
+        m.published(5, 10);
+        m.answer(&Answer { tick, ..last }, 11);
+        assert!(matches!(m.next(11, quiet), Step::Wait { .. }));
+        (1..3).for_each(|slot| m.answer(&say(slot, tick, 5, ABSTAIN), 11));
+        assert_eq!(m.next(12, quiet), Step::Close(tick));
+    };
+    close(&mut m, 0);
+    m.slots[0].role = Role::Driver;
+    close(&mut m, 1);
+    assert_eq!(m.next(13, quiet), Step::End(Phase::Done));
     assert_eq!(m.ticks_done(), 2);
 }
 

@@ -126,7 +126,7 @@ fn take_part(
             try_to_stay(cli);
         }
         let reply = Reply::from(odometry.advance(frame.encoders()));
-        link.answer(&frame, &Message::Reply(reply))?;
+        link.answer(&frame, &Message::Reply(reply), false)?;
     }
 }
 

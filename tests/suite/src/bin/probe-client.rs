@@ -145,7 +145,7 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
             reply = Estimate { covariance, ..pose.into() }.into();
         }
         if frame.tick() < cli.at {
-            link.answer(&frame, &Message::Reply(reply))?;
+            link.answer(&frame, &Message::Reply(reply), false)?;
         } else if cli.mode == "leave" {
             return link.send_raw(Answer::carrying(&Message::Leave));
         } else {
@@ -160,7 +160,7 @@ fn take_part(cli: &Cli, link: &mut ClientLink, stop: &AtomicBool) -> Result<(), 
 
 fn leave(cli: &Cli, link: &mut ClientLink, frame: &BorrowedFrame) -> Result<(), LinkError> {
     match cli.mode.as_str() {
-        "last-word" => link.answer(frame, &Message::Reply(Reply::Abstain))?,
+        "last-word" => link.answer(frame, &Message::Reply(Reply::Abstain), false)?,
         "linger" => std::thread::sleep(Duration::from_secs(600)),
         "kill-last" => signal_self(Signal::KILL),
         _ => {}
@@ -218,7 +218,7 @@ fn misbehave(
     if matches!(cli.mode.as_str(), "future-tick" | "old-tick" | "wrong-digest") {
         link.send_raw(raw)
     } else {
-        link.answer(frame, &Message::Reply(reply))?;
+        link.answer(frame, &Message::Reply(reply), false)?;
         match cli.mode.as_str() {
             "kill-answered" => signal_self(Signal::KILL),
             "stop-answered" if frame.tick() == cli.at => signal_self(Signal::STOP),

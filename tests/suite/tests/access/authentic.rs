@@ -42,9 +42,9 @@ fn an_answer_for_another_participant_is_dropped_and_reported() {
             answer.digest_seen = frame.digest();
             me.send_forged(answer).unwrap();
         }
-        me.answer(&frame, &Message::Reply(Reply::Abstain)).unwrap();
+        me.answer(&frame, &Message::Reply(Reply::Abstain), false).unwrap();
         let own = next(&mut victim).unwrap();
-        victim.answer(&own, &Message::Reply(SE2::identity().into())).unwrap();
+        victim.answer(&own, &Message::Reply(SE2::identity().into()), false).unwrap();
     }
     for link in [&mut me, &mut victim] {
         assert_eq!(next(link).unwrap().phase(), Phase::Done);

@@ -91,7 +91,7 @@ fn a_participant_has_no_say_in_the_time_of_its_run() {
         let reply = rusty_link::control(&live.run, request, hand::PATIENCE).unwrap();
         assert!(matches!(reply, ControlReply::Refused(_)), "{reply:?}");
     }
-    link.answer(&frame, &Message::Reply(Reply::Abstain)).unwrap();
+    link.answer(&frame, &Message::Reply(Reply::Abstain), false).unwrap();
     assert_eq!(control(&live, &["stop"])["paused"], false);
     let last = hand::next_frame(&mut link).unwrap();
     assert_eq!(last.phase(), Phase::Interrupted);

@@ -47,6 +47,31 @@ fn told(header: &LogHeader) -> Start {
     Start::new(header, 0, &header.roster[0])
 }
 
+/// The run ends by itself, well, where its driver is done; its log is a whole one.
+#[test]
+fn a_driver_that_has_arrived_ends_the_run_and_the_log_repeats_it() {
+    let place = folder();
+    let scenario = place.write(
+        "goto.toml",
+        "name = \"arrives\"\nticks = 5000\nscript = { kind = \"driver\" }\n\
+         [[participant]]\nname = \"goto\"\nrole = \"driver\"\n\
+         command = [\"goto\", \"--waypoint\", \"6.8,4.5\", \"--end\"]\n\
+         [[participant]]\nname = \"dead-reckoning\"\ncommand = [\"dead-reckoning\"]\n\
+         [[participant]]\nname = \"logger\"\nrole = \"logger\"\ncommand = [\"logger\"]\n",
+    );
+    let report = launch("arrives", &place.at("out"), &[&scenario]);
+    let ticks = report["ticks"].as_u64().unwrap();
+    assert_eq!(report["ended"], "done");
+    assert!((50..2000).contains(&ticks) && report["ticks_planned"] == 5000, "{ticks}");
+    assert_eq!(launch("again", &place.at("again"), &[&scenario])["digest"], report["digest"]);
+    let log = place.at("out/run.log");
+    let read = Log::read(&log);
+    assert!(read.is_complete() && read.records().len() as u64 == ticks);
+    about("verify", &log, &["--clients"]).expect(0);
+    let replayed = replay(&log, &place.at("replayed"), &["--json"]).expect(0).json();
+    assert_eq!((&replayed["digest"], &replayed["ticks"]), (&report["digest"], &report["ticks"]));
+}
+
 /// How many seeds a loop in this process runs; more on request.
 fn seeds(few: u64) -> u64 {
     std::env::var("RUSTY_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(few)

@@ -239,7 +239,7 @@ fn nobody_waits_for_the_clock_of_a_slow_run() {
     let other = live.join("dead-reckoning", &[]);
     let mut link = hand::join(&live.run, "me").unwrap();
     let frame = hand::next_frame(&mut link).unwrap();
-    link.answer(&frame, &Message::Reply(Reply::Abstain)).unwrap();
+    link.answer(&frame, &Message::Reply(Reply::Abstain), false).unwrap();
     live.join("probe-client", &["--name", "stranger"])
         .wait()
         .expect(1)

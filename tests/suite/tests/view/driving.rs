@@ -36,6 +36,16 @@ fn a_drive_by_the_keys_of_a_page_is_repeated_bit_for_bit_without_the_person() {
     let here = browser.value(place);
     until("and on", || browser.value(place) != here);
     browser.key("keyUp", "ArrowLeft", 37, "");
+    // The stick of a game pad, half way ahead, and let go.
+    let pad = |y: f64| {
+        format!(
+            "navigator.getGamepads = () => [{{ connected: true, axes: [0.1, {y}], buttons: [] }}]"
+        )
+    };
+    let here = browser.value(place);
+    browser.value(&pad(-0.5));
+    until("the pad drives", || browser.value(place) != here);
+    browser.value(&pad(0.0));
     browser.press("Escape", 27);
     assert_eq!(browser.value("document.getElementById('pad').hidden"), true);
     assert_eq!(sim_server(&["control", run.as_str(), "stop"]).code, Some(0));
@@ -51,7 +61,9 @@ fn a_drive_by_the_keys_of_a_page_is_repeated_bit_for_bit_without_the_person() {
         let is_it = |[v, omega]: &[f64; 2]| (*v > 0.0, *omega > 0.0) == (ahead, left);
         assert!(commands.iter().any(is_it), "{ahead} {left}");
     }
-    assert!(commands.contains(&[0.6, 0.0]) && commands.contains(&[0.0, 1.5]));
+    for command in [[0.6, 0.0], [0.0, 1.5], [0.3, 0.0]] {
+        assert!(commands.contains(&command), "{command:?}");
+    }
     assert_eq!((commands[0], commands[commands.len() - 1]), ([0.0; 2], [0.0; 2]));
 
     let (recorded, written) = (out.at("run.log"), out.at("again"));
