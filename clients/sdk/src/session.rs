@@ -6,17 +6,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use rusty_contract::answer::Message;
-use rusty_contract::belief::tidy;
 use rusty_contract::config::check_seconds;
-use rusty_contract::scenario::Role;
-use rusty_contract::{BeliefHeader, Brief, Exit, Frame, JoinRequest, Phase, Reply, Start};
-use rusty_contract::{BeliefKind, Credentials, TruthKey, WeightedPose};
-use rusty_link::{Beliefs, BorrowedTally, ClientLink, Incoming, LinkError, Peer};
+use rusty_contract::{Brief, Credentials, Exit, Frame, JoinRequest, Phase, Reply, Start, TruthKey};
+use rusty_link::{BorrowedTally, ClientLink, Incoming, LinkError, Peer};
 use signal_hook::flag::{register, register_conditional_shutdown};
 
 use crate::held_frame::{FrameHandle, HeldFrame};
 use crate::log_session::LogSession;
 use crate::{ClientArgs, ClientError, Tick};
+
+mod beliefs;
 
 /// How long a wait lasts before it looks around; it is repeated for ever.
 const SLICE: Duration = Duration::from_millis(500);
@@ -277,51 +276,6 @@ impl Session {
         let brief = serde_json::from_slice(&json)
             .map_err(|e| ClientError::Unusable(format!("the run's brief cannot be read: {e}")))?;
         Ok((key, brief))
-    }
-
-    /// The way by which beliefs are shown in a run; none on a log.
-    pub(crate) fn beliefs(&mut self) -> Option<&mut Beliefs> {
-        match &mut self.source {
-            Source::Live(link) => Some(link.beliefs()),
-            Source::Log(_) => None,
-        }
-    }
-
-    /// Whether any process observes beliefs of this run now; never on a log.
-    pub fn is_watched(&mut self) -> bool {
-        self.beliefs().is_some_and(|beliefs| beliefs.is_watched())
-    }
-
-    /// Shows the belief that is held after a tick to the processes that observe the
-    /// run. What is no pose is taken out of `poses`, and of more than
-    /// [`MAX_POSES`](rusty_contract::belief::MAX_POSES) a part is shown. Whether
-    /// anybody observes, or gets it, changes nothing else.
-    pub fn show_belief(
-        &mut self,
-        (tick, time_s): (u64, f64),
-        kind: BeliefKind,
-        poses: &mut Vec<WeightedPose>,
-    ) {
-        let whole = tidy(poses);
-        let Start { run_id, participant, name, .. } = &self.start;
-        let (run_id, participant) = (*run_id, *participant);
-        let (name, kind) = (BeliefHeader::padded(name), kind.number());
-        let count = poses.len() as u32;
-        let header = BeliefHeader { run_id, tick, time_s, name, participant, kind, count, whole };
-        if let Some(beliefs) = self.beliefs().filter(|_| whole > 0) {
-            // Whether it went out is of no consequence.
-            let _ = beliefs.show(header, poses);
-        }
-    }
-
-    /// The next belief of this run that came, for scorers.
-    pub(crate) fn next_belief(&mut self, poses: &mut Vec<WeightedPose>) -> Option<BeliefHeader> {
-        let run_id = self.start.run_id;
-        if self.start.role != Role::Scorer {
-            return None;
-        }
-        let beliefs = self.beliefs()?;
-        std::iter::from_fn(|| beliefs.next(poses)).find(|header| header.run_id == run_id)
     }
 
     /// What a log recorded with the frame that was read last.

@@ -79,12 +79,12 @@ fn a_run_goes_tick_by_tick_to_its_end() {
 #[test]
 fn a_driver_that_is_done_ends_the_run_with_its_tick() {
     let mut m = gathered(9, OnLoss::Abort);
-    let mut last = say(0, 0, 5, ABSTAIN);
-    last.end_run();
-    let mut close = |m: &mut Lockstep, tick: u64| {
+    let close = |m: &mut Lockstep, tick: u64| {
         assert_eq!(m.next(10, quiet), Step::Publish(tick));
         m.published(5, 10);
-        m.answer(&Answer { tick, ..last }, 11);
+        let mut last = say(0, tick, 5, ABSTAIN);
+        last.end_run();
+        m.answer(&last, 11);
         assert!(matches!(m.next(11, quiet), Step::Wait { .. }));
         (1..3).for_each(|slot| m.answer(&say(slot, tick, 5, ABSTAIN), 11));
         assert_eq!(m.next(12, quiet), Step::Close(tick));

@@ -68,7 +68,7 @@ fn a_driver_that_has_arrived_ends_the_run_and_the_log_repeats_it() {
     let read = Log::read(&log);
     assert!(read.is_complete() && read.records().len() as u64 == ticks);
     about("verify", &log, &["--clients"]).expect(0);
-    let replayed = replay(&log, &place.at("replayed"), &["--json"]).expect(0).json();
+    let replayed = replay(&log, &place.at("replayed"), &[]).expect(0).json();
     assert_eq!((&replayed["digest"], &replayed["ticks"]), (&report["digest"], &report["ticks"]));
 }
 
