@@ -142,7 +142,8 @@ export class MapView {
   }
 
   grid(stroke, inks) {
-    if (this.scale * this.scene.bounds_m.length < 40) return;
+    // Lines every metre, unless they are closer than 10 pixels.
+    if (this.scale < 10) return;
     const path = new Path2D();
     const [x0, y0, x1, y1] = this.scene.bounds_m.map(Math.round);
     for (let x = x0; x <= x1; x += 1) { path.moveTo(x, y0); path.lineTo(x, y1); }

@@ -386,11 +386,14 @@ byId('pace').addEventListener('change', ({ target }) => {
   ask({ do: 'pace', factor: target.value === 'max' ? null : Number(target.value) });
 });
 
+// The row whose value is nearest to one; null without rows.
+const nearestRow = (valueOf, value) => rows.reduce((best, row) => (
+  best && Math.abs(valueOf(best) - value) <= Math.abs(valueOf(row) - value) ? best : row), null);
+
 function goTo(tick) {
   if (scene?.mode === 'log') ask({ do: 'seek', tick });
   else if (rows.length) {
-    const nearest = rows.reduce((best, row) => (
-      Math.abs(tickOf(row) - tick) < Math.abs(tickOf(best) - tick) ? row : best));
+    const nearest = nearestRow(tickOf, tick);
     chosen = nearest === rows[rows.length - 1] ? null : nearest;
     byId('live').hidden = chosen === null;
   }
@@ -451,9 +454,7 @@ byId('map').addEventListener('wheel', (event) => {
 // A chart: values where the pointer is, and its tick on a click.
 for (const { chart, canvas } of charts) {
   const rowAt = (event) => {
-    const time = chart.timeAt(event.offsetX);
-    return rows.length ? rows.reduce((best, row) => (
-      Math.abs(timeOf(row) - time) < Math.abs(timeOf(best) - time) ? row : best)) : null;
+    return nearestRow(timeOf, chart.timeAt(event.offsetX));
   };
   canvas.addEventListener('pointermove', (event) => { hovered = rowAt(event); touch(); });
   canvas.addEventListener('pointerleave', () => { hovered = null; touch(); });

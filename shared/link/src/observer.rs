@@ -36,7 +36,7 @@ impl Observer {
     /// is about to serve it, it also waits for the run to appear while that lives.
     ///
     /// # Errors
-    /// [`LinkError::Domain`] if there is no such run; [`LinkError::Refused`] with the
+    /// [`LinkError::Domain`] if there is no such run; [`LinkError::Unobserved`] with the
     /// server's reason; [`LinkError::Stopped`] if `stop` was raised.
     pub fn open(
         run: &RunName,

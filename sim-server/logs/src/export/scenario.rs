@@ -65,7 +65,7 @@ pub fn export(
             return refused("it is not of a simulation whose truth is known");
         }
     }
-    let is_driven = header.config.script == ScriptConfig::Driver {};
+    let is_driven = header.config.script.is_driver();
     // In tick 0 a driven robot stands; the answer to tick t moves it in tick t + 1.
     let mut commands = vec![Twist::default()];
     while walk.tick()?.is_some() {
@@ -96,8 +96,8 @@ pub fn export(
         files.push((WORLD, world));
     }
     // The scenario last: where it is, all is.
-    let mut written = files.into_iter().rev().map(|(_, sheet)| sheet.finish());
-    let mut written = written.by_ref().collect::<Result<Vec<String>, _>>()?;
+    let written = files.into_iter().rev().map(|(_, sheet)| sheet.finish());
+    let mut written = written.collect::<Result<Vec<String>, _>>()?;
     written.reverse();
     Ok(ExportedScenario {
         log: log.display().to_string(),
