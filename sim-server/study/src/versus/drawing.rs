@@ -21,8 +21,9 @@ const ROW: f64 = HEIGHT + 92.0;
 #[must_use]
 pub fn drawing(versus: &Versus) -> String {
     let contests = versus.settings.iter();
-    let rows: Vec<(&Contest, &Outcome)> =
+    let mut rows: Vec<(&Contest, &Outcome)> =
         contests.flat_map(|c| c.outcomes.iter().map(move |outcome| (c, outcome))).collect();
+    rows.retain(|(_, outcome)| outcome.paired.pairs > 0 || outcome.one_sided != [0, 0]);
     let left_out = rows.len().saturating_sub(MOST_ROWS);
     let names = [&versus.a, &versus.b].map(|who| match versus.a.table == versus.b.table {
         true => who.name.clone(),
@@ -58,22 +59,18 @@ fn draw_row(canvas: &mut Canvas, top: f64, contest: &Contest, outcome: &Outcome)
         "" => metric.words().to_owned(),
         setting => format!("{}, {}", metric.words(), shortened(setting, 40)),
     };
-    draw_differences(canvas, frame(0, 2, top, HEIGHT), outcome, (&title, &unit));
+    let differences = format!("{title}, B − A{unit}");
+    draw_differences(canvas, frame(0, 2, top, HEIGHT), outcome, &differences);
     let side = |side: usize| {
         let own = outcome.figures.values().map(|both| both[side].unwrap_or(f64::NAN));
         let values = own.map(|value| metric.scale() * value).collect();
         Distribution { look: Look::of(side, 2), values }
     };
-    let titles = (&*title, &*format!("{}{unit}", metric.word()));
+    let titles = (&*format!("{title}{unit}"), "");
     draw_distributions(canvas, frame(1, 2, top, HEIGHT), &[side(0), side(1)], titles);
 }
 
-fn draw_differences(
-    canvas: &mut Canvas,
-    frame: Rect,
-    outcome: &Outcome,
-    (title, unit): (&str, &str),
-) {
+fn draw_differences(canvas: &mut Canvas, frame: Rect, outcome: &Outcome, title: &str) {
     let scale = outcome.metric.scale();
     let both = outcome.figures.values().filter_map(|[a, b]| Some(scale * ((*b)? - (*a)?)));
     let mut differences: Vec<f64> = both.filter(|d| d.is_finite()).collect();
@@ -107,5 +104,5 @@ fn draw_differences(
         canvas.dashes(&[[0.0, mean], [count, mean]].map(|at| axes.px(at)), &INK, 2.0, 6.0);
     }
     axes.draw_frame(canvas, true);
-    axes.draw_titles(canvas, title, "seeds, sorted", &format!("B − A{unit}"));
+    axes.draw_titles(canvas, title, "seeds, sorted", "");
 }

@@ -278,3 +278,18 @@ fn twice_too_large_is_as_far_off_as_twice_too_small() {
     assert_eq!(Metric::Nees.of(3.0), 0.0);
     assert!(Metric::Nees.of(f64::NAN).is_nan());
 }
+
+#[test]
+fn a_comparison_can_be_drawn_with_every_seed() {
+    let table = two(40, 0.02);
+    let both = sides(&table, None, [None, None]).unwrap();
+    let found = versus(both, &Metric::USUAL, false, 0.95).unwrap();
+    let page = drawing::drawing(&found);
+    for words in ["A: old", "B: new", "ATE rmse, B − A (m)", "share of the runs", "seeds, sorted"] {
+        assert!(page.contains(words), "{words}");
+    }
+    assert!(!page.contains("NaN") && rusty_plot::png(&page).unwrap().len() > 3_000);
+    // A bar for every seed: B is better by more than its own noise in all of them.
+    let blue = page.matches("<polygon").count();
+    assert!(blue >= 40, "{blue} bars");
+}
