@@ -285,7 +285,8 @@ fn a_comparison_can_be_drawn_with_every_seed() {
     let both = sides(&table, None, [None, None]).unwrap();
     let found = versus(both, &Metric::USUAL, false, 0.95).unwrap();
     let page = drawing::drawing(&found);
-    for words in ["A: old", "B: new", "ATE rmse, B − A (m)", "share of the runs", "seeds, sorted"] {
+    for words in ["A: old", "B: new", "ATE rmse, B − A (m)", "share of the runs", "seeds, sorted"]
+    {
         assert!(page.contains(words), "{words}");
     }
     assert!(!page.contains("NaN") && rusty_plot::png(&page).unwrap().len() > 3_000);
