@@ -134,7 +134,12 @@ pub(super) fn now(trace: &RunTrace, time: &Timeline, stop: usize) -> String {
     trace.stops.get(stop).map_or_else(
         || "no tick".to_owned(),
         // Rounded as the script does it, which does not go to the even digit.
-        |stop| format!("tick {} · {:.2} s", stop.tick, (place_s(time, stop) * 1e2).round() / 1e2),
+        |stop| match trace.is_in_ticks {
+            true => format!("tick {}", stop.tick),
+            false => {
+                format!("tick {} · {:.2} s", stop.tick, (place_s(time, stop) * 1e2).round() / 1e2)
+            }
+        },
     )
 }
 

@@ -142,7 +142,9 @@ fn facts(header: &LogHeader, trace: &RunTrace) -> Vec<String> {
         ticks => format!("{ticks} ticks"),
     });
     if let (Some(first), Some(last)) = (trace.time_s.first(), trace.time_s.last()) {
-        let span_s = last - first + config.dt_s;
+        // The nominal times of the log, where the stamps of the recording stand still.
+        let unit_s = if trace.is_in_ticks { config.dt_s } else { 1.0 };
+        let span_s = unit_s * (last - first) + config.dt_s;
         if span_s.is_finite() {
             facts.push(format!("{span_s:.1} s"));
         }

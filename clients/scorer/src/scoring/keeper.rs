@@ -14,7 +14,7 @@ use rusty_contract::log::LogHeader;
 use rusty_geometry::SE2;
 
 use super::stops::Stops;
-use super::trace::{RunTrace, Whole};
+use super::trace::{Jump, RunTrace, Whole};
 
 /// The most ticks of a run that are kept to be drawn.
 pub const MOST_TICKS: usize = 1 << 17;
@@ -99,9 +99,21 @@ impl TraceKeeper {
         self.stops.push(time_s, truth, scan, estimates);
         let mut estimates = self.stops.last().estimates.iter();
         let last = &mut self.last;
+        let (before_s, before) = (last.time_s, last.truth);
         last.tick = self.ticks;
         last.time_s = time_s;
         last.truth = truth.filter(SE2::is_finite);
+        if self.trace.kidnapped_at.binary_search(&self.ticks).is_ok() {
+            // Before the first tick it is where it starts, at 0 s.
+            let before = if self.ticks == 0 { self.trace.start } else { before };
+            let jump = before.zip(last.truth).map(|(from, to)| Jump {
+                tick: self.ticks,
+                time_s: before_s,
+                from,
+                to,
+            });
+            self.trace.jumps.extend(jump);
+        }
         for place in &mut last.estimates {
             *place = estimates.next().and_then(Option::as_ref).map(|e| e.pose_in_world);
         }
@@ -137,6 +149,7 @@ impl TraceKeeper {
             self.trace.last_scan = Some((at, self.ranges_m));
         }
         self.trace.stops = self.stops.finish();
+        count_where_time_stands(&mut self.trace, &self.kept);
         self.trace.thinned_from = (self.stride > 1).then_some(whole);
         self.trace
     }
@@ -195,6 +208,16 @@ impl TraceKeeper {
         self.trace.truth.truncate(pairs);
         self.trace.estimates.iter_mut().for_each(|series| series.truncate(pairs));
         self.stride *= 2;
+    }
+}
+
+/// Where the stamps stand still, indices of ticks take their place.
+fn count_where_time_stands(trace: &mut RunTrace, kept: &[u64]) {
+    let stands = trace.time_s.len() > 1 && trace.time_s.iter().all(|t| *t == trace.time_s[0]);
+    trace.is_in_ticks |= stands;
+    if trace.is_in_ticks {
+        trace.time_s = kept.iter().map(|tick| *tick as f64).collect();
+        trace.stops.iter_mut().for_each(|stop| stop.time_s = stop.tick as f64);
     }
 }
 
@@ -260,6 +283,37 @@ mod tests {
                 assert_eq!(list, trace.time_s.len());
             }
             assert!(trace.time_s.is_sorted() && trace.tick_count() <= 66);
+        }
+    }
+
+    #[test]
+    fn where_time_stands_still_the_ticks_are_counted() {
+        let mut keeper = TraceKeeper::keeping(4, empty(&[]), 0);
+        (0..11).for_each(|tick| keeper.push(1e9, pose(tick), None, std::iter::empty()));
+        let trace = keeper.finish(FIGURES);
+        assert!(trace.is_in_ticks);
+        assert_eq!(trace.time_s, [0.0, 4.0, 8.0, 10.0]);
+        assert!(trace.stops.iter().all(|stop| stop.time_s == stop.tick as f64));
+        assert!(!kept(64, 2).finish(FIGURES).is_in_ticks);
+    }
+
+    #[test]
+    fn a_kidnapping_has_the_poses_on_both_sides_whatever_is_thinned() {
+        let far = Some(SE2::new(-7.0, 0.0, 0.0));
+        for (at, most) in [(0, 64), (1, 4), (37, 4), (37, 64)] {
+            let trace = RunTrace { kidnapped_at: vec![at, 900], start: far, ..empty(&[]) };
+            let mut keeper = TraceKeeper::keeping(most, trace, 0);
+            for tick in 0..100 {
+                keeper.push(0.5 * (tick + 1) as f64, pose(tick), None, std::iter::empty());
+            }
+            let from = at.checked_sub(1).map_or(far, pose);
+            let expected = Jump {
+                tick: at,
+                time_s: 0.5 * at as f64,
+                from: from.unwrap(),
+                to: pose(at).unwrap(),
+            };
+            assert_eq!(keeper.finish(FIGURES).jumps, [expected]);
         }
     }
 

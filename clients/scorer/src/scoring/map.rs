@@ -2,21 +2,27 @@
 //! covariances, the last scan.
 
 use nalgebra::Point2;
+use rusty_contract::score::seconds;
 use rusty_geometry::{SE2, trig};
 use rusty_plot::ellipse::outline;
 use rusty_plot::floor::{Extent, draw_line, draw_robot, draw_walls};
-use rusty_plot::style::{INK, Look, RGBColor, SCAN, TRUTH, TRUTH_WIDTH};
-use rusty_plot::{Axes, Canvas, Px, Rect, polyline};
+use rusty_plot::style::{INK, Look, RGBColor, SCAN, TRUTH, TRUTH_WIDTH, WHITE};
+use rusty_plot::{Anchor, Axes, Canvas, Px, Rect, polyline};
 
 use super::bands;
+use super::bars::bars;
 use super::beliefs::Mark;
 use super::stops::Stop;
 use super::timeline::Timeline;
-use super::trace::RunTrace;
+use super::trace::{Jump, RunTrace};
 
 /// Coordinates beyond this are drawn as if they were here, m: such a place is
 /// off the map in any case, and its arithmetic stays finite.
 const FARTHEST_M: f64 = 1e9;
+/// An estimate that moves farther than this, and faster, was not driven: m, m/s.
+const LEAP: [f64; 2] = [1.0, 5.0];
+/// Width of the arrow of a kidnapping.
+pub(crate) const JUMP_WIDTH: f64 = 1.8;
 
 /// What is to be seen on the map, and the least box that holds it.
 pub(crate) struct View {
@@ -83,7 +89,15 @@ pub(crate) fn draw_ground(canvas: &mut Canvas, axes: &Axes, trace: &RunTrace) {
     axes.draw_grid(canvas);
     draw_walls(canvas, axes, &trace.world.walls);
     let truth = places_m(trace, |tick| trace.true_pose(tick));
-    draw_path(canvas, axes, &truth, (&TRUTH, TRUTH_WIDTH));
+    let time_s = |place: &(usize, _)| trace.time_s[place.0];
+    // A kidnapping ends a path, and the next one begins.
+    let driven = |a: &_, b: &_| {
+        !trace.jumps.iter().any(|jump| time_s(a) <= jump.time_s && jump.time_s < time_s(b))
+    };
+    for part in truth.chunk_by(driven) {
+        draw_path(canvas, axes, part, (&TRUTH, TRUTH_WIDTH));
+    }
+    trace.jumps.iter().for_each(|jump| draw_jump(canvas, axes, jump));
     axes.draw_frame(canvas, true);
     axes.draw_titles(canvas, "", "x (m)", "y (m)");
 }
@@ -98,8 +112,38 @@ pub(crate) fn draw_believed(
 ) -> bool {
     let look = Look::of(estimator, trace.names.len());
     let path = places_m(trace, |tick| trace.estimate(estimator, tick));
-    draw_path(canvas, axes, &path, (&look.ink, look.width));
+    let driven = |a: &(usize, [f64; 2]), b: &(usize, [f64; 2])| {
+        let moved_m = trig::hypot(b.1[0] - a.1[0], b.1[1] - a.1[1]);
+        let passed_s = trace.time_s[b.0] - trace.time_s[a.0];
+        moved_m <= LEAP[0].max(LEAP[1] * passed_s)
+    };
+    for part in path.chunk_by(driven) {
+        draw_path(canvas, axes, part, (&look.ink, look.width));
+    }
     path.iter().any(|&(_, at)| !axes.holds(axes.px(at)))
+}
+
+/// Draws a kidnapping: a dotted arrow with its time.
+fn draw_jump(canvas: &mut Canvas, axes: &Axes, jump: &Jump) {
+    let ends = [&jump.from, &jump.to].map(|pose| axes.px(place_m(pose)));
+    draw_dotted_arrow(canvas, ends);
+    let text = format!("{} s", seconds(jump.time_s));
+    let [x, y] = [0, 1].map(|k| 0.5 * (ends[0][k] + ends[1][k]));
+    let (half, up) = (3.6 * text.chars().count() as f64 + 3.0, 8.5);
+    let around = [[x - half, y - up], [x + half, y - up], [x + half, y + up], [x - half, y + up]];
+    canvas.wash(&around, &WHITE, 0.85);
+    canvas.text([x, y + 4.5], Anchor::Middle, 12.0, &INK, &text);
+}
+
+/// Draws a dotted arrow from one place of the page to another.
+pub(crate) fn draw_dotted_arrow(canvas: &mut Canvas, [from, to]: [Px; 2]) {
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let length = trig::hypot(dx, dy).max(1e-9);
+    let (c, s) = (dx / length, dy / length);
+    let at =
+        |along: f64, aside: f64| [to[0] + along * c - aside * s, to[1] + along * s + aside * c];
+    canvas.dashes(&[from, at(-8.0, 0.0)], &INK, JUMP_WIDTH, 2.5);
+    canvas.polygon(&[to, at(-10.0, 4.5), at(-10.0, -4.5)], &INK);
 }
 
 /// Draws an estimator's marks, each in the 95 % ellipse of its position where
@@ -156,6 +200,8 @@ pub(crate) fn possible_look(trace: &RunTrace, track: usize) -> Look {
     Look::of(known.unwrap_or(trace.names.len() + track), trace.names.len())
 }
 
+/// How much of the colour of a bar is its own.
+pub(crate) const BAR_OPACITY: f64 = 0.6;
 /// Corners of an arrowhead that looks along x, and its size, units of the page.
 pub(crate) const HEAD: [[f64; 2]; 3] = [[1.0, 0.0], [-0.8, 0.62], [-0.8, -0.62]];
 pub(crate) const HEAD_SIZE: f64 = 5.4;
@@ -170,11 +216,18 @@ pub(crate) fn draw_possible(canvas: &mut Canvas, look: &Look, at: Px, mark: &Mar
 }
 
 /// Draws the last belief of each filter that showed any, as far as it is in
-/// the map.
+/// the map: bars along a corridor, otherwise arrowheads.
 pub(crate) fn draw_beliefs(canvas: &mut Canvas, axes: &Axes, trace: &RunTrace) {
     for (k, track) in trace.beliefs.iter().enumerate() {
         let look = possible_look(trace, k);
-        for mark in track.moments.last().iter().flat_map(|moment| &moment.marks) {
+        let marks = track.moments.last().map_or(&[][..], |moment| &moment.marks);
+        if let Some(bars) = bars(marks) {
+            let corners = bars.iter().map(|bar| bar.map(|at| axes.px(at)));
+            let seen = corners.filter(|bar| (bar[2][1] - bar[1][1]).abs() > 0.1);
+            seen.for_each(|bar| canvas.wash(&bar, &look.ink, BAR_OPACITY));
+            continue;
+        }
+        for mark in marks {
             let at = axes.px([mark.x_m, mark.y_m].map(f64::from));
             if axes.holds(at) {
                 draw_possible(canvas, &look, at, mark);

@@ -17,6 +17,7 @@
 //! Nothing here reads a clock or a file: the same trace gives the same bytes.
 
 pub mod bands;
+pub(crate) mod bars;
 pub mod beliefs;
 pub(crate) mod chart;
 pub mod keeper;

@@ -5,8 +5,8 @@ use rusty_plot::page::Rows;
 use rusty_plot::style::{INK, Look, SOFT_INK};
 use rusty_plot::{Anchor, Canvas, Rect};
 
-use super::key::{Symbol, key};
-use super::map::{View, possible_look};
+use super::key::{Symbol, key, possible_symbol};
+use super::map::View;
 use super::timeline::Timeline;
 use super::trace::RunTrace;
 
@@ -30,12 +30,16 @@ impl<'a> Panel<'a> {
     pub fn new(trace: &'a RunTrace, scores: &'a [Score], view: &View, time: &Timeline) -> Self {
         let drawn = trace.last_scan.as_ref().filter(|_| !view.scan.is_empty());
         let at_s = drawn.and_then(|(tick, _)| trace.time_s.get(*tick));
-        let scan = at_s.map(|at_s| format!("scan at {:.2} s", at_s - time.origin_s));
+        let scan = at_s.map(|at_s| format!("scan at {}", time.words(at_s - time.origin_s)));
         let possible = trace.beliefs.iter().enumerate().filter_map(|(k, track)| {
             let words = format!("{}, {}", track.moments.last()?.kind, track.name);
-            Some((words.chars().take(LONGEST_ENTRY).collect(), possible_look(trace, k)))
+            Some((possible_symbol(trace, k), words.chars().take(LONGEST_ENTRY).collect()))
         });
         Self { trace, scores, entries: key(trace, "end", scan, possible) }
+    }
+
+    fn has(&self, is_it: fn(&Symbol) -> bool) -> bool {
+        self.entries.iter().any(|(symbol, _)| is_it(symbol))
     }
 
     fn row(&self) -> f64 {
@@ -110,15 +114,20 @@ impl<'a> Panel<'a> {
             notes.push("ATE: rmse of the position error. Alignment: none.".to_owned());
         }
         if !self.trace.names.is_empty() && self.trace.tick_count() > 1 {
-            let every = time.mark_every_s;
-            notes.push(format!("A mark every {} s, the same on map and errors;", seconds(every)));
+            let (every, unit) = (seconds(time.mark_every_s), time.unit());
+            notes.push(format!("A mark every {every} {unit}, the same on map and errors;"));
             notes.push("the large one is the last estimate.".to_owned());
         }
         if self.trace.has_covariances() {
             notes.push("Ellipses and bands: 95 %, by the covariances reported.".to_owned());
         }
-        if !self.trace.beliefs.is_empty() {
-            notes.push("Arrowheads: the last belief shown, as received.".to_owned());
+        for (what, is_there) in [
+            ("Bars", self.has(|symbol| matches!(symbol, Symbol::Bars(_)))),
+            ("Arrowheads", self.has(|symbol| matches!(symbol, Symbol::Possible(_)))),
+        ] {
+            if is_there {
+                notes.push(format!("{what}: the last belief shown, as received."));
+            }
         }
         if left_map {
             notes.push("An estimate leaves the map.".to_owned());

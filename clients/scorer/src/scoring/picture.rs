@@ -164,7 +164,7 @@ fn details(trace: &RunTrace, time: &Timeline) -> String {
     if trace.thinned_from.is_some() {
         parts.push(format!("{} drawn", trace.tick_count()));
     }
-    if ticks > 1 {
+    if ticks > 1 && !trace.is_in_ticks {
         parts.push(format!("{:.1} s", time.span_s()));
     }
     if ticks_with_truth > 1 {

@@ -3,6 +3,7 @@
 use super::super::score;
 use super::super::trace::tests::empty;
 use super::*;
+use crate::scoring::trace::Jump;
 use rusty_geometry::{SE2, trig};
 use rusty_plot::png;
 
@@ -49,6 +50,55 @@ fn a_picture_names_run_estimators_and_units() {
         assert!(text.contains(part), "{part} is missing");
     }
     assert_eq!(svg(&trace, &score(&trace)), text, "the same trace, other bytes");
+}
+
+#[test]
+fn a_kidnapping_is_an_arrow_with_its_time_and_no_drive() {
+    let mut trace = circle(&[], 1000);
+    let to = |tick: usize| SE2::new(30.0 + tick as f64 * 1e-3, 0.0, 0.0);
+    (500..1000).for_each(|tick| trace.truth[tick] = Some(to(tick)));
+    trace.kidnapped_at = vec![500];
+    // A solid line from one place to the other.
+    let crossing = |text: &str| {
+        let lines = text.split("<polyline").skip(1).map(|rest| rest.split("/>").next().unwrap());
+        let solid = lines.filter(|line| !line.contains("dasharray"));
+        let x = |point: &str| point.split(',').next().unwrap().parse::<f64>().unwrap();
+        let far = |line: &&str| {
+            let points = line.split("points=\"").nth(1).unwrap().split('"').next().unwrap();
+            let all: Vec<f64> = points.split_whitespace().map(x).collect();
+            all.windows(2).any(|pair| (pair[1] - pair[0]).abs() > 3000.0)
+        };
+        solid.filter(far).count()
+    };
+    let driven = drawn(&trace);
+    let from = trace.truth[499].unwrap();
+    trace.jumps = vec![Jump { tick: 500, time_s: 10.0, from, to: to(500) }];
+    let carried = drawn(&trace);
+    assert!(!driven.contains("kidnapping") && !driven.contains("\n10 s\n"));
+    assert!(carried.contains("\nkidnapping\n") && carried.contains("\n10 s\n"));
+    assert_eq!(crossing(&driven), crossing(&carried) + 1, "it drives from one to the other");
+    assert_eq!(carried.matches("stroke-dasharray=\"25\"").count(), 2, "arrow and key");
+}
+
+#[test]
+fn an_estimate_that_leaps_was_not_driven() {
+    let mut trace = circle(&["a"], 1000);
+    let lines = |trace: &RunTrace| drawn(trace).matches("<polyline").count();
+    let before = lines(&trace);
+    trace.estimates[0][500..].iter_mut().for_each(|pose| *pose = Some(SE2::new(-3.0, 1.0, 0.0)));
+    assert!(lines(&trace) > before);
+}
+
+#[test]
+fn a_recording_whose_time_stands_still_has_ticks_on_its_axis() {
+    let mut trace = circle(&["a"], 1500);
+    (trace.is_in_ticks, trace.seed) = (true, None);
+    (0..1500).for_each(|tick| trace.time_s[tick] = tick as f64);
+    let text = drawn(&trace);
+    for part in ["\ntick\n", "\n1400\n", "scan at tick 1499", "A mark every 200 ticks"] {
+        assert!(text.contains(part), "{part} is missing");
+    }
+    assert!(!text.contains("time (s)") && !text.contains("30.0 s"), "invented seconds");
 }
 
 #[test]

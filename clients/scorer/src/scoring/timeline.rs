@@ -15,6 +15,8 @@ pub(crate) struct Timeline {
     pub range_s: [f64; 2],
     /// Time between two marks of an estimator, s.
     pub mark_every_s: f64,
+    /// Whether all of these are ticks instead of seconds.
+    is_in_ticks: bool,
 }
 
 impl Timeline {
@@ -29,7 +31,8 @@ impl Timeline {
         let end_s = last_s - origin_s;
         let end_s = if end_s > start_s { end_s } else { start_s + 1.0 };
         let mark_every_s = Step::of(end_s - start_s, 8.0).size();
-        Self { origin_s, range_s: [start_s, end_s], mark_every_s }
+        let is_in_ticks = trace.is_in_ticks;
+        Self { origin_s, range_s: [start_s, end_s], mark_every_s, is_in_ticks }
     }
 
     /// Length of the run, s.
@@ -49,7 +52,24 @@ impl Timeline {
 
     /// What the axis shows.
     pub fn title(&self) -> &'static str {
-        if self.origin_s == 0.0 { "time (s)" } else { "time since the first tick (s)" }
+        match self.origin_s == 0.0 {
+            _ if self.is_in_ticks => "tick",
+            true => "time (s)",
+            false => "time since the first tick (s)",
+        }
+    }
+
+    /// The unit of the axis, as a word.
+    pub fn unit(&self) -> &'static str {
+        if self.is_in_ticks { "ticks" } else { "s" }
+    }
+
+    /// A place on the axis, as words.
+    pub fn words(&self, place_s: f64) -> String {
+        match self.is_in_ticks {
+            true => format!("tick {place_s:.0}"),
+            false => format!("{place_s:.2} s"),
+        }
     }
 
     /// The ticks that are marked on an estimator's lines, the same on the map

@@ -1,7 +1,7 @@
 //! A run as it is drawn: truth and estimates, tick by tick.
 
 use rusty_contract::config::LidarConfig;
-use rusty_contract::log::LogHeader;
+use rusty_contract::log::{Finding, LogHeader};
 use rusty_contract::score::{PriorKnowledge, Score, ScoreReport};
 use rusty_geometry::{SE2, WorldSpec};
 use rusty_metrics::PathLength;
@@ -28,8 +28,10 @@ pub struct RunTrace {
     pub lidar: LidarConfig,
     /// Names of the answering participants, in roster order.
     pub names: Vec<String>,
-    /// Time of each tick, s.
+    /// Time of each tick, s; its index where `is_in_ticks`.
     pub time_s: Vec<f64>,
+    /// Whether times here are indices of ticks: the stamps of the recording stand still.
+    pub is_in_ticks: bool,
     /// True pose of the body at each tick, where known.
     pub truth: Vec<Option<SE2>>,
     /// Believed pose of the body: outer index as `names`, inner index the tick.
@@ -40,6 +42,8 @@ pub struct RunTrace {
     pub start: Option<SE2>,
     /// The ticks at whose start the robot was put elsewhere.
     pub kidnapped_at: Vec<u64>,
+    /// The kidnappings that a [`TraceKeeper`](super::TraceKeeper) saw.
+    pub jumps: Vec<Jump>,
     /// The last scan: index of its tick, and its ranges in m, beam by beam.
     pub last_scan: Option<(usize, Vec<f64>)>,
     /// Where the ticks here are some of a longer run: what the whole of it was.
@@ -54,6 +58,19 @@ pub struct RunTrace {
     pub sensed: Option<Sensed>,
     /// Whether it was read from a log, which does not hold everything.
     pub from_log: bool,
+}
+
+/// A kidnapping: the true poses before and after it, world frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// Index of the tick at whose start it happened.
+    pub tick: u64,
+    /// Time at the start of that tick, s.
+    pub time_s: f64,
+    /// Pose before it.
+    pub from: SE2,
+    /// Pose at the end of the tick.
+    pub to: SE2,
 }
 
 /// A run in figures.
@@ -80,11 +97,13 @@ impl RunTrace {
             world: header.config.world.clone(),
             lidar: header.config.lidar,
             time_s: Vec::new(),
+            is_in_ticks: header.findings().iter().any(|f| matches!(f, Finding::FlatStamps { .. })),
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
             told: header.answering().map(PriorKnowledge::from).collect(),
             start: header.true_start(),
             kidnapped_at: header.kidnappings().map(|k| k.tick).collect(),
+            jumps: Vec::with_capacity(header.kidnappings().count()),
             last_scan: None,
             thinned_from: None,
             stops: Vec::new(),
@@ -219,11 +238,13 @@ pub(crate) mod tests {
             lidar: LidarConfig::default(),
             names: names.iter().map(|&name| name.to_owned()).collect(),
             time_s: Vec::new(),
+            is_in_ticks: false,
             truth: Vec::new(),
             estimates: vec![Vec::new(); names.len()],
             told: vec![PriorKnowledge::default(); names.len()],
             start: None,
             kidnapped_at: Vec::new(),
+            jumps: Vec::new(),
             last_scan: None,
             thinned_from: None,
             stops: Vec::new(),
