@@ -5,6 +5,7 @@
 //! It takes no more memory for a longer run: the figures are sums
 //! ([`Meter`]), and of a very long run not every tick is drawn ([`TraceKeeper`]).
 
+mod origin;
 mod shown;
 
 use std::path::{Path, PathBuf};
@@ -37,6 +38,8 @@ pub struct Scorer {
     folder: Option<PathBuf>,
     /// Whether it works on a log.
     from_log: bool,
+    /// The folder of the run itself.
+    run_folder: Option<PathBuf>,
     header: LogHeader,
     keeper: TraceKeeper,
     beliefs: BeliefKeeper,
@@ -121,6 +124,7 @@ impl Recorder for Scorer {
         trace.from_log = self.from_log;
         let scores = if unscored.is_none() { scores(&mut self.meter, &trace) } else { Vec::new() };
         trace.digest = self.digest.run_hex();
+        trace.origin = self.run_folder.as_ref().and_then(|f| origin::of(f, &trace.digest));
         let mut report = ScoreReport {
             blocked_ticks: self.held.as_ref().filter(|_| unscored.is_none()).map(Held::tick_count),
             unscored,
@@ -191,6 +195,10 @@ impl Scorer {
         let planned = Planned { ticks, start, kidnapped_at, began_s };
         Ok(Self {
             blind,
+            run_folder: match &args.log {
+                Some(log) => log.parent().map(Path::to_owned),
+                None => brief.out_dir.as_ref().map(PathBuf::from),
+            },
             folder,
             from_log,
             header: brief.header.clone(),

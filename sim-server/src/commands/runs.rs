@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use rusty_contract::{Exit, FieldError, TextTable, outln};
-use rusty_logs::folder::{FoundRun, OldRun, runs_in};
+use rusty_logs::folder::{FoundRun, OldRun, date_and_time, runs_in};
 use serde_json::json;
 
 use super::arguments::Output;
@@ -114,37 +114,5 @@ fn open(dir: &Path, name: &str) -> Result<OldRun> {
         Ok(found) if found.is_symlink() => Err(refused("is a link, and links are not followed")),
         Ok(_) => Err(refused("is a file, not the folder of a run")),
         Err(_) => Err(refused(&format!("is not in {}", dir.display()))),
-    }
-}
-
-/// Seconds since 1970 as date and time in UTC (days to civil date: H. Hinnant,
-/// *chrono-Compatible Low-Level Date Algorithms*).
-fn date_and_time(unix_s: u64) -> String {
-    let (days, minutes) = (unix_s / 86_400 + 719_468, unix_s / 60 % 1440);
-    let (era, of_era) = (days / 146_097, days % 146_097);
-    let year = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year + year / 4 - year / 100);
-    let from_march = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * from_march + 2) / 5 + 1;
-    let month = if from_march < 10 { from_march + 3 } else { from_march - 9 };
-    let year = year + 400 * era + u64::from(month <= 2);
-    format!("{year}-{month:02}-{day:02} {:02}:{:02}", minutes / 60, minutes % 60)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn seconds_become_the_date_of_the_calendar() {
-        // Values of `date -u -d @N '+%F %H:%M'`.
-        for (unix_s, text) in [
-            (0, "1970-01-01 00:00"),
-            (951_782_400, "2000-02-29 00:00"),
-            (1_709_251_199, "2024-02-29 23:59"),
-            (4_107_542_400, "2100-03-01 00:00"),
-        ] {
-            assert_eq!(date_and_time(unix_s), text);
-        }
     }
 }

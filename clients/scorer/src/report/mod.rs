@@ -55,11 +55,10 @@ pub fn html(header: &LogHeader, trace: &RunTrace, scores: &ScoreReport) -> Strin
     page.push_str("</main>\n");
     let _ = write!(
         page,
-        "<footer><p>Made by the scorer of {}. A link to a tick is this page's address and \
+        "<footer><p>A link to a tick is this page's address and \
          <code>#tick=700</code>.</p></footer>\n\
          <script type=\"application/json\" id=\"data\">{}</script>\n\
          <script nonce=\"{}\">\n{}{}</script>\n</body>\n</html>\n",
-        escaped(&header.writer),
         figures.data,
         nonce(trace),
         include_str!("page.js"),
@@ -116,15 +115,23 @@ fn write_title(page: &mut String, header: &LogHeader, trace: &RunTrace, scores: 
             format!("<p class=\"note\">Finding: {}.</p>\n", escaped(&finding.to_string()))
         })
         .collect();
+    let started = trace.origin.as_ref().map_or_else(String::new, |origin| {
+        let command = match origin.command.as_str() {
+            "" => String::new(),
+            command => format!(" · <code>{}</code>", escaped(command)),
+        };
+        format!(" · started {} UTC{command}", escaped(&origin.started_utc))
+    });
     let _ = write!(
         page,
         "<header>\n<h1>{}</h1>\n<dl class=\"identity\"><div><dt>seed</dt><dd>{}</dd></div>\
          <div><dt>digest</dt><dd><code>{}</code></dd></div></dl>\n\
-         <ul class=\"facts\">{facts}</ul>\n{unscored}{findings}\
+         <ul class=\"facts\">{facts}</ul>\n<p class=\"origin\">{}{started}</p>\n{unscored}{findings}\
          <p class=\"note\" id=\"trouble\" role=\"alert\" hidden></p>\n</header>\n",
         escaped(&trace.scenario),
         escaped(&seed),
-        escaped(digest)
+        escaped(digest),
+        escaped(&header.writer)
     );
 }
 

@@ -58,6 +58,17 @@ pub struct RunTrace {
     pub sensed: Option<Sensed>,
     /// Whether it was read from a log, which does not hold everything.
     pub from_log: bool,
+    /// When and how the run was started, where that is known.
+    pub origin: Option<Origin>,
+}
+
+/// When a run was started, and by which command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// Date and time, UTC.
+    pub started_utc: String,
+    /// Command line; may be empty.
+    pub command: String,
 }
 
 /// A kidnapping: the true poses before and after it, world frame.
@@ -110,6 +121,7 @@ impl RunTrace {
             beliefs: Vec::new(),
             sensed: None,
             from_log: false,
+            origin: None,
             names,
         }
     }
@@ -251,6 +263,7 @@ pub(crate) mod tests {
             beliefs: Vec::new(),
             sensed: None,
             from_log: false,
+            origin: None,
         }
     }
 

@@ -36,6 +36,12 @@ pub struct Marker {
     pub seed: Option<u64>,
     /// When it was started, seconds since 1970 in UTC.
     pub started_unix_s: u64,
+    /// The same as date and time.
+    #[serde(default)]
+    pub started_utc: String,
+    /// Command line of the server, for a shell; empty where it is not known.
+    #[serde(default)]
+    pub command: String,
     /// Names in the folder that belong to the run; `map.*` stands for `map` and
     /// for all names that start with `map.`.
     pub files: Vec<String>,
@@ -55,11 +61,12 @@ pub struct RunEnd {
 }
 
 impl Marker {
-    /// The marker of a run that starts now.
+    /// The marker of a run that starts now, by the command line of this process.
     #[must_use]
     pub fn new(run: &str, header: &LogHeader) -> Self {
         let now = SystemTime::now().duration_since(UNIX_EPOCH);
-        Self::started_at(now.map_or(0, |since| since.as_secs()), run, header)
+        let marker = Self::started_at(now.map_or(0, |since| since.as_secs()), run, header);
+        Self { command: command_line(std::env::args()), ..marker }
     }
 
     fn started_at(started_unix_s: u64, run: &str, header: &LogHeader) -> Self {
@@ -73,7 +80,9 @@ impl Marker {
             files.extend(first.filter(|name| !name.is_empty()).map(|name| format!("{name}.*")));
         }
         let (scenario, seed) = (header.config.scenario.clone(), header.seed());
-        Self { run: run.to_owned(), scenario, seed, started_unix_s, files, end: None }
+        let (run, started_utc) = (run.to_owned(), date_and_time(started_unix_s));
+        let command = String::new();
+        Self { run, scenario, seed, started_unix_s, started_utc, command, files, end: None }
     }
 
     /// Reads the marker of a folder; of one from before there were markers, what
@@ -101,5 +110,58 @@ impl Marker {
             }
             None => name == file,
         })
+    }
+}
+
+/// Seconds since 1970 as date and time in UTC (days to civil date: H. Hinnant,
+/// *chrono-Compatible Low-Level Date Algorithms*).
+#[must_use]
+pub fn date_and_time(unix_s: u64) -> String {
+    let (days, minutes) = (unix_s / 86_400 + 719_468, unix_s / 60 % 1440);
+    let (era, of_era) = (days / 146_097, days % 146_097);
+    let year = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year + year / 4 - year / 100);
+    let from_march = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * from_march + 2) / 5 + 1;
+    let month = if from_march < 10 { from_march + 3 } else { from_march - 9 };
+    let year = year + 400 * era + u64::from(month <= 2);
+    format!("{year}-{month:02}-{day:02} {:02}:{:02}", minutes / 60, minutes % 60)
+}
+
+/// Returns the words of a command as a shell reads them, the program without its folder.
+fn command_line(words: impl Iterator<Item = String>) -> String {
+    let word = |(k, word): (usize, String)| {
+        let word = if k == 0 { word.rsplit('/').next().unwrap_or_default() } else { &word[..] };
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=:,+@%".contains(c);
+        match !word.is_empty() && word.chars().all(is_plain) {
+            true => word.to_owned(),
+            false => format!("'{}'", word.replace('\'', "'\\''")),
+        }
+    };
+    words.enumerate().map(word).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_line_can_be_given_to_a_shell_again() {
+        let words = ["/a/b/sim-server", "launch", "--add", "f=python3 it's.py", ""];
+        let line = command_line(words.map(str::to_owned).into_iter());
+        assert_eq!(line, r"sim-server launch --add 'f=python3 it'\''s.py' ''");
+    }
+
+    #[test]
+    fn seconds_become_the_date_of_the_calendar() {
+        // Values of `date -u -d @N '+%F %H:%M'`.
+        for (unix_s, text) in [
+            (0, "1970-01-01 00:00"),
+            (951_782_400, "2000-02-29 00:00"),
+            (1_709_251_199, "2024-02-29 23:59"),
+            (4_107_542_400, "2100-03-01 00:00"),
+        ] {
+            assert_eq!(date_and_time(unix_s), text);
+        }
     }
 }

@@ -20,7 +20,7 @@ use rustix::fs::{FlockOperation, flock};
 pub use error::{FolderError, FolderProblem};
 pub use found::{FoundRun, runs_in};
 use marker::MARKER;
-pub use marker::{Marker, RunEnd};
+pub use marker::{Marker, RunEnd, date_and_time};
 
 /// The folder of a run that is over, locked so that no other process takes it.
 pub struct OldRun {
