@@ -118,10 +118,11 @@ impl Status {
 }
 
 /// The parts of the page: path, type, content.
-const PARTS: [(&str, &str, &str); 6] = [
+const PARTS: [(&str, &str, &str); 7] = [
     ("/", "text/html; charset=utf-8", include_str!("../page/index.html")),
+    ("/look.css", "text/css; charset=utf-8", rusty_plot::assets::LOOK_CSS),
     ("/view.css", "text/css; charset=utf-8", include_str!("../page/view.css")),
-    ("/draw.js", "text/javascript; charset=utf-8", include_str!("../page/draw.js")),
+    ("/draw.js", "text/javascript; charset=utf-8", rusty_plot::assets::DRAW_JS),
     ("/charts.js", "text/javascript; charset=utf-8", include_str!("../page/charts.js")),
     ("/drive.js", "text/javascript; charset=utf-8", include_str!("../page/drive.js")),
     ("/view.js", "text/javascript; charset=utf-8", include_str!("../page/view.js")),

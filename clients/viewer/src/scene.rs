@@ -3,7 +3,7 @@
 
 use rusty_contract::{LogHeader, Role, Start};
 use rusty_geometry::{Material, WorldSpec};
-use rusty_plot::style::{Look, ON_DARK};
+use rusty_plot::style::Look;
 use serde::{Deserialize, Serialize};
 
 /// Where the ticks come from.
@@ -62,12 +62,10 @@ impl Scene {
         let count = header.answering().count();
         let named = |(i, p): (usize, &rusty_contract::Participant)| {
             let look = Look::of(i, count);
-            let dark = ON_DARK.iter().find(|(light, _)| *light == look.ink);
-            let colours = [look.ink, dark.map_or(look.ink, |(_, dark)| *dark)];
             Named {
                 name: p.name.clone(),
                 is_driver: p.role == Role::Driver,
-                colours: colours.map(|ink| ink.to_string()),
+                colours: look.inks().map(|ink| ink.to_string()),
                 width: look.width,
             }
         };

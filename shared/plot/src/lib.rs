@@ -12,12 +12,14 @@
 //! * [`floor`]: walls, paths and robots, seen from above;
 //! * [`ellipse`]: what holds 95 % of a normal distribution;
 //! * [`page`]: titles, legends and rows of figures;
-//! * [`mod@png`]: a page in pixels, with a built-in font.
+//! * [`mod@png`]: a page in pixels, with a built-in font;
+//! * [`assets`]: the script and the style that hypertext pages have in common.
 //!
 //! All drawings are made with these: the scorer a run, a sweep
 //! what became of many. Nothing here reads a clock, a file or a font of the
 //! machine: the same calls give the same bytes.
 
+pub mod assets;
 pub mod axes;
 pub mod canvas;
 pub mod ellipse;

@@ -84,6 +84,13 @@ impl Look {
         Self { ink: COLOURS[index % COLOURS.len()], width, index }
     }
 
+    /// Its colours on light and on dark ground.
+    #[must_use]
+    pub fn inks(&self) -> [RGBColor; 2] {
+        let dark = ON_DARK.iter().find(|(light, _)| *light == self.ink);
+        [self.ink, dark.map_or(self.ink, |(_, dark)| *dark)]
+    }
+
     /// Draws its mark, `size` units in radius, with a white rim.
     pub fn mark(&self, canvas: &mut Canvas, at: Px, size: f64) {
         // After all colours are used up the shapes move on by one, so that no

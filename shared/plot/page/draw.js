@@ -1,5 +1,6 @@
 // The map: walls, paths, robot, scan, ellipses and beliefs on a canvas. It knows no
-// socket and no page: a report could draw with it. Metres and radians, world frame.
+// socket and no page: the viewer and the report of a run draw with it. Metres and
+// radians, world frame.
 
 // Corners of the marks of estimators, as in the report; the first is a disc.
 const SHAPES = [
@@ -12,6 +13,9 @@ const SHAPES = [
     [0.4, 1.2], [-0.4, 1.2], [-0.4, 0.4], [-1.2, 0.4], [-1.2, -0.4], [-0.4, -0.4]],
 ];
 const COLOURS = 6;
+// Corners of an arrowhead that looks along x, as in the pictures of a run.
+const HEAD = [[1, 0], [-0.8, 0.62], [-0.8, -0.62]];
+const FADED = 0.25; // what is yet to come
 
 // Draws the mark of estimator `index` at a place of the canvas.
 export function mark(ctx, index, [x, y], size, ink, rim) {
@@ -25,19 +29,55 @@ export function mark(ctx, index, [x, y], size, ink, rim) {
   }
 }
 
-// A path that grows. Points that are close to the last one are left out.
+// A path that grows. Points that are close to the last one are left out, and one that is
+// farther than `leap` metres does not continue it.
 export class Track {
-  constructor() { this.path = new Path2D(); this.last = null; }
+  constructor(leap = 1) { Object.assign(this, { path: new Path2D(), last: null, leap }); }
 
   add(x, y) {
     if (!Number.isFinite(x + y)) { this.last = null; return; }
     const moved = this.last ? Math.hypot(x - this.last[0], y - this.last[1]) : Infinity;
     if (moved < 0.02) return;
-    // A jump is not a way.
-    if (moved > 1) this.path.moveTo(x, y);
+    if (!this.last || moved > this.leap) this.path.moveTo(x, y);
     else this.path.lineTo(x, y);
     this.last = [x, y];
   }
+
+  // The next point does not continue the path.
+  cut() { this.last = null; }
+}
+
+// Corners of the bars of a histogram along a corridor, up for one heading
+// and down for the other; null where the cells are not in a line. The scorer has the
+// same, clients/scorer/src/scoring/bars.rs.
+function barsOf(poses, greatest) {
+  const places = Array.from({ length: poses.length / 4 }, (_, k) => 4 * k);
+  const faces = (k, theta) => Math.cos(poses[k + 2] - theta) > 0;
+  const last = places.findLast((k) => k > 0 && faces(k, poses[2]));
+  const [dx, dy] = last ? [poses[last] - poses[0], poses[last + 1] - poses[1]] : [0, 0];
+  const length = Math.hypot(dx, dy) * (dx < 0 || (dx === 0 && dy < 0) ? -1 : 1);
+  if (!length || !(greatest > 0)) return null;
+  const [c, s] = [dx / length, dy / length], axis = Math.atan2(s, c);
+  const cells = places.map((k) => ({
+    along: c * poses[k] + s * poses[k + 1], across: c * poses[k + 1] - s * poses[k],
+    up: faces(k, axis) ? 1 : -1, share: poses[k + 3] / greatest,
+    isParallel: Math.abs(Math.sin(poses[k + 2] - axis)) < 0.5,
+  }));
+  const rows = [1, -1].map((up) => cells.filter((cell) => cell.up === up).map((cell) => cell.across))
+    .filter((row) => row.length > 0);
+  const least = rows.map((row) => row.reduce((a, b) => Math.min(a, b)));
+  const isStraight = rows.every((row, k) => row.every((across) => across - least[k] < 0.05));
+  if (!isStraight || !cells.every((cell) => cell.isParallel)) return null;
+  const middle = least.reduce((a, b) => a + b) / least.length;
+  let gap = 1;
+  cells.forEach((cell, k) => {
+    const before = cells[k - 1], far = Math.abs(cell.along - before?.along);
+    if (before?.up === cell.up && far > 1e-3) gap = Math.min(gap, far);
+  });
+  const half = 0.425 * gap;
+  return cells.map(({ along, up, share }) => (
+    [[-half, 0], [half, 0], [half, up * share], [-half, up * share]].map(([u, v]) => (
+      [c * (along + u) - s * (middle + v), s * (along + u) + c * (middle + v)]))));
 }
 
 export class MapView {
@@ -111,7 +151,9 @@ export class MapView {
   }
 
   // `now`: { truth: [x, y, θ], truthTrack, scan: [x, y, …], estimators: [{ pose, ellipse,
-  // track, belief: { kind, poses }, isShown, ink, width }] }; `inks` by name.
+  // track, belief: { kind, poses }, isShown, ink, width }] }; `inks` by name. A finished
+  // run also has the whole paths, `whole` next to each track, which are faded, the
+  // `start`, and `jumps`: [{ from, to, text, isPast }].
   draw(now, inks) {
     const { ctx, ratio, scale } = this;
     ctx.setTransform(1, 0, 0, 1, 0, 0);
@@ -130,10 +172,15 @@ export class MapView {
     for (const [kind, pixels] of [['wall', 2.5], ['glass', 3], ['door', 4]]) {
       if (this.walls[kind]) stroke(this.walls[kind], inks[kind], pixels);
     }
+    const shown = now.estimators.filter((estimator) => estimator.isShown);
+    ctx.globalAlpha = FADED;
+    if (now.whole) stroke(now.whole.path, inks.truth, 5);
+    for (const { whole, ink, width } of shown) if (whole) stroke(whole.path, ink, width);
+    ctx.globalAlpha = 1;
     stroke(now.truthTrack.path, inks.truth, 5);
-    for (const { isShown, track, ink, width } of now.estimators) {
-      if (isShown) stroke(track.path, ink, width);
-    }
+    for (const { track, ink, width } of shown) stroke(track.path, ink, width);
+    for (const jump of now.jumps ?? []) this.jump(jump, inks);
+    if (now.start) this.start(now.start, inks);
     this.scan(now.scan, inks);
     this.robot(now.truth, inks);
     now.estimators.forEach((estimator, i) => {
@@ -151,29 +198,77 @@ export class MapView {
     stroke(path, inks.grid, 1);
   }
 
-  // Particles as dots, cells of a histogram as bars whose height is their share.
+  // Cells of a histogram along a corridor as bars, other poses as arrowheads; the area
+  // of a cell is its share, and particles have one size.
   belief({ belief: { kind, poses }, ink }) {
-    const { ctx } = this;
+    const { ctx } = this, isHistogram = kind === 2;
     let greatest = 0;
     for (let k = 3; k < poses.length; k += 4) greatest = Math.max(greatest, poses[k]);
+    const bars = isHistogram ? barsOf(poses, greatest) : null;
     ctx.fillStyle = ink;
-    if (kind === 2) {
-      const width = poses.length > 7 ? Math.max(0.02, Math.abs(poses[4] - poses[0]) * 0.8) : 0.1;
-      ctx.globalAlpha = 0.55;
-      for (let k = 0; k < poses.length; k += 4) {
-        const height = greatest > 0 ? poses[k + 3] / greatest : 0;
-        ctx.fillRect(poses[k] - width / 2, poses[k + 1], width, height);
-      }
-    } else {
-      const size = 2.2 * this.ratio / this.scale;
-      ctx.globalAlpha = 0.35;
-      ctx.beginPath();
-      for (let k = 0; k < poses.length; k += 4) {
-        ctx.rect(poses[k] - size / 2, poses[k + 1] - size / 2, size, size);
-      }
-      ctx.fill();
+    ctx.globalAlpha = bars ? 0.6 : 0.4;
+    ctx.beginPath();
+    const polygon = (corners) => {
+      corners.forEach(([x, y], k) => (k ? ctx.lineTo(x, y) : ctx.moveTo(x, y)));
+    };
+    if (bars) bars.forEach(polygon);
+    const size = 4.2 * this.ratio / this.scale;
+    for (let k = 0; !bars && k < poses.length; k += 4) {
+      const [x, y, theta, weight] = poses.subarray(k, k + 4);
+      const share = isHistogram && greatest > 0 ? weight / greatest : 1;
+      const c = Math.cos(theta), s = Math.sin(theta), r = size * (0.3 + 0.7 * Math.sqrt(share));
+      if (share > 0) polygon(HEAD.map(([u, v]) => [x + r * (c * u - s * v), y + r * (s * u + c * v)]));
     }
+    ctx.fill();
     ctx.globalAlpha = 1;
+  }
+
+  // A kidnapping: a dotted arrow with its time.
+  jump({ from, to, text, isPast }, inks) {
+    const { ctx, ratio } = this;
+    const [[x0, y0], [x, y]] = [this.place(...from), this.place(...to)];
+    const angle = Math.atan2(y - y0, x - x0), c = Math.cos(angle), s = Math.sin(angle);
+    const at = (along, aside) => [x + ratio * (along * c - aside * s), y + ratio * (along * s + aside * c)];
+    ctx.save();
+    ctx.setTransform(1, 0, 0, 1, 0, 0);
+    ctx.globalAlpha = isPast ? 1 : FADED;
+    ctx.strokeStyle = ctx.fillStyle = inks.ink;
+    ctx.lineWidth = 1.8 * ratio;
+    ctx.lineCap = 'butt';
+    ctx.setLineDash([2.5 * ratio, 2.5 * ratio]);
+    ctx.beginPath();
+    ctx.moveTo(x0, y0);
+    ctx.lineTo(...at(-8, 0));
+    ctx.stroke();
+    ctx.setLineDash([]);
+    ctx.beginPath();
+    for (const corner of [at(0, 0), at(-10, 4.5), at(-10, -4.5)]) ctx.lineTo(...corner);
+    ctx.fill();
+    ctx.font = `${12 * ratio}px system-ui, "DejaVu Sans", sans-serif`;
+    ctx.textAlign = 'center';
+    ctx.textBaseline = 'middle';
+    ctx.lineWidth = 7 * ratio;
+    ctx.lineJoin = 'round';
+    ctx.strokeStyle = inks.card;
+    ctx.strokeText(text, (x0 + x) / 2, (y0 + y) / 2);
+    ctx.fillText(text, (x0 + x) / 2, (y0 + y) / 2);
+    ctx.restore();
+  }
+
+  // The true pose before the first tick.
+  start([x, y, theta], inks) {
+    const { ctx, ratio, scale } = this, size = ratio / scale;
+    ctx.strokeStyle = inks.ink;
+    ctx.fillStyle = inks.card;
+    ctx.lineWidth = 2.4 * size;
+    ctx.beginPath();
+    ctx.moveTo(x, y);
+    ctx.lineTo(x + 13 * size * Math.cos(theta), y + 13 * size * Math.sin(theta));
+    ctx.stroke();
+    ctx.beginPath();
+    ctx.arc(x, y, 5.5 * size, 0, 2 * Math.PI);
+    ctx.fill();
+    ctx.stroke();
   }
 
   scan(points, inks) {
