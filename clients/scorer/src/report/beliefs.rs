@@ -1,11 +1,9 @@
-//! What filters held possible, on the map: arrowheads that point where a pose
-//! looks.
+//! What filters held possible, for the player of the page.
 //!
-//! The page has those of some moments, evenly thinned, as rows of numbers in base
-//! 64: of each pose its place on the drawing (two 16-bit numbers in the drawing's
-//! own steps), its heading (256 steps of a turn, counter-clockwise) and the share
-//! of the area (255: all). A pose that lies on no page has a share of 0 and is
-//! not drawn. Each filter has a layer with the classes `belief` and `bK`.
+//! The page has the beliefs of some moments, evenly thinned, as rows of numbers in base
+//! 64: of each pose its place in the box of the map (two 16-bit numbers), its heading (256
+//! steps of a turn, counter-clockwise) and its share of the area (255: all). A pose
+//! outside of the box has a share of 0 and is not drawn.
 
 use std::fmt::Write as _;
 
@@ -13,25 +11,23 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use rusty_contract::BeliefKind;
 use rusty_geometry::trig;
-use rusty_plot::style::Look;
-use rusty_plot::{Axes, Drawing, Layer, Px};
 use serde::Serialize;
 
-use super::units::steps;
+use super::drawn::Drawn;
 use crate::scoring::beliefs::{BeliefMoment, BeliefTrack, MOST_MARKS, Mark};
-use crate::scoring::map::{draw_possible, possible_look};
+use crate::scoring::map::possible_look;
 use crate::scoring::trace::RunTrace;
 
 /// All poses of a page together; each takes six bytes.
 const MOST_POSES: usize = 100_000;
-/// All arrowheads of a page together; each takes about a hundred bytes.
-const MOST_HEADS: usize = 1600;
+/// All poses that are shown at a tick.
+const MOST_SHOWN: usize = 1600;
 
 /// The beliefs of a page.
 pub(super) struct Beliefs<'a> {
     tracks: Vec<Thinned<'a>>,
     /// The most poses that are drawn of a filter.
-    heads: usize,
+    most: usize,
 }
 
 /// Those of one filter.
@@ -39,7 +35,7 @@ struct Thinned<'a> {
     track: &'a BeliefTrack,
     /// Place among the estimators, where it is one of them.
     estimator: Option<usize>,
-    look: Look,
+    drawn: Drawn,
     moments: Vec<BeliefMoment>,
     /// The most poses of a moment.
     marks: usize,
@@ -48,11 +44,13 @@ struct Thinned<'a> {
 /// What the page's script needs of one filter.
 #[derive(Serialize)]
 pub(super) struct TrackData {
-    name: String,
+    estimator: Option<usize>,
+    #[serde(flatten)]
+    drawn: Drawn,
     ticks: Vec<u64>,
     /// For each moment: how many poses the filter had, and what they are.
     whole: Vec<u32>,
-    kinds: Vec<String>,
+    kinds: Vec<&'static str>,
     marks: usize,
     poses: String,
 }
@@ -60,58 +58,40 @@ pub(super) struct TrackData {
 impl<'a> Beliefs<'a> {
     pub fn of(trace: &'a RunTrace) -> Self {
         let count = trace.beliefs.len().max(1);
-        let heads = (MOST_HEADS / count).clamp(1, MOST_MARKS);
-        let most = (MOST_POSES / heads / count).max(1);
+        let shown = (MOST_SHOWN / count).clamp(1, MOST_MARKS);
+        let most = (MOST_POSES / shown / count).max(1);
         let tracks = trace.beliefs.iter().enumerate().map(|(k, track)| {
             let every = track.moments.len().div_ceil(most).max(1);
-            // The last one is kept: the page begins with it.
+            // The last one is kept: the run ends with it.
             let rest = track.moments.len().saturating_sub(1) % every;
             let kept = track.moments.iter().skip(rest).step_by(every);
-            let moments: Vec<BeliefMoment> = kept.map(|moment| moment.at_most(heads)).collect();
+            let moments: Vec<BeliefMoment> = kept.map(|moment| moment.at_most(shown)).collect();
             let marks = moments.iter().map(|moment| moment.marks.len()).max().unwrap_or(0);
             let estimator = trace.names.iter().position(|name| *name == track.name);
-            let look = possible_look(trace, k);
-            Thinned { track, estimator, look, moments, marks }
+            let drawn = Drawn::of(&track.name, &possible_look(trace, k));
+            Thinned { track, estimator, drawn, moments, marks }
         });
-        Self { tracks: tracks.collect(), heads }
+        Self { tracks: tracks.collect(), most: shown }
     }
 
     pub fn is_empty(&self) -> bool {
         self.tracks.is_empty()
     }
 
-    /// Draws those that are the latest at a tick.
-    pub fn draw(&self, drawing: &mut Drawing, axes: &Axes, tick: u64) {
-        for (k, track) in self.tracks.iter().enumerate() {
-            let whose = track.estimator.map_or_else(String::new, |i| format!("e e{i} "));
-            let layer = Layer::of(format!("{whose}belief b{k}")).within(axes.frame);
-            let shown = track.at(tick).map_or(&[][..], |moment| &moment.marks);
-            drawing.layer(&layer, |canvas| {
-                (0..track.marks).for_each(|place| {
-                    let (at, mark) = match shown.get(place) {
-                        Some(mark) => (place_px(axes, mark), *mark),
-                        None => ([-1000.0; 2], Mark::NOWHERE),
-                    };
-                    draw_possible(canvas, &track.look, at, &mark)
-                })
-            });
-        }
-    }
-
     /// What stands below the map.
     pub fn caption(&self) -> String {
-        let (mut text, heads) = (String::new(), self.heads);
+        let (mut text, most) = (String::new(), self.most);
         let kinds = |kind| self.tracks.iter().any(|t| t.moments.iter().any(|m| m.kind == kind));
         if !self.is_empty() {
             text.push_str(
-                " Arrowheads: poses that a filter held possible, as received beside the run",
+                " Arrowheads and bars: poses that a filter held possible, as received beside the run",
             );
         }
         if kinds(BeliefKind::Particles) {
-            let _ = write!(text, "; of particles up to {heads}, in proportion to their weight");
+            let _ = write!(text, "; of particles up to {most}, in proportion to their weight");
         }
         if kinds(BeliefKind::Histogram) {
-            let _ = write!(text, "; of a histogram the {heads} heaviest cells, by area");
+            let _ = write!(text, "; of a histogram the {most} heaviest cells");
         }
         if !self.is_empty() {
             text.push('.');
@@ -131,16 +111,17 @@ impl<'a> Beliefs<'a> {
         self.tracks.iter().map(words).collect::<Vec<_>>().join(" · ")
     }
 
-    /// Names with looks and kinds, for the key of the map.
-    pub fn entries(&self) -> impl Iterator<Item = (String, Look)> {
+    /// Names with kinds, for the key of the map.
+    pub fn entries(&self) -> impl Iterator<Item = String> {
         self.tracks.iter().map(|track| {
             let kind = track.moments.last().map_or("belief", |moment| words_of(moment.kind));
-            (format!("{kind} of {}", track.track.name), track.look)
+            format!("{kind} of {}", track.track.name)
         })
     }
 
-    pub fn data(&self, axes: &Axes) -> Vec<TrackData> {
-        self.tracks.iter().map(|track| track.data(axes)).collect()
+    /// `bounds_m`: the box of the map.
+    pub fn data(&self, bounds_m: [f64; 4]) -> Vec<TrackData> {
+        self.tracks.iter().map(|track| track.data(bounds_m)).collect()
     }
 }
 
@@ -151,18 +132,19 @@ impl Thinned<'_> {
         self.moments.get(after.checked_sub(1)?)
     }
 
-    fn data(&self, axes: &Axes) -> TrackData {
+    fn data(&self, bounds_m: [f64; 4]) -> TrackData {
         let mut bytes = Vec::with_capacity(6 * self.marks * self.moments.len());
         for moment in &self.moments {
             for place in 0..self.marks {
-                bytes.extend(moment.marks.get(place).map_or([0; 6], |mark| packed(axes, mark)));
+                bytes.extend(moment.marks.get(place).map_or([0; 6], |mark| packed(bounds_m, mark)));
             }
         }
         TrackData {
-            name: self.track.name.clone(),
+            estimator: self.estimator,
+            drawn: self.drawn.clone(),
             ticks: self.moments.iter().map(|moment| moment.tick).collect(),
             whole: self.moments.iter().map(|moment| moment.whole).collect(),
-            kinds: self.moments.iter().map(|moment| words_of(moment.kind).to_owned()).collect(),
+            kinds: self.moments.iter().map(|moment| words_of(moment.kind)).collect(),
             marks: self.marks,
             poses: BASE64_STANDARD.encode(bytes),
         }
@@ -176,17 +158,13 @@ fn words_of(kind: BeliefKind) -> &'static str {
     }
 }
 
-fn place_px(axes: &Axes, mark: &Mark) -> Px {
-    axes.px([mark.x_m, mark.y_m].map(|v| f64::from(v).clamp(-1e9, 1e9)))
-}
-
-fn packed(axes: &Axes, mark: &Mark) -> [u8; 6] {
-    let [x, y] = place_px(axes, mark).map(|v| steps(v).round());
-    let fits = |v: f64| (0.0..=65_535.0).contains(&v);
-    if !(fits(x) && fits(y)) {
+fn packed([x0, y0, x1, y1]: [f64; 4], mark: &Mark) -> [u8; 6] {
+    let share = |value: f32, from: f64, to: f64| (f64::from(value) - from) / (to - from);
+    let place = [share(mark.x_m, x0, x1), share(mark.y_m, y0, y1)];
+    if !place.iter().all(|share| (0.0..=1.0).contains(share)) || mark.share <= 0.0 {
         return [0; 6];
     }
-    let ([x0, x1], [y0, y1]) = ((x as u16).to_le_bytes(), (y as u16).to_le_bytes());
+    let [[x0, x1], [y0, y1]] = place.map(|share| ((share * 65_535.0).round() as u16).to_le_bytes());
     // The remainder is at least 0 and, rounded, at most 256, which is 0 again.
     let (s, c) = trig::sin_cos(f64::from(mark.theta_rad));
     let turns = trig::atan2(s, c) / std::f64::consts::TAU;

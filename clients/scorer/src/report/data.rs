@@ -1,26 +1,29 @@
-//! What the page's script needs to move what is drawn to another tick: the
-//! stops of the run, as compact as JSON can have them.
+//! What the player of the page needs: the stops of the run, as compact as JSON can have
+//! them.
 //!
 //! Rows of numbers are little-endian in base 64. `poses` has for each stop the
 //! true x, y (m, from `origin_m`) and heading (rad), then for each estimator
 //! believed x, y, heading, the ellipse of [`bands::ellipse_m`] and the NEES, all
 //! as 32-bit floats; what is not known is no number. `scans` has for each stop
 //! of `scan_stops` the ranges of its scan as 16-bit multiples of `range_unit_m`;
-//! 0 is a beam from which nothing came back. `map` is where `origin_m` lies on
-//! the map, and what a metre is there; `chart` where the first and the last
-//! second of `range_s` lie on a chart; both in the coordinates of the drawings.
+//! 0 is a beam from which nothing came back. `bounds_m` is the box of the map (least x
+//! and y, greatest x and y); `chart` where the first and the last second of `range_s` lie
+//! on a chart, in the coordinates of the drawings. `jumps` are kidnappings: tick, time,
+//! and the places before and after.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use nalgebra::Point2;
-use rusty_geometry::trig;
-use rusty_plot::{Axes, Px, Rect};
+use rusty_contract::log::LogHeader;
+use rusty_geometry::{Material, SE2};
+use rusty_plot::Rect;
+use rusty_plot::layers::STEPS_PER_UNIT;
+use rusty_plot::style::Look;
 use serde::Serialize;
 
 use super::beliefs::{Beliefs, TrackData};
-use super::units::{steps, units_per_m};
+use super::drawn::Drawn;
 use crate::scoring::bands;
-use crate::scoring::map::{HEAD, HEAD_SIZE, place_m};
+use crate::scoring::map::{jump_text, place_m};
 use crate::scoring::stops::Stop;
 use crate::scoring::timeline::Timeline;
 use crate::scoring::trace::RunTrace;
@@ -29,9 +32,9 @@ use crate::scoring::trace::RunTrace;
 const MOST_SCAN_BYTES: usize = 640 << 10;
 
 /// The scans that are kept: which stops have them, and how far a beam can tell.
-pub(super) struct Scans {
+struct Scans {
     /// Indices of the stops, ascending.
-    pub stops: Vec<usize>,
+    stops: Vec<usize>,
     unit_m: f64,
 }
 
@@ -39,9 +42,15 @@ pub(super) struct Scans {
 struct Data {
     ticks: Vec<u64>,
     times_s: Vec<f64>,
-    estimators: usize,
+    is_in_ticks: bool,
+    estimators: Vec<Drawn>,
+    bounds_m: [f64; 4],
+    walls: Vec<(f64, f64, f64, f64, &'static str)>,
+    body_radius_m: f64,
     origin_m: [f64; 2],
     poses: String,
+    start: Option<[f64; 3]>,
+    jumps: Vec<(u64, String, f64, f64, f64, f64)>,
     scan_stops: Vec<usize>,
     scans: String,
     beams: u32,
@@ -49,56 +58,23 @@ struct Data {
     first_bearing_rad: f64,
     bearing_step_rad: f64,
     sensor_in_body: [f64; 3],
-    map: [f64; 3],
     chart: [f64; 2],
     range_s: [f64; 2],
-    #[serde(flatten)]
-    beliefs: Option<BeliefData>,
-}
-
-/// Beliefs, and how an arrowhead is made; only pages that have any have it.
-#[derive(Serialize)]
-struct BeliefData {
     beliefs: Vec<TrackData>,
-    corners: [[f64; 2]; 3],
-    head: f64,
 }
 
 impl Scans {
-    pub fn of(trace: &RunTrace) -> Self {
+    fn of(trace: &RunTrace) -> Self {
         let drawn = |stop: &Stop| stop.has_scan && stop.truth.is_some();
         let mut stops: Vec<usize> =
             (0..trace.stops.len()).filter(|&k| drawn(&trace.stops[k])).collect();
-        // Evenly thinned, the last one kept: the page begins with it.
+        // Evenly thinned, the last one kept: the run ends with it.
         let most = (MOST_SCAN_BYTES / (2 * trace.lidar.beams.max(1) as usize)).max(1);
         let every = stops.len().div_ceil(most).max(1);
         let rest = stops.len().saturating_sub(1) % every;
         stops = stops.into_iter().skip(rest).step_by(every).collect();
         let unit_m = (trace.lidar.range_max_m / 65_000.0).max(1e-3);
         Self { stops, unit_m }
-    }
-
-    /// The scan that is the latest one at a stop, as an index of `stops`.
-    fn at(&self, stop: usize) -> Option<usize> {
-        self.stops.partition_point(|&k| k <= stop).checked_sub(1)
-    }
-
-    /// Where the echoes of a stop's latest scan lie on the page, one for each
-    /// beam.
-    pub fn points_px(&self, trace: &RunTrace, axes: &Axes, stop: usize) -> Vec<Option<Px>> {
-        let beams = 0..if self.stops.is_empty() { 0 } else { trace.lidar.beams };
-        let stop = self.at(stop).map(|k| &trace.stops[self.stops[k]]);
-        let Some((stop, truth)) = stop.and_then(|stop| Some((stop, stop.truth?))) else {
-            return beams.map(|_| None).collect();
-        };
-        let sensor = truth * trace.lidar.sensor_in_body;
-        let point = |beam: u32| {
-            let range_m = f64::from(*stop.ranges_m.get(beam as usize)?);
-            let (s, c) = trig::sin_cos(trace.lidar.bearing_rad(beam));
-            let at = sensor.transform_point(&Point2::new(range_m * c, range_m * s));
-            (self.steps(trace, range_m) > 0).then(|| axes.px([at.x, at.y]))
-        };
-        beams.map(point).collect()
     }
 
     /// A range in steps; 0 if nothing came back.
@@ -131,68 +107,94 @@ fn place_s(time: &Timeline, stop: &Stop) -> f64 {
 /// The words of a stop next to the slider; its time is its place on
 /// the time axis, as everywhere on the page.
 pub(super) fn now(trace: &RunTrace, time: &Timeline, stop: usize) -> String {
-    trace.stops.get(stop).map_or_else(
-        || "no tick".to_owned(),
+    match trace.stops.get(stop) {
+        None => "no tick".to_owned(),
+        Some(stop) if trace.is_in_ticks => format!("tick {}", stop.tick),
         // Rounded as the script does it, which does not go to the even digit.
-        |stop| match trace.is_in_ticks {
-            true => format!("tick {}", stop.tick),
-            false => {
-                format!("tick {} · {:.2} s", stop.tick, (place_s(time, stop) * 1e2).round() / 1e2)
-            }
-        },
-    )
+        Some(stop) => {
+            format!("tick {} · {:.2} s", stop.tick, (place_s(time, stop) * 1e2).round() / 1e2)
+        }
+    }
 }
 
-/// The document.
+/// The document; nothing in it can end the element that it is in.
 pub(super) fn json(
+    header: &LogHeader,
     trace: &RunTrace,
     time: &Timeline,
-    axes: &Axes,
-    (scans, beliefs): (&Scans, &Beliefs<'_>),
+    (bounds_m, beliefs): ([f64; 4], &Beliefs<'_>),
     chart: Rect,
 ) -> String {
-    let origin_m = [axes.x, axes.y].map(|axis| 0.5 * (axis.range[0] + axis.range[1]));
+    let scans = Scans::of(trace);
+    let origin_m = [0, 1].map(|k| 0.5 * (bounds_m[k] + bounds_m[k + 2]));
+    let count = trace.names.len();
     let poses: Vec<u8> = trace
         .stops
         .iter()
-        .flat_map(|stop| row(stop, trace.names.len(), origin_m))
+        .flat_map(|stop| row(stop, count, origin_m))
         .flat_map(|v| (v as f32).to_le_bytes())
         .collect();
     let lidar = &trace.lidar;
-    let sensor = lidar.sensor_in_body;
-    let [x, y] = axes.px(origin_m).map(steps);
+    let looks = trace.names.iter().enumerate();
     let data = Data {
         ticks: trace.stops.iter().map(|stop| stop.tick).collect(),
         times_s: trace.stops.iter().map(|stop| place_s(time, stop)).collect(),
-        estimators: trace.names.len(),
+        is_in_ticks: trace.is_in_ticks,
+        estimators: looks.map(|(i, name)| Drawn::of(name, &Look::of(i, count))).collect(),
+        bounds_m: bounds_m.map(millimetres),
+        walls: walls(trace),
+        body_radius_m: header.config.robot.body_radius_m,
         origin_m,
         poses: BASE64_STANDARD.encode(poses),
-        scan_stops: scans.stops.clone(),
+        start: (0..trace.tick_count()).find_map(|tick| trace.true_pose(tick)).map(|p| numbers(&p)),
+        jumps: trace.jumps.iter().map(jump).collect(),
         scans: scans.base64(trace),
+        scan_stops: scans.stops,
         beams: lidar.beams,
         range_unit_m: scans.unit_m,
         first_bearing_rad: lidar.first_bearing_rad,
         bearing_step_rad: lidar.fov_rad / f64::from(lidar.beams.max(1)),
-        sensor_in_body: [sensor.x(), sensor.y(), sensor.theta()],
-        map: [x, y, steps(units_per_m(axes))],
-        chart: [chart.left, chart.right].map(steps),
+        sensor_in_body: numbers(&lidar.sensor_in_body),
+        chart: [chart.left, chart.right].map(|units| units * STEPS_PER_UNIT),
         range_s: time.range_s,
-        beliefs: (!beliefs.is_empty()).then(|| BeliefData {
-            beliefs: beliefs.data(axes),
-            corners: HEAD,
-            head: steps(HEAD_SIZE),
-        }),
+        beliefs: beliefs.data(bounds_m.map(millimetres)),
     };
-    // Numbers, and names of letters, digits, '-' and '_': nothing in it can end
-    // the element that it is in.
-    serde_json::to_string(&data).unwrap_or_default()
+    serde_json::to_string(&data).unwrap_or_default().replace('<', "\\u003c")
+}
+
+fn millimetres(metres: f64) -> f64 {
+    (metres * 1e3).round() / 1e3
+}
+
+fn walls(trace: &RunTrace) -> Vec<(f64, f64, f64, f64, &'static str)> {
+    let wall = |wall: &rusty_geometry::WallSpec| {
+        let [ax, ay, bx, by] = [wall.a[0], wall.a[1], wall.b[0], wall.b[1]].map(millimetres);
+        let material = match wall.material {
+            Material::Wall => "wall",
+            Material::Glass => "glass",
+            Material::Door(_) => "door",
+        };
+        (ax, ay, bx, by, material)
+    };
+    trace.world.walls.iter().map(wall).collect()
+}
+
+fn jump(jump: &crate::scoring::trace::Jump) -> (u64, String, f64, f64, f64, f64) {
+    let ([x0, y0], [x, y]) = (place_m(&jump.from), place_m(&jump.to));
+    (jump.tick, jump_text(jump), x0, y0, x, y)
+}
+
+/// The numbers of a pose: m, rad.
+fn numbers(pose: &SE2) -> [f64; 3] {
+    let [x_m, y_m] = place_m(pose);
+    [x_m, y_m, pose.theta()]
 }
 
 /// The numbers of a stop.
 fn row(stop: &Stop, estimators: usize, origin_m: [f64; 2]) -> impl Iterator<Item = f64> {
-    let pose = move |pose: &rusty_geometry::SE2| {
-        let [x_m, y_m] = place_m(pose);
-        [x_m - origin_m[0], y_m - origin_m[1], pose.theta()]
+    let pose = move |pose: &SE2| {
+        let [x_m, y_m, theta_rad] = numbers(pose);
+        [x_m - origin_m[0], y_m - origin_m[1], theta_rad]
     };
     let none = [f64::NAN; 3];
     let truth = stop.truth.as_ref().map_or(none, pose);

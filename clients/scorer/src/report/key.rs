@@ -3,7 +3,7 @@
 use rusty_plot::{Drawing, Layer, escaped};
 
 use super::beliefs::Beliefs;
-use crate::scoring::key::{key, possible_symbol};
+use crate::scoring::key::{Symbol, key, possible_symbol};
 use crate::scoring::trace::RunTrace;
 
 /// The list, without what this map does not have.
@@ -11,12 +11,10 @@ pub(super) fn list(trace: &RunTrace) -> String {
     let has_scan = trace.ticks_with_truth() > 0 && trace.stops.iter().any(|stop| stop.has_scan);
     let scan = has_scan.then(|| "latest scan".to_owned());
     let mut list = "<ul class=\"key\">\n".to_owned();
-    let possible = Beliefs::of(trace)
-        .entries()
-        .enumerate()
-        .map(|(k, (name, _))| (possible_symbol(trace, k), name))
-        .collect::<Vec<_>>();
-    for (symbol, name) in key(trace, "robot", scan, possible.into_iter()) {
+    let beliefs = Beliefs::of(trace);
+    let possible = beliefs.entries().enumerate();
+    let possible = possible.map(|(k, name)| (possible_symbol(trace, k), name));
+    for (symbol, name) in key(trace, (Symbol::Body, "robot"), scan, possible) {
         let mut drawing = Drawing::new((30.0, 22.0), &format!("key-{name}").replace(' ', "-"));
         drawing.layer(&Layer::default(), |canvas| symbol.draw(canvas, [1.0, 11.0]));
         // Next to its name; a page that is read aloud needs no drawing.

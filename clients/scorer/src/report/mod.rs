@@ -2,15 +2,15 @@
 //!
 //! In reading order:
 //!
-//! * `figures`: the map and the charts over time, in layers that can be moved;
+//! * `figures`: the map and the charts over time;
 //! * `compute`: how long answers took, as a chart;
-//! * `data`: what the page's script needs to move them;
-//! * `beliefs`: what filters held possible, on the map, with `beliefs.js`;
+//! * `data`: the run, for the player; `beliefs`: what filters held possible; `drawn`: how
+//!   an estimator is drawn;
 //! * `sensors`: what the small sensors read;
 //! * `table`: the scores; `key`: what is what on the map;
-//! * `page.css`, `page.js`: how it looks, and the few lines that move what is
-//!   drawn to the tick that a slider chooses. Without them the page is complete:
-//!   it then shows the end of the run.
+//! * `page.css`, `player.js`: how it looks, and the player, which draws with the code of
+//!   the viewer's page ([`rusty_plot::assets`]). Without it the page is complete: it then
+//!   shows the whole run and its end.
 //!
 //! The page requests nothing: its policy forbids it. Names that others
 //! chose are shown, never run. The same run gives the same bytes.
@@ -18,16 +18,17 @@
 mod beliefs;
 mod compute;
 mod data;
+mod drawn;
 mod figures;
 mod key;
 mod sensors;
 mod table;
-mod units;
 
 use std::fmt::Write as _;
 
 use rusty_contract::log::{LogHeader, Source};
 use rusty_contract::score::{ScoreReport, seconds};
+use rusty_plot::assets::{DRAW_JS, LOOK_CSS, one_script};
 use rusty_plot::escaped;
 use rusty_plot::style::ON_DARK;
 
@@ -36,7 +37,7 @@ use figures::Figures;
 
 /// Writes the report of a run: its header, what was kept of it, and its scores.
 pub fn html(header: &LogHeader, trace: &RunTrace, scores: &ScoreReport) -> String {
-    let figures = Figures::of(trace);
+    let figures = Figures::of(header, trace);
     let times = compute::draw(&trace.names, &scores.scores);
     let mut page = String::with_capacity(1 << 18);
     write_head(&mut page, trace);
@@ -58,11 +59,10 @@ pub fn html(header: &LogHeader, trace: &RunTrace, scores: &ScoreReport) -> Strin
         "<footer><p>A link to a tick is this page's address and \
          <code>#tick=700</code>.</p></footer>\n\
          <script type=\"application/json\" id=\"data\">{}</script>\n\
-         <script nonce=\"{}\">\n{}{}</script>\n</body>\n</html>\n",
+         <script type=\"module\" nonce=\"{}\">\n{}</script>\n</body>\n</html>\n",
         figures.data,
         nonce(trace),
-        include_str!("page.js"),
-        if figures.possible.is_empty() { "" } else { include_str!("beliefs.js") }
+        one_script(&[DRAW_JS, include_str!("player.js")])
     );
     page
 }
@@ -88,7 +88,7 @@ fn write_head(page: &mut String, trace: &RunTrace) {
          <meta name=\"color-scheme\" content=\"light dark\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
          style-src 'unsafe-inline'; script-src 'nonce-{}'\">\n\
-         <title>{}{seed}</title>\n<style>\n{}\
+         <title>{}{seed}</title>\n<style>\n{LOOK_CSS}{}\
          @media screen and (prefers-color-scheme: dark) {{\n{dark}}}\n</style>\n</head>\n<body>\n",
         nonce(trace),
         escaped(&trace.scenario),
@@ -194,7 +194,10 @@ pub(crate) fn figure(svg: &str, caption: &str) -> String {
 fn map_part(trace: &RunTrace, figures: &Figures) -> String {
     let mut caption = "Seen from above.".to_owned();
     if !trace.names.is_empty() {
-        caption.push_str(" Marks at equal times, the same on map and charts.");
+        caption.push_str(
+            "<span class=\"still\"> Marks at equal times, the same on map and charts.</span>\
+             <span class=\"live\"> Faded: the rest of the run.</span>",
+        );
     }
     if trace.has_covariances() {
         caption
@@ -210,15 +213,21 @@ fn map_part(trace: &RunTrace, figures: &Figures) -> String {
         caption.push_str(" An estimate leaves the map.");
     }
     let most = trace.stops.len().saturating_sub(1);
-    let mut part = format!(
-        "<div class=\"split\">\n{}<div class=\"beside\">\n\
-         <div id=\"control\" hidden><label for=\"tick\">Go to a tick</label>\n\
-         <input type=\"range\" id=\"tick\" autocomplete=\"off\" min=\"0\" max=\"{most}\" step=\"1\" value=\"{}\"></div>\n\
+    let [width_m, height_m] = figures.size_m;
+    let drawings = format!(
+        "<canvas id=\"map\" role=\"img\" aria-label=\"Map\" \
+         style=\"aspect-ratio: {width_m:.2} / {height_m:.2}\"></canvas>\n{}\
+         <div id=\"control\" class=\"bar\" role=\"toolbar\" aria-label=\"Time\" hidden>\
+         <button id=\"play\" type=\"button\" aria-keyshortcuts=\"Space\">Play</button>\
+         <label>Pace <select id=\"pace\" autocomplete=\"off\"></select></label>\
+         <label class=\"seek\"><span>Tick</span>\
+         <input type=\"range\" id=\"tick\" autocomplete=\"off\" min=\"0\" max=\"{most}\" \
+         step=\"1\" value=\"{}\"></label></div>\n\
          <p class=\"now\"><output id=\"now\" for=\"tick\">{}</output></p>\n",
-        figure(&figures.map, &caption),
-        figures.shown,
-        figures.now
+        figures.map, figures.shown, figures.now
     );
+    let mut part =
+        format!("<div class=\"split\">\n{}<div class=\"beside\">\n", figure(&drawings, &caption));
     if !figures.possible.is_empty() {
         part.push_str("<p class=\"now\"><output id=\"beliefs\" for=\"tick\">");
         part.push_str(&escaped(&figures.possible_now));

@@ -25,7 +25,7 @@ pub(super) fn draw(trace: &RunTrace) -> Option<String> {
 }
 
 fn draw_floor(trace: &RunTrace) -> String {
-    let (axes, size) = figures::map_axes(trace);
+    let (axes, size) = figures::map_axes(&map::View::of(trace));
     let look = |index| Look::of(index, 4).ink;
     let sensed = trace.sensed.as_ref();
     let sensors: [(&str, RGBColor, Option<&Points>); 4] = [

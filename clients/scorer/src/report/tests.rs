@@ -1,5 +1,7 @@
 //! Any run has a report, and nothing in it is run, fetched or left open.
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use nalgebra::Vector3;
 use rusty_contract::Estimate;
 use rusty_contract::score::{ComputeTimes, Durations};
@@ -7,6 +9,7 @@ use rusty_geometry::SE2;
 
 use super::*;
 use crate::scoring::trace::tests::header;
+use crate::scoring::trace::{Jump, Origin};
 use crate::scoring::{TraceKeeper, score};
 
 /// A covariance, row by row.
@@ -57,13 +60,20 @@ fn report(trace: &RunTrace) -> ScoreReport {
     trace.report(scores)
 }
 
+/// What the player has.
+pub(super) fn data(page: &str) -> serde_json::Value {
+    let (_, data) = page.split_once("id=\"data\">").unwrap();
+    serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap()
+}
+
 /// The page, with what must hold of every one.
 pub(super) fn page(header: &LogHeader, trace: &RunTrace) -> String {
     let page = html(header, trace, &report(trace));
     assert_eq!(html(header, trace, &report(trace)), page, "the same run, other bytes");
     assert!(page.len() < 2 << 20, "{} bytes", page.len());
+    let (content, _) = page.split_once("<script type=\"module\"").unwrap();
     for odd in ["NaN", "inf\"", "inf ", "undefined"] {
-        assert!(!page.contains(odd), "{odd:?} is in it");
+        assert!(!content.contains(odd), "{odd:?} is in it");
     }
     assert_eq!(page.matches("<script").count(), 2, "the data and what moves it");
     // The names of a policy and of a language are no addresses.
@@ -83,7 +93,10 @@ pub(super) fn page(header: &LogHeader, trace: &RunTrace) -> String {
 
 #[test]
 fn seed_and_digest_come_first_and_every_part_is_there() {
-    let (header, trace) = run(&["one", "two"], 300);
+    let (header, mut trace) = run(&["one", "two"], 300);
+    let [started_utc, command] =
+        ["2026-11-23 09:20", "sim-server launch -- <x>"].map(str::to_owned);
+    trace.origin = Some(Origin { started_utc, command });
     let page = page(&header, &trace);
     let mut rest = page.split_once("<body>").unwrap().1;
     for part in [
@@ -91,8 +104,9 @@ fn seed_and_digest_come_first_and_every_part_is_there() {
         "<dt>seed</dt><dd>42</dd>",
         "0123456789abcdef0123456789abcdef",
         "300 ticks",
+        "2026-11-23 09:20 UTC",
+        "<code>sim-server launch -- &lt;x&gt;</code>",
         "id=\"map\"",
-        "ellipse",
         "id=\"tick\"",
         "id=\"position\"",
         "Bands: 95 %",
@@ -118,9 +132,7 @@ fn a_tick_of_a_recording_has_one_time() {
     let page = page(&header, &trace);
     assert!(page.contains(" for=\"tick\">tick 49 · 9.80 s</output>"), "as drawn");
     // What the script says instead comes from here.
-    let (_, data) = page.split_once("id=\"data\">").unwrap();
-    let data = data.split_once("</script>").unwrap().0;
-    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    let data = data(&page);
     assert_eq!((&data["times_s"][0], &data["times_s"][49]), (&0.0.into(), &9.8.into()));
     assert!(page.contains("time since the first tick (s)"));
     assert!(!page.contains("9760528"), "a time of day");
@@ -197,5 +209,31 @@ fn sixteen_estimators_for_long_make_no_large_file() {
     let (header, trace) = run(&names, 9000);
     let text = page(&header, &trace);
     assert!(text.contains("ticks to look at"));
-    assert!(text.contains("e14 ellipse") && !text.contains("e15 ellipse"));
+    assert_eq!(data(&text)["estimators"].as_array().unwrap().len(), 16);
+}
+
+#[test]
+fn the_player_has_walls_poses_and_kidnappings_of_the_run() {
+    let (header, mut trace) = run(&["one", "two"], 300);
+    let [from, to] = [SE2::new(7.25, 2.5, 0.0), SE2::new(1.0, 2.0, 0.0)];
+    trace.jumps = vec![Jump { tick: 100, time_s: 2.0, from, to }];
+    let data = data(&page(&header, &trace));
+    assert_eq!(data["jumps"], serde_json::json!([[100, "2 s", 7.25, 2.5, 1.0, 2.0]]));
+    assert_eq!(data["walls"].as_array().unwrap().len(), trace.world.walls.len());
+    let bytes = BASE64_STANDARD.decode(data["poses"].as_str().unwrap()).unwrap();
+    let numbers: Vec<f32> =
+        bytes.chunks(4).map(|four| f32::from_le_bytes(four.try_into().unwrap())).collect();
+    assert_eq!(numbers.len(), 300 * (3 + 7 * 2));
+    for (stop, row) in trace.stops.iter().zip(numbers.chunks(17)) {
+        let origin = |k: usize| data["origin_m"][k].as_f64().unwrap();
+        let truth = stop.truth.unwrap();
+        let second = stop.estimates[1].unwrap().pose_in_world;
+        for (pose, at) in [(truth, 0), (second, 10)] {
+            let found = [0, 1].map(|k| f64::from(row[at + k]) + origin(k));
+            assert!((found[0] - pose.x()).abs() < 1e-6 && (found[1] - pose.y()).abs() < 1e-6);
+            assert!((f64::from(row[at + 2]) - pose.theta()).abs() < 1e-6);
+        }
+        // The second one reports no covariance.
+        assert!(row[13..17].iter().all(|v| v.is_nan()) && row[6] > 0.0);
+    }
 }

@@ -23,7 +23,7 @@ struct End {
 }
 
 /// Returns the origin of the run with this digest, if `folder` is the folder of that run.
-/// Whoever can write there can write anything: the report only shows it.
+/// Any process of this user can write into the file: the report only shows what it has.
 pub(super) fn of(folder: &Path, digest: &str) -> Option<Origin> {
     let json = input::read(&folder.join("run.json")).ok()?;
     let Marker { started_utc, command, end } = serde_json::from_slice(&json).ok()?;

@@ -1,6 +1,6 @@
 //! Bars of a histogram along a corridor: cells in one or two rows, one for each way
 //! that the robot may face. Bars of the first way go up, those of the other down.
-//! `clients/viewer/page/draw.js` draws the same.
+//! `shared/plot/page/draw.js` draws the same.
 
 use rusty_geometry::trig;
 

@@ -2,7 +2,7 @@
 
 use rusty_geometry::Material;
 use rusty_plot::floor::draw_robot;
-use rusty_plot::style::{DOOR, GLASS, Look, RGBColor, TRUTH, TRUTH_WIDTH, WALL};
+use rusty_plot::style::{DOOR, GLASS, INK, Look, RGBColor, TRUTH, TRUTH_WIDTH, WALL, WHITE};
 use rusty_plot::{Canvas, Px};
 
 use super::bars::bars;
@@ -13,7 +13,11 @@ use super::trace::RunTrace;
 /// What is drawn of something.
 pub(crate) enum Symbol {
     Line(RGBColor, f64),
-    Robot { started: bool },
+    Robot {
+        started: bool,
+    },
+    /// The robot as the player draws it.
+    Body,
     Scan,
     Jump,
     Possible(Look),
@@ -25,6 +29,11 @@ impl Symbol {
     pub fn draw(&self, canvas: &mut Canvas, [x, y]: Px) {
         match self {
             Self::Line(ink, width) => canvas.line(&[[x, y], [x + 28.0, y]], ink, *width),
+            Self::Body => {
+                canvas.disc([x + 14.0, y], 8.5, &INK);
+                canvas.disc([x + 14.0, y], 6.9, &WHITE);
+                canvas.line(&[[x + 14.0, y], [x + 22.5, y]], &INK, 1.8);
+            }
             Self::Jump => draw_dotted_arrow(canvas, [[x, y], [x + 28.0, y]]),
             Self::Robot { started } => draw_robot(canvas, [x + 9.0, y], 0.0, *started),
             Self::Possible(look) => [5.0, 14.0, 23.0].into_iter().for_each(|right| {
@@ -61,7 +70,7 @@ pub(crate) fn possible_symbol(trace: &RunTrace, track: usize) -> Symbol {
 /// where it is last, of a scan if one is drawn, and of what filters held possible.
 pub(crate) fn key(
     trace: &RunTrace,
-    robot: &str,
+    robot: (Symbol, &str),
     scan: Option<String>,
     possible: impl Iterator<Item = (Symbol, String)>,
 ) -> Vec<(Symbol, String)> {
@@ -69,7 +78,7 @@ pub(crate) fn key(
     if trace.ticks_with_truth() > 0 {
         key.push((Symbol::Line(TRUTH, TRUTH_WIDTH), "true path".to_owned()));
         key.push((Symbol::Robot { started: true }, "start".to_owned()));
-        key.push((Symbol::Robot { started: false }, robot.to_owned()));
+        key.push((robot.0, robot.1.to_owned()));
     }
     if !trace.jumps.is_empty() {
         key.push((Symbol::Jump, "kidnapping".to_owned()));

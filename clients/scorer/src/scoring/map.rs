@@ -1,6 +1,8 @@
 //! The map: walls, the true path, the believed paths with the ellipses of their
 //! covariances, the last scan.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Point2;
 use rusty_contract::score::seconds;
 use rusty_geometry::{SE2, trig};
@@ -22,7 +24,7 @@ const FARTHEST_M: f64 = 1e9;
 /// An estimate that moves farther than this, and faster, was not driven: m, m/s.
 const LEAP: [f64; 2] = [1.0, 5.0];
 /// Width of the arrow of a kidnapping.
-pub(crate) const JUMP_WIDTH: f64 = 1.8;
+const JUMP_WIDTH: f64 = 1.8;
 
 /// What is to be seen on the map, and the least box that holds it.
 pub(crate) struct View {
@@ -64,6 +66,11 @@ impl View {
         believed().for_each(|at| whole.include(near_by.nearest(at)));
         let whole = whole.grown((0.03 * whole.size()).max(0.5));
         Self { scan, x_m: whole.x(), y_m: whole.y() }
+    }
+
+    /// The box: least x and y, greatest x and y, m.
+    pub fn bounds_m(&self) -> [f64; 4] {
+        [self.x_m[0], self.y_m[0], self.x_m[1], self.y_m[1]]
     }
 
     /// Height of the map per width of it, for which no room is left over.
@@ -127,12 +134,17 @@ pub(crate) fn draw_believed(
 fn draw_jump(canvas: &mut Canvas, axes: &Axes, jump: &Jump) {
     let ends = [&jump.from, &jump.to].map(|pose| axes.px(place_m(pose)));
     draw_dotted_arrow(canvas, ends);
-    let text = format!("{} s", seconds(jump.time_s));
+    let text = jump_text(jump);
     let [x, y] = [0, 1].map(|k| 0.5 * (ends[0][k] + ends[1][k]));
     let (half, up) = (3.6 * text.chars().count() as f64 + 3.0, 8.5);
     let around = [[x - half, y - up], [x + half, y - up], [x + half, y + up], [x - half, y + up]];
     canvas.wash(&around, &WHITE, 0.85);
     canvas.text([x, y + 4.5], Anchor::Middle, 12.0, &INK, &text);
+}
+
+/// The time of a kidnapping, as words.
+pub(crate) fn jump_text(jump: &Jump) -> String {
+    format!("{} s", seconds(jump.time_s))
 }
 
 /// Draws a dotted arrow from one place of the page to another.
@@ -203,8 +215,8 @@ pub(crate) fn possible_look(trace: &RunTrace, track: usize) -> Look {
 /// How much of the colour of a bar is its own.
 pub(crate) const BAR_OPACITY: f64 = 0.6;
 /// Corners of an arrowhead that looks along x, and its size, units of the page.
-pub(crate) const HEAD: [[f64; 2]; 3] = [[1.0, 0.0], [-0.8, 0.62], [-0.8, -0.62]];
-pub(crate) const HEAD_SIZE: f64 = 5.4;
+const HEAD: [[f64; 2]; 3] = [[1.0, 0.0], [-0.8, 0.62], [-0.8, -0.62]];
+const HEAD_SIZE: f64 = 5.4;
 
 /// Draws a pose that is held possible.
 pub(crate) fn draw_possible(canvas: &mut Canvas, look: &Look, at: Px, mark: &Mark) {
@@ -214,6 +226,9 @@ pub(crate) fn draw_possible(canvas: &mut Canvas, look: &Look, at: Px, mark: &Mar
         |[u, v]: [f64; 2]| [at[0] + size * (c * u - s * v), at[1] - size * (s * u + c * v)];
     canvas.wash(&HEAD.map(corner), &look.ink, 0.4)
 }
+
+/// More poses than this in one unit of the page are as opaque as this many.
+const MOST_IN_PLACE: u32 = 6;
 
 /// Draws the last belief of each filter that showed any, as far as it is in
 /// the map: bars along a corridor, otherwise arrowheads.
@@ -227,9 +242,12 @@ pub(crate) fn draw_beliefs(canvas: &mut Canvas, axes: &Axes, trace: &RunTrace) {
             seen.for_each(|bar| canvas.wash(&bar, &look.ink, BAR_OPACITY));
             continue;
         }
+        let mut drawn = BTreeMap::new();
         for mark in marks {
             let at = axes.px([mark.x_m, mark.y_m].map(f64::from));
-            if axes.holds(at) {
+            let there: &mut u32 = drawn.entry(at.map(|v| v as i64)).or_default();
+            *there += 1;
+            if axes.holds(at) && *there <= MOST_IN_PLACE {
                 draw_possible(canvas, &look, at, mark);
             }
         }

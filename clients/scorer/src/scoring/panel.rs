@@ -35,7 +35,11 @@ impl<'a> Panel<'a> {
             let words = format!("{}, {}", track.moments.last()?.kind, track.name);
             Some((possible_symbol(trace, k), words.chars().take(LONGEST_ENTRY).collect()))
         });
-        Self { trace, scores, entries: key(trace, "end", scan, possible) }
+        Self {
+            trace,
+            scores,
+            entries: key(trace, (Symbol::Robot { started: false }, "end"), scan, possible),
+        }
     }
 
     fn has(&self, is_it: fn(&Symbol) -> bool) -> bool {

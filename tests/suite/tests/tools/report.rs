@@ -17,7 +17,7 @@ use rusty_tests::*;
 const EVIL: &str = "<script>document.title=1</script><img src=x onerror=document.title=1>\"'&";
 
 /// Of those that are drawn the third must not be run.
-const NAMES: [&str; 10] = [
+pub(crate) const NAMES: [&str; 10] = [
     "particle-filter",
     "sure-of-itself",
     EVIL,
@@ -37,8 +37,8 @@ fn a_run_and_its_log_have_a_report_with_seed_and_digest() {
     let path = PathBuf::from(text(&report, "report"));
     assert_eq!(path, fs::canonicalize(out.path()).unwrap().join("report.html"));
     let page = fs::read_to_string(path).unwrap();
-    for part in ["<dt>seed</dt><dd>42</dd>", text(&report, "digest"), "60 ticks", "dead-reckoning"]
-    {
+    let command = "<code>sim-server launch ";
+    for part in ["<dt>seed</dt><dd>42</dd>", text(&report, "digest"), "60 ticks", command, " UTC"] {
         assert!(page.contains(part), "{part} is missing");
     }
     let (log, again) = (out.at("run.log"), folder());
@@ -59,6 +59,29 @@ fn a_run_and_its_log_have_a_report_with_seed_and_digest() {
     assert!(without_times(&of_log) == without_times(&page), "a log tells another story");
 }
 
+#[test]
+fn a_log_is_scored_for_some_estimators_only() {
+    let (out, some) = (folder(), folder());
+    let added = ["--ticks", "40", "--add", "second=dead-reckoning", "--add", "third=ekf"];
+    let report = launch("only", out.path(), &added);
+    let log = out.at("run.log");
+    let args = ["--log", arg(&log), "--out", arg(some.path()), "--force", "--only"];
+    execute("score", &[&args[..], &["third,second"]].concat()).expect(0);
+    let scores = json_file(&some.at("score.json"));
+    let names = |scores: &Value| -> Vec<String> {
+        list(scores, "scores").iter().map(|score| text(score, "name").to_owned()).collect()
+    };
+    assert_eq!(names(&scores), ["second", "third"]);
+    assert_eq!(
+        list(&scores, "scores"),
+        &list(&json!({ "scores": timeless(&report["scores"]) }), "scores")[1..]
+    );
+    let page = fs::read_to_string(some.at("report.html")).unwrap();
+    assert!(page.contains("third") && !page.contains("<span>dead-reckoning</span>"));
+    let said = execute("score", &[&args[..], &["nobody"]].concat()).expect(1);
+    said.says("nobody").says("dead-reckoning, second, third");
+}
+
 /// Where the robot of the drawn run is at a tick: a bend through the flat.
 fn truth(k: u32) -> SE2 {
     let t = f64::from(k) * 0.01;
@@ -71,7 +94,7 @@ fn truth(k: u32) -> SE2 {
 
 /// A run of estimators of which two of three know how wrong they are, more or
 /// less, and the third does not say.
-fn drawn_run(header: &LogHeader, names: &[&str], ticks: u32) -> String {
+pub(crate) fn drawn_run(header: &LogHeader, names: &[&str], ticks: u32) -> String {
     drawn_run_of(header, names, ticks, 1.0)
 }
 
@@ -125,16 +148,18 @@ fn keep(name: &str, bytes: &[u8]) {
     }
 }
 
-/// What there is to be seen of the chosen tick: words, errors, robot, ellipse,
-/// scan.
-fn scene(browser: &mut Browser) -> String {
+/// What is shown of the chosen tick: words, errors, what the map says of itself, cursor.
+pub(crate) fn scene(browser: &mut Browser) -> String {
     let scene = "[document.querySelector('#now').textContent,
         [...document.querySelectorAll('#readout td')].map((cell) => cell.textContent).join(' | '),
-        ...[...document.querySelectorAll('#map .robot, #map .e0.ellipse, #position .cursor')]
-            .map((part) => part.getAttribute('transform')),
-        ...[...document.querySelectorAll('#map .scan circle')]
-            .map((dot) => dot.getAttribute('cx') + ' ' + dot.getAttribute('cy'))].join('; ')";
+        document.querySelector('#map').ariaLabel,
+        document.querySelector('#position .cursor').getAttribute('transform')].join('; ')";
     browser.value(scene).as_str().unwrap().to_owned()
+}
+
+/// The map as pixels.
+pub(crate) fn map(browser: &mut Browser) -> Value {
+    browser.value("document.querySelector('#map').toDataURL()")
 }
 
 /// The errors in a scene: of each estimator that of position in m, that of
@@ -159,9 +184,9 @@ fn a_browser_shows_it_on_screen_phone_and_paper_and_the_slider_moves_the_scan() 
 
     browser.resize(1280, 900);
     browser.media("light", "screen");
-    browser.open(&file, "");
+    browser.open(&file, "#tick=499");
     let at_first = scene(&mut browser);
-    assert!(at_first.contains("tick 499 ") && at_first.matches(';').count() > 360, "{at_first}");
+    assert!(at_first.contains("tick 499 ") && at_first.contains("Scan of tick 499."), "{at_first}");
     assert_eq!(browser.value("document.title"), "apartment · seed 42", "a name was run");
     assert_eq!(browser.value("document.images.length"), 0, "a name became a part of the page");
     keep("light.png", &browser.picture());
@@ -209,30 +234,18 @@ fn the_slider_moves(browser: &mut Browser, at_first: &str) {
     let before = scene(browser);
     assert!(before.contains("tick 498 "), "{before}");
     // One tick earlier the scan is that of tick 494.
-    let dots = |scene: &str| scene.split("; ").skip(5).map(str::to_owned).collect::<Vec<_>>();
-    assert_ne!(dots(&before), dots(at_first), "the scan did not move");
+    assert!(before.contains("Scan of tick 494."), "{before}");
     browser.press("ArrowLeft", 37);
-    assert_eq!(dots(&scene(browser)), dots(&before), "the same scan, a tick earlier");
+    assert!(scene(browser).contains("Scan of tick 494."), "the same scan, a tick earlier");
     assert_eq!(browser.value("location.hash"), "#tick=497");
-    browser.press("End", 35);
-    // What the script makes of the last tick is what was written, but for the
-    // last digit, which results from single precision, and what the plotting library
-    // drew.
-    let moved = scene(browser);
-    assert!(errors(at_first).len() == 9 && errors(&moved).len() == 9, "{moved}");
-    assert_eq!((errors(at_first)[8], errors(&moved)[8]), ("–", "–"), "who reports no covariance");
-    for (k, (written, moved)) in errors(at_first).iter().zip(errors(&moved)).enumerate().take(8) {
-        let [written, moved] = [*written, moved].map(|words| words.parse::<f64>().unwrap());
-        let last_digit = if k % 3 == 0 { 1e-3 } else { 1e-2 };
-        assert!(written != 0.0, "an error of nothing shows nothing");
-        assert!((written - moved).abs() < 1.01 * last_digit, "{k}: {written}, then {moved}");
-    }
     assert_ne!(errors(&before), errors(at_first), "the errors did not move");
-    let (drawn, moved) = (numbers(at_first), numbers(&moved));
-    assert_eq!(drawn.len(), moved.len());
-    for (drawn, moved) in drawn.iter().zip(&moved) {
-        assert!((drawn - moved).abs() < 1.5, "{drawn} was drawn, and moved to {moved}");
-    }
+    let drawn = map(browser);
+    browser.press("End", 35);
+    assert_eq!(scene(browser), at_first);
+    assert_ne!(map(browser), drawn, "the map did not move");
+    let at = truth(499);
+    let place = format!("Robot at {:.2}, {:.2} m.", at.x(), at.y());
+    assert!(at_first.contains(&place), "{place} {at_first}");
     browser.press("Home", 36);
     assert!(scene(browser).contains("tick 0 "));
     let spoken = "document.querySelector('#tick').getAttribute('aria-valuetext')";
@@ -308,6 +321,7 @@ fn on_a_phone(browser: &mut Browser) {
         assert!(wide <= u64::from(width), "{wide} of {width} pixels");
         let least = "Math.min(...[...document.querySelectorAll('svg text')].map((text) => {
             const svg = text.ownerSVGElement;
+            if (svg.clientWidth === 0) return Infinity;
             return parseFloat(getComputedStyle(text).fontSize) * svg.clientWidth / svg.viewBox.baseVal.width; }))";
         let least = browser.value(least).as_f64().unwrap();
         assert!(least > 8.5, "letters of {least} pixels at {width}");
@@ -348,10 +362,25 @@ fn keep_paper(browser: &mut Browser, name: &str) {
     keep(name, &paper);
 }
 
-/// Without a script the page is complete and shows the end of the run.
+/// Without a script the page is complete and shows the whole run and its end.
 fn without_script(browser: &mut Browser, file: &Path, at_first: &str) {
     browser.ask("Emulation.setScriptExecutionDisabled", json!({ "value": true }));
+    browser.media("light", "screen");
     browser.open(file, "#tick=3");
-    assert_eq!(scene(browser), at_first);
-    assert_eq!(browser.value("document.querySelector('#control').hidden"), true);
+    let written = scene(browser);
+    assert!(written.starts_with("tick 499 "), "{written}");
+    // What the player makes of the last tick is what was written, but for the last digit,
+    // which results from single precision.
+    assert_eq!(errors(&written).len(), 9);
+    assert_eq!((errors(&written)[8], errors(at_first)[8]), ("–", "–"), "no covariance");
+    for (k, (written, moved)) in errors(&written).iter().zip(errors(at_first)).enumerate().take(8) {
+        let [written, moved] = [*written, moved].map(|words| words.parse::<f64>().unwrap());
+        let last_digit = if k % 3 == 0 { 1e-3 } else { 1e-2 };
+        assert!(written != 0.0, "an error of nothing shows nothing");
+        assert!((written - moved).abs() < 1.01 * last_digit, "{k}: {written}, then {moved}");
+    }
+    for (part, display) in [("#map", "none"), ("#whole", "block"), ("#control", "none")] {
+        let found = format!("getComputedStyle(document.querySelector('{part}')).display");
+        assert_eq!(browser.value(&found), display, "{part}");
+    }
 }
