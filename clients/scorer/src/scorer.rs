@@ -55,6 +55,8 @@ pub struct Scorer {
     effects: Effects,
     /// The first tick that it has not seen.
     next_tick: u64,
+    /// The estimators to score; empty: all.
+    only: Vec<String>,
 }
 
 /// The files of a score.
@@ -122,7 +124,12 @@ impl Recorder for Scorer {
         trace.beliefs = self.beliefs.finish(&trace.names);
         trace.sensed = self.sensed.take();
         trace.from_log = self.from_log;
-        let scores = if unscored.is_none() { scores(&mut self.meter, &trace) } else { Vec::new() };
+        let mut scores =
+            if unscored.is_none() { scores(&mut self.meter, &trace) } else { Vec::new() };
+        if !self.only.is_empty() {
+            scores.retain(|score| self.only.contains(&score.name));
+            trace.keep_only(&self.only);
+        }
         trace.digest = self.digest.run_hex();
         trace.origin = self.run_folder.as_ref().and_then(|f| origin::of(f, &trace.digest));
         let mut report = ScoreReport {
@@ -211,7 +218,47 @@ impl Scorer {
             digest: RunDigest::default(),
             effects: Effects::of(&brief.header),
             next_tick: 0,
+            only: Vec::new(),
         })
+    }
+
+    /// Draws the walls of this map; without one, and in a report on a recording, those of
+    /// the `map.yaml` next to the log.
+    ///
+    /// # Errors
+    /// The file is not a map or a world.
+    pub fn with_map(mut self, map: Option<&Path>) -> Result<Self, ClientError> {
+        let has_walls = !self.header.config.world.walls.is_empty();
+        let is_wanted = self.from_log && self.folder.is_some() && !has_walls;
+        let beside = self.run_folder.as_ref().filter(|_| is_wanted).map(|f| f.join("map.yaml"));
+        let beside = beside.filter(|path| path.is_file());
+        match (map, beside) {
+            (Some(path), _) => {
+                let world = rusty_floorplan::read_unchecked(path);
+                self.keeper.set_world(world.map_err(|e| ClientError::Unusable(e.to_string()))?);
+            }
+            (None, Some(path)) => match rusty_floorplan::read_unchecked(&path) {
+                Ok(world) => self.keeper.set_world(world),
+                Err(e) => errln!("{e}; it is left out"),
+            },
+            (None, None) => {}
+        }
+        Ok(self)
+    }
+
+    /// Scores these estimators only; all of them if there are none.
+    ///
+    /// # Errors
+    /// A name of no estimator of this run.
+    pub fn with_only(mut self, only: &[String]) -> Result<Self, ClientError> {
+        let names: Vec<&str> = self.header.answering().map(|p| p.name.as_str()).collect();
+        if let Some(name) = only.iter().find(|name| !names.contains(&name.as_str())) {
+            let there = names.join(", ");
+            let text = format!("--only {name}: expected an estimator of this run, one of {there}");
+            return Err(ClientError::Unusable(text));
+        }
+        self.only = only.to_vec();
+        Ok(self)
     }
 
     /// Checks the files of beliefs. One that was found and does not fit is left out.

@@ -135,6 +135,16 @@ impl Canvas {
         self.element(&format!("polygon opacity=\"{opacity}\" fill=\"{ink}\" points=\"{corners}\""));
     }
 
+    /// A filled polygon with an edge, both of which what lies beneath shines through;
+    /// opacities of the inside and of the edge are 0 to 1.
+    pub fn band(&mut self, corners: &[Px], ink: &RGBColor, [inside, edge]: [f64; 2]) {
+        let corners = listed(corners);
+        self.element(&format!(
+            "polygon fill-opacity=\"{inside}\" fill=\"{ink}\" stroke-opacity=\"{edge}\" \
+             stroke=\"{ink}\" stroke-width=\"{FINENESS}\" points=\"{corners}\""
+        ));
+    }
+
     /// A filled circle.
     pub fn disc(&mut self, centre: Px, radius: f64, ink: &RGBColor) {
         let ((x, y), radius) = (fine(centre), (radius * FINENESS).round());

@@ -1,5 +1,7 @@
 //! `score`: compares estimates with the truth and writes the report.
 
+use std::path::PathBuf;
+
 use clap::{Args, Parser};
 use rusty_clients::{ClientArgs, run_recorder};
 use rusty_contract::Exit;
@@ -14,6 +16,9 @@ use rusty_scorer::scorer::Scorer;
 /// without --out; with it, the report also has the beliefs that the scorer of the run
 /// saved next to the log. docs/metrics.md explains each figure.
 ///
+/// A recording has no walls: if there is a map.yaml next to the log, as `gridmap --save`
+/// writes it, or with --map, the report draws the walls of that map.
+///
 /// The robot is found if the errors stay within --within-m and --within-deg for --hold-s.
 #[derive(Parser)]
 #[command(name = "score", version)]
@@ -23,6 +28,21 @@ struct Cli {
 
     #[command(flatten)]
     judged: JudgedBy,
+
+    #[command(flatten)]
+    drawn: Drawn,
+}
+
+#[derive(Args)]
+#[command(next_help_heading = "Report")]
+struct Drawn {
+    /// World file or map to draw under a recording
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+
+    /// Score and draw these estimators only
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    only: Vec<String>,
 }
 
 #[derive(Args)]
@@ -81,7 +101,10 @@ fn duration(text: &str) -> Result<f64, String> {
 }
 
 fn main() -> Exit {
-    let Cli { args, judged } = Cli::parse();
+    let Cli { args, judged, drawn } = Cli::parse();
     let yardstick = Yardstick::from(judged);
-    run_recorder(&args, |_, brief| Scorer::with(yardstick, brief, &args))
+    run_recorder(&args, |_, brief| {
+        let scorer = Scorer::with(yardstick, brief, &args)?;
+        scorer.with_map(drawn.map.as_deref())?.with_only(&drawn.only)
+    })
 }

@@ -21,8 +21,8 @@ const BAND_SHARE: f64 = 3.0;
 /// What a NEES axis spans at least and at most.
 const NEES_LEAST: [f64; 2] = [0.1, 20.0];
 const NEES_MOST: [f64; 2] = [1e-2, 1e6];
-/// How much of the colour of a band is its own.
-const BAND_OPACITY: f64 = 0.13;
+/// How much of the colour of a band is its own, inside and at its edge.
+const BAND_OPACITIES: [f64; 2] = [0.13, 0.5];
 
 /// What is drawn over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,6 +137,11 @@ impl<'a> Chart<'a> {
         self.axes.px([x, y.clamp(low, high)])
     }
 
+    /// The points of a line on the page that are needed to see no difference.
+    fn thin(&self, line: impl Iterator<Item = [f64; 2]>) -> Vec<Px> {
+        polyline::thin(&line.map(|at| self.px(at)).collect::<Vec<_>>())
+    }
+
     /// Draws what the curves lie on, frame and numbers included; the numbers
     /// and the title of the time axis if wanted.
     pub fn draw_ground(&self, canvas: &mut Canvas, below: bool) {
@@ -178,19 +183,15 @@ impl<'a> Chart<'a> {
         let bucket = (2 * reaches.len()).div_ceil(self.points);
         for line in polyline::runs(reaches) {
             let line = polyline::envelope(&line, bucket);
-            let upper: Vec<Px> = line.iter().map(|&at| self.px(at)).collect();
+            let upper = self.thin(line.iter().copied());
             let lower: Vec<Px> = match self.kind {
-                Kind::Heading => line.iter().map(|&[t, reach]| self.px([t, -reach])).collect(),
+                Kind::Heading => self.thin(line.iter().map(|&[t, reach]| [t, -reach])),
                 // An area needs no more than the ends of a straight edge.
                 _ => [line[0], line[line.len() - 1]].map(|[t, _]| self.px([t, 0.0])).to_vec(),
             };
             if upper.len() > 1 {
                 let around: Vec<Px> = upper.iter().chain(lower.iter().rev()).copied().collect();
-                canvas.wash(&around, &look.ink, BAND_OPACITY);
-                canvas.veil(&upper, &look.ink, 1.0, 0.5);
-                if self.kind == Kind::Heading {
-                    canvas.veil(&lower, &look.ink, 1.0, 0.5);
-                }
+                canvas.band(&around, &look.ink, BAND_OPACITIES);
             }
         }
     }
@@ -209,7 +210,7 @@ impl<'a> Chart<'a> {
             };
             for part in line.chunk_by(joined) {
                 let line = polyline::envelope(part, bucket);
-                let line: Vec<Px> = line.into_iter().map(|at| self.px(at)).collect();
+                let line = self.thin(line.into_iter());
                 match line[..] {
                     [at] => canvas.disc(at, 1.5, &look.ink),
                     _ => canvas.line(&line, &look.ink, width),

@@ -11,7 +11,7 @@
 
 use rusty_contract::Estimate;
 use rusty_contract::log::LogHeader;
-use rusty_geometry::SE2;
+use rusty_geometry::{SE2, WorldSpec};
 
 use super::stops::Stops;
 use super::trace::{Jump, RunTrace, Whole};
@@ -85,6 +85,11 @@ impl TraceKeeper {
             stops: Stops::new(trace.names.len(), trace.lidar.beams as usize, planned),
             trace,
         }
+    }
+
+    /// Draws these walls.
+    pub fn set_world(&mut self, world: WorldSpec) {
+        self.trace.world = world;
     }
 
     /// Adds a tick, as [`RunTrace::push`] does. Poses that are no numbers count

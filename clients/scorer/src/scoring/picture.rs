@@ -5,7 +5,7 @@
 //! worlds make a lower map. Lengths are in metres and equal along both axes of
 //! the map, times in seconds, headings in degrees. Text asks for "sans-serif".
 //!
-//! A line has at most about 2000 points, however long the run: those of a path
+//! A path has at most about 2000 points, however long the run, and a curve 1000: those
 //! that are needed to see no difference, and of an error its peaks. Of a run of
 //! more than 131,072 ticks not all are here to be drawn ([`super::keeper`]): the
 //! line below the title says how many, and a peak between two of them is not
@@ -14,7 +14,7 @@
 
 use rusty_contract::score::Score;
 use rusty_plot::page::{Legend, draw_title};
-use rusty_plot::{Canvas, Look, Rect, paint, polyline, shortened};
+use rusty_plot::{Canvas, Look, Rect, paint, shortened};
 
 use super::chart::{Chart, Kind};
 use super::map::{self, View};
@@ -31,6 +31,8 @@ const PANEL_LEFT: f64 = 800.0;
 /// Heights of the map: at least, at most.
 const MAP_HEIGHTS: [f64; 2] = [300.0, 540.0];
 const PLOT_HEIGHT: f64 = 150.0;
+/// Most points of a curve, for some 1100 units of width.
+const MOST_POINTS: usize = 1000;
 /// Longest text of a title, characters.
 const LONGEST_TITLE: usize = 72;
 
@@ -86,7 +88,7 @@ fn charts<'a>(
     let mut charts = Vec::new();
     for &kind in kinds {
         let frame = plot(top);
-        charts.push((frame, Chart::new(kind, frame, (trace, time), polyline::MOST_POINTS, 12.0)));
+        charts.push((frame, Chart::new(kind, frame, (trace, time), MOST_POINTS, 12.0)));
         top = frame.bottom + 34.0;
     }
     charts

@@ -193,6 +193,19 @@ impl RunTrace {
         }
     }
 
+    /// Drops all estimators but these.
+    pub fn keep_only(&mut self, names: &[String]) {
+        fn keep<T>(list: &mut Vec<T>, kept: &[bool]) {
+            let mut kept = kept.iter();
+            list.retain(|_| kept.next() == Some(&true));
+        }
+        let kept: Vec<bool> = self.names.iter().map(|name| names.contains(name)).collect();
+        keep(&mut self.names, &kept);
+        keep(&mut self.told, &kept);
+        keep(&mut self.estimates, &kept);
+        self.stops.iter_mut().for_each(|stop| keep(&mut stop.estimates, &kept));
+    }
+
     /// How many ticks there are.
     #[must_use]
     pub fn tick_count(&self) -> usize {
@@ -296,6 +309,20 @@ pub(crate) mod tests {
         assert_eq!(trace.estimate(7, 0), None);
         assert_eq!(trace.estimate(0, 7), None);
         assert_eq!(trace.ticks_with_truth(), 0);
+    }
+
+    #[test]
+    fn estimators_are_dropped_everywhere() {
+        let mut trace = empty(&["a", "b", "c"]);
+        let at = |x_m: f64| Some(SE2::new(x_m, 0.0, 0.0));
+        trace.push(0.1, at(0.0), None, [at(1.0), at(2.0), at(3.0)].into_iter());
+        let estimates = [1.0, 2.0, 3.0].map(|x_m| at(x_m).map(Into::into)).to_vec();
+        trace.stops.push(Stop { estimates, ..Stop::default() });
+        trace.keep_only(&["c".to_owned(), "a".to_owned()]);
+        assert_eq!((trace.names.join(" "), trace.told.len()), ("a c".to_owned(), 2));
+        assert_eq!(trace.estimates, [[at(1.0)], [at(3.0)]]);
+        let stops = trace.stops[0].estimates.iter().map(|e| e.map(|e| e.pose_in_world));
+        assert_eq!(stops.collect::<Vec<_>>(), [at(1.0), at(3.0)]);
     }
 
     #[test]

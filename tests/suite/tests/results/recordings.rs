@@ -88,6 +88,41 @@ fn a_recording_whose_stamps_are_all_zero_has_one_time_on_every_page() {
     assert!((number(&report, "distance_m") - 3.6).abs() < 1e-9, "{report}");
 }
 
+/// The report of a recording has the walls of the map next to its log, and numbers of
+/// ticks where its stamps stand still.
+#[test]
+fn a_report_on_a_recording_has_the_map_of_gridmap_and_ticks_for_its_stamps() {
+    let place = folder();
+    let (input, log, map) = (place.at("flat.log"), place.at("run.log"), place.at("map"));
+    fs::write(&input, recording(|_| 0.0)).unwrap();
+    import(&input, &log, &[]).expect(0);
+    let page = |to: &str, more: &[&str]| {
+        let out = place.at(to);
+        let args = ["--log", arg(&log), "--out", arg(&out)];
+        execute("score", &[&args[..], more].concat()).expect(0);
+        fs::read_to_string(out.join("report.html")).unwrap()
+    };
+    let walls = |page: &str| {
+        let (_, data) = page.split_once("id=\"data\">").unwrap();
+        let data: Value = serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap();
+        (list(&data, "walls").len(), data["is_in_ticks"].clone())
+    };
+    assert_eq!(walls(&page("without", &[])), (0, true.into()));
+    execute("gridmap", &["--log", arg(&log), "--poses", "truth", "--save", arg(&map)]).expect(0);
+    let with = page("with", &[]);
+    let (count, _) = walls(&with);
+    assert!(count > 0 && with.contains("<li>world map</li>"), "{count}");
+    // What is said of time has no seconds.
+    assert!(with.contains("\ntick\n") && !with.contains(" s</output>"), "an axis of ticks");
+    assert!(!with.contains("time since the first tick (s)") && !with.contains("time (s)"));
+    let hallway = repository().join("shared/geometry/worlds/hallway.json");
+    let (found, _) = walls(&page("given", &["--map", arg(&hallway)]));
+    assert_eq!(found, list(&json_file(&hallway), "walls").len());
+    let out = place.at("bad");
+    let args = ["--log", arg(&log), "--out", arg(&out), "--map", arg(&input)];
+    execute("score", &args).expect(1).says("flat.log");
+}
+
 #[test]
 fn orebro_has_findings_on_every_page() {
     let Some(input) = real_data("orebro-corrected.log.gz") else { return };
