@@ -20,7 +20,7 @@ let rows = [], shift = 0, seen = 0; // ticks for charts and paths: words of reco
 let now = null; // the words of the latest tick
 let chosen = null; // the words of an earlier tick of a run, while it is looked at
 let hovered = null;
-let truthTrack = new Track(), tracked = 0;
+let truthTrack = new Track(), tracked = 0, jumps = []; // jumps: kidnappings, for the map
 let scan = new Float32Array(0), bearings = [];
 let digest = '';
 let isFollowing = false, isLog = false, mayDrive = false;
@@ -101,7 +101,7 @@ function setScene(message) {
     pose: [NaN, NaN, NaN], ellipse: [NaN, NaN, NaN],
   }));
   [rows, shift, seen, now, chosen, hovered] = [[], 0, 0, null, null, null];
-  [truthTrack, tracked, scan, digest] = [new Track(), 0, new Float32Array(0), scene.digest ?? ''];
+  [truthTrack, tracked, jumps, scan, digest] = [new Track(), 0, [], new Float32Array(0), scene.digest ?? ''];
   Object.assign(counts, { ticks: 0, gaps: 0, lastTick: -1 });
   bearings = Array.from({ length: scene.beams }, (_, k) => {
     const bearing = scene.sensor_in_body[2] + scene.first_bearing_rad + scene.fov_rad * k / scene.beams;
@@ -208,7 +208,7 @@ function readBelief(buffer, at, whole) {
 function retrack() {
   truthTrack = new Track();
   for (const of of estimators) of.track = new Track();
-  tracked = 0;
+  [tracked, jumps] = [0, []];
 }
 
 // The tick that map and table show.
@@ -218,6 +218,12 @@ const shownRow = () => chosen ?? now;
 function track(row) {
   if (tracked > 0 && tickOf(rows[tracked - 1]) > tickOf(row)) retrack();
   for (; tracked < rows.length && tickOf(rows[tracked]) <= tickOf(row); tracked += 1) {
+    const before = rows[tracked - 1];
+    if (before && scene.kidnapped_at.some((tick) => tickOf(before) < tick && tick <= tickOf(rows[tracked]))) {
+      const [from, to] = [before, rows[tracked]].map((found) => truthOf(found).subarray(0, 2));
+      truthTrack.cut();
+      jumps.push({ from, to, text: `${Number(timeOf(before).toFixed(2))} s`, isPast: true });
+    }
     truthTrack.add(...truthOf(rows[tracked]));
     estimators.forEach((of, i) => of.track.add(...partOf(rows[tracked], i)));
   }
@@ -239,7 +245,7 @@ function drawMap() {
   const at = scene?.truth === false ? [0, 0, 0] : truth;
   const old = chosen !== null;
   map.draw({
-    truth: at, truthTrack, scan: old ? new Float32Array(0) : scan,
+    truth: at, truthTrack, jumps, scan: old ? new Float32Array(0) : scan,
     estimators: old ? estimators.map((of) => ({ ...of, belief: null })) : estimators,
   }, inks);
 }

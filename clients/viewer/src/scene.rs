@@ -30,6 +30,8 @@ pub struct Scene {
     truth: bool,
     bounds_m: [f64; 4],
     walls: Vec<(f64, f64, f64, f64, &'static str)>,
+    /// Ticks at whose start the robot is put elsewhere.
+    kidnapped_at: Vec<u64>,
     body_radius_m: f64,
     wheel_limit_m_s: f64,
     track_m: f64,
@@ -75,6 +77,7 @@ impl Scene {
             truth: true,
             bounds_m: config.world.bounds,
             walls: walls(&config.world),
+            kidnapped_at: header.kidnappings().map(|k| k.tick).collect(),
             estimators: header.answering().enumerate().map(named).collect(),
             ..Self::of_start(
                 &Start::new(header, 0, &rusty_contract::Participant::new("view", Role::Estimator)),
@@ -111,6 +114,7 @@ impl Scene {
             truth: false,
             bounds_m: [-reach_m, -reach_m, reach_m, reach_m],
             walls: Vec::new(),
+            kidnapped_at: Vec::new(),
             body_radius_m: robot.body_radius_m,
             wheel_limit_m_s: robot.wheel_limit_rad_s * robot.drive.wheel_radius_m,
             track_m: robot.drive.track_m,

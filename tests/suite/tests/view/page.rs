@@ -112,6 +112,34 @@ fn estimators_axes_and_zoom_follow_the_keys_and_fit_a_phone() {
 }
 
 #[test]
+fn a_kidnapping_is_an_arrow_with_its_time() {
+    let out = folder();
+    let kidnapped = "name = \"k\"\nticks = 60\n[[kidnapping]]\ntick = 30\n\
+        to = { x_m = 5.8, y_m = 4.9, theta_rad = 0.0 }\n";
+    let estimator = estimator("dead-reckoning", &["dead-reckoning"], "");
+    let file = out.write("k.toml", format!("{kidnapped}{estimator}{RECORDERS}"));
+    run_to("kidnapped", &out.at("run"), &["launch", &file]).expect(0);
+    let Some(mut browser) = Browser::start() else { return };
+    let viewed = Viewed::view(&[arg(&out.at("run/run.log"))]);
+    browser.visit(&viewed.address);
+    browser.until("document.getElementById('tick').textContent === '59'");
+    browser.value(
+        "globalThis.texts = []; const { fillText } = CanvasRenderingContext2D.prototype;
+        CanvasRenderingContext2D.prototype.fillText = function (text, ...at) {
+            if (this.canvas.id === 'map') texts.push(text); fillText.call(this, text, ...at); };
+        dispatchEvent(new Event('resize'));",
+    );
+    browser.until("texts.includes('0.6 s')");
+    // Before it there is none.
+    browser.value("document.getElementById('seek').focus()");
+    browser.press("Home", 36);
+    browser.until("document.getElementById('tick').textContent === '0'");
+    browser.value("texts = []; dispatchEvent(new Event('resize'))");
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(browser.value("texts.length"), 0);
+}
+
+#[test]
 fn where_no_motion_is_wanted_a_log_begins_paused() {
     let (_out, log) = a_log();
     let Some(mut browser) = Browser::start() else { return };
