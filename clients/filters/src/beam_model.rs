@@ -63,6 +63,7 @@ impl Parts {
 const LEAST_SIGMA_M: f64 = 1e-3;
 
 /// Beyond this many σ a normal law has nothing left that a sum would show.
+#[cfg(feature = "link")]
 const FAR: f64 = 9.0;
 
 impl BeamModel {
@@ -137,6 +138,7 @@ impl BeamModel {
     /// where both are far away. With η the mass of equation 6.6 it is
     /// 1 + (a φ(a) − b φ(b)) / η between a = −z*/σ and b = (z_max − z*)/σ, and
     /// ∂ ln η / ∂σ is what it has beyond 1, over σ.
+    #[cfg(feature = "link")]
     pub(crate) fn hit_second_moment(sigma_m: f64, expected_m: f64, range_max_m: f64) -> f64 {
         let (a, b) = (-expected_m / sigma_m, (range_max_m - expected_m) / sigma_m);
         if a < -FAR && b > FAR {

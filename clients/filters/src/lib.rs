@@ -42,6 +42,7 @@ pub mod motion;
 
 pub mod distance_field;
 pub mod grid;
+#[cfg(feature = "link")]
 pub mod map_server;
 pub mod occupancy;
 pub mod tangent;
@@ -61,10 +62,13 @@ pub mod icp;
 pub mod scan_match;
 
 pub mod pose_graph;
+#[cfg(feature = "link")]
 pub mod slam;
 pub mod sparse;
 
+#[cfg(feature = "link")]
 pub mod gridmap;
+#[cfg(feature = "link")]
 pub mod map_picture;
 pub mod occupancy_grid;
 pub mod ray_walk;
@@ -84,10 +88,13 @@ pub mod pilot;
 pub mod planning;
 pub mod pursuit;
 
+#[cfg(feature = "link")]
 pub mod explore;
 pub mod frontiers;
 
+#[cfg(feature = "link")]
 pub mod fit_beam;
+#[cfg(feature = "link")]
 pub mod fit_motion;
 
 pub use beam_model::BeamModel;

@@ -5,6 +5,7 @@ use rusty_contract::output::visible;
 use rusty_contract::{
     AnswerError, BlindKeyError, CredentialsError, Exit, FieldError, KeyError, log::LogError,
 };
+#[cfg(feature = "link")]
 use rusty_link::LinkError;
 use thiserror::Error;
 
@@ -13,6 +14,7 @@ use thiserror::Error;
 #[derive(Error)]
 pub enum ClientError {
     /// Joining or talking to the server.
+    #[cfg(feature = "link")]
     #[error(transparent)]
     Link(#[from] LinkError),
     /// Reading or writing a log.
@@ -124,6 +126,7 @@ impl ClientError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::Argument(_) | Self::ShowsNone(_) | Self::InTheWay { .. } => Exit::Usage,
+            #[cfg(feature = "link")]
             Self::Link(LinkError::Dropped { .. }) => Exit::Lost,
             _ => Exit::Failed,
         }

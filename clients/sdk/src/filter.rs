@@ -1,14 +1,10 @@
-//! `Filter`: an estimator or driver as a type, and the loop that runs it.
+//! `Filter`: an estimator or driver as a type.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use rusty_contract::{BeliefKind, Reply, WeightedPose};
 
-use clap::Args;
-use rusty_contract::{BeliefKind, Exit, Reply, Start, WeightedPose, errln, output};
+use crate::{ClientError, Tick};
 
-use crate::showing::Showing;
-use crate::{ClientArgs, ClientError, Session, Tick};
-
-/// An estimator or a driver. [`run`] does everything else: command line, joining,
+/// An estimator or a driver. [`run`](crate::run()) does everything else: command line, joining,
 /// answering, logs, leaving.
 pub trait Filter: Sized {
     /// Whether [`belief`](Self::belief) returns anything. Set it with `belief`, which is
@@ -42,97 +38,4 @@ pub trait Filter: Sized {
     fn finish(self) -> Result<(), ClientError> {
         Ok(())
     }
-}
-
-/// Runs a filter: parses the command line, and takes part until the end of the run.
-///
-/// `begin` makes the filter from what a participant may know and from the options
-/// `O` that its command line has in addition to [`ClientArgs`]; `()` for none. The
-/// first lines of `O`'s documentation are the head of `--help`.
-///
-/// ```no_run
-/// use rusty_clients::clap;
-/// use rusty_clients::prelude::*;
-///
-/// /// Answer the same pose at every tick
-/// #[derive(clap::Args)]
-/// struct Options {
-///     /// x of the pose, m
-///     #[arg(long, default_value_t = 0.0)]
-///     x_m: f64,
-/// }
-///
-/// struct Fixed(SE2);
-///
-/// impl Filter for Fixed {
-///     fn update(&mut self, _: &Tick) -> Reply {
-///         self.0.into()
-///     }
-/// }
-///
-/// fn main() -> Exit {
-///     rusty_clients::run(|_, options: Options| Ok(Fixed(SE2::new(options.x_m, 0.0, 0.0))))
-/// }
-/// ```
-pub fn run<F: Filter, O: Args>(begin: impl FnOnce(&Start, O) -> Result<F, ClientError>) -> Exit {
-    let (args, options) = ClientArgs::with_options();
-    run_from(&args, |start| begin(start, options))
-}
-
-/// Runs a filter with a command line that was parsed before.
-pub fn run_from<F: Filter>(
-    args: &ClientArgs,
-    begin: impl FnOnce(&Start) -> Result<F, ClientError>,
-) -> Exit {
-    conclude(args, drive(args, begin))
-}
-
-/// Prints why a participant failed, and returns its exit code: that of a failure
-/// also where its results could not be written.
-pub(crate) fn conclude(args: &ClientArgs, done: Result<Exit, ClientError>) -> Exit {
-    let name = args.name();
-    let exit = done.unwrap_or_else(|e| {
-        errln!("{name}: {e}");
-        e.exit()
-    });
-    output::finish(&name, exit)
-}
-
-fn drive<F: Filter>(
-    args: &ClientArgs,
-    begin: impl FnOnce(&Start) -> Result<F, ClientError>,
-) -> Result<Exit, ClientError> {
-    if !F::SHOWS_BELIEF && !args.beliefs.is_empty() {
-        return Err(ClientError::ShowsNone(args.name()));
-    }
-    let mut session = Session::enter(args)?;
-    let mut filter = begin(session.start()).inspect_err(|_| session.fail())?;
-    let showing = F::SHOWS_BELIEF.then(|| Showing::new(args, session.start()));
-    let mut showing = showing.transpose().inspect_err(|_| session.fail())?;
-    loop {
-        let Some(mut tick) = session.next()? else { break };
-        // A panic is the filter's own failure: it is reported to the server at once,
-        // and this process ends with a message and a code.
-        let Ok(reply) = catch_unwind(AssertUnwindSafe(|| filter.update(&tick))) else {
-            let number = tick.index();
-            tick.fail();
-            return Err(ClientError::Panicked { tick: number });
-        };
-        if filter.is_done() {
-            tick.end_run();
-        }
-        if let Err(e) = tick.reply(reply) {
-            tick.fail();
-            return Err(e);
-        }
-        if let Some(showing) = &mut showing {
-            let moment = showing.moment(&tick);
-            drop(tick);
-            showing.show(&mut session, moment, &filter);
-        }
-    }
-    // The filter's results come first: no belief is worth a map.
-    filter.finish().inspect_err(|_| session.fail())?;
-    showing.map_or(Ok(()), Showing::finish).inspect_err(|_| session.fail())?;
-    Ok(if session.log_is_broken() { Exit::Lost } else { Exit::Done })
 }

@@ -19,28 +19,46 @@
 //! use rusty_sim::Sim;
 //! ```
 //!
+//! Without the feature `link` (on by default) only the types of filters are there, for
+//! programs without a run: WebAssembly, for example.
+//!
 //! Rays and walls for a sensor model are in [`geometry`], which knows no noise.
 
+#[cfg(feature = "link")]
 mod args;
 pub mod dead_reckoning;
 mod error;
 mod filter;
 mod held_frame;
+#[cfg(feature = "link")]
 mod log_session;
+#[cfg(feature = "link")]
 mod places;
 mod random;
+#[cfg(feature = "link")]
 pub mod recorder;
+#[cfg(feature = "link")]
+mod run;
+#[cfg(feature = "link")]
 mod session;
+#[cfg(feature = "link")]
 pub mod showing;
 mod tick;
 
+#[cfg(feature = "link")]
 pub use args::{ClientArgs, Usage};
 pub use error::ClientError;
-pub use filter::{Filter, run, run_from};
+pub use filter::Filter;
+#[cfg(feature = "link")]
 pub use held_frame::HeldFrame;
+#[cfg(feature = "link")]
 pub use places::{output_folder, same_file};
 pub use random::Random;
+#[cfg(feature = "link")]
 pub use recorder::{Recorder, run_recorder};
+#[cfg(feature = "link")]
+pub use run::{run, run_from};
+#[cfg(feature = "link")]
 pub use session::{Arrival, Session, stop_by_signal};
 pub use tick::Tick;
 
@@ -51,7 +69,9 @@ pub use rusty_geometry as geometry;
 
 /// All that a filter usually needs.
 pub mod prelude {
-    pub use crate::{ClientArgs, ClientError, Filter, Random, Session, Tick};
+    #[cfg(feature = "link")]
+    pub use crate::{ClientArgs, Session};
+    pub use crate::{ClientError, Filter, Random, Tick};
     pub use rusty_contract::{BeliefKind, WeightedPose};
     pub use rusty_contract::{Estimate, Exit, NominalRobot, Reply, Start};
     pub use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Twist, World, odometry_delta};

@@ -11,8 +11,9 @@ use rusty_contract::{Tally, TruthKey, WeightedPose};
 use rusty_geometry::SE2;
 use rusty_link::{BorrowedTally, LinkError};
 
-use crate::filter::conclude;
 use crate::held_frame::FrameHandle;
+use crate::run::conclude;
+use crate::tick::Answering as _;
 use crate::{ClientArgs, ClientError, Session};
 
 /// A complete tick: the frame, the truth, and what everyone answered.

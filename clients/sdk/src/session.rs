@@ -13,6 +13,7 @@ use signal_hook::flag::{register, register_conditional_shutdown};
 
 use crate::held_frame::{FrameHandle, HeldFrame};
 use crate::log_session::LogSession;
+use crate::tick::Answering;
 use crate::{ClientArgs, ClientError, Tick};
 
 mod beliefs;
@@ -227,19 +228,6 @@ impl Session {
         self.reply(&frame.0, reply)
     }
 
-    pub(crate) fn reply(&mut self, frame: &FrameHandle, reply: Reply) -> Result<(), ClientError> {
-        let (tick, ends_run) = (frame.tick(), std::mem::take(&mut self.ends_run));
-        reply.check().map_err(|error| ClientError::Answer { tick, error })?;
-        match (&mut self.source, frame) {
-            (Source::Live(link), FrameHandle::Live(frame)) => {
-                link.answer(frame, &Message::Reply(reply), ends_run)?;
-            }
-            (Source::Log(log), _) => log.reply(frame, reply)?,
-            (Source::Live(_), FrameHandle::Log(_)) => {}
-        }
-        Ok(())
-    }
-
     /// Makes the next answer end the run: see [`Tick::end_run`].
     pub fn end_run(&mut self) {
         self.ends_run = true;
@@ -303,9 +291,28 @@ impl Session {
     pub fn log_is_broken(&self) -> bool {
         matches!(&self.source, Source::Log(log) if log.is_broken())
     }
+}
+
+impl Answering for Session {
+    fn reply(&mut self, frame: &FrameHandle, reply: Reply) -> Result<(), ClientError> {
+        let (tick, ends_run) = (frame.tick(), std::mem::take(&mut self.ends_run));
+        reply.check().map_err(|error| ClientError::Answer { tick, error })?;
+        match (&mut self.source, frame) {
+            (Source::Live(link), FrameHandle::Live(frame)) => {
+                link.answer(frame, &Message::Reply(reply), ends_run)?;
+            }
+            (Source::Log(log), _) => log.reply(frame, reply)?,
+            (Source::Live(_), FrameHandle::Log(_)) => {}
+        }
+        Ok(())
+    }
+
+    fn end_run(&mut self) {
+        Self::end_run(self);
+    }
 
     /// Marks the part as failed: the server is told so at the end.
-    pub(crate) fn fail(&mut self) {
+    fn fail(&mut self) {
         self.failed = true;
     }
 }

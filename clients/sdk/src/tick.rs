@@ -5,20 +5,33 @@ use std::rc::Rc;
 use rusty_contract::{Frame, Readings, Reply};
 use rusty_geometry::{EncoderCounts, Twist};
 
+use crate::ClientError;
 use crate::held_frame::FrameHandle;
-use crate::{ClientError, Session};
+
+/// The way of an answer to the server or into a file.
+pub(crate) trait Answering {
+    /// Sends the answer to a frame.
+    fn reply(&mut self, frame: &FrameHandle, reply: Reply) -> Result<(), ClientError>;
+
+    /// Makes the next answer end the run.
+    fn end_run(&mut self);
+
+    /// Marks the part as failed.
+    fn fail(&mut self);
+}
 
 /// One tick of the world, read where it lies. [`answer`](Self::answer) it;
 /// dropped without an answer it abstains.
 pub struct Tick<'a> {
     /// None for a tick of a test.
-    session: Option<&'a mut Session>,
+    session: Option<&'a mut dyn Answering>,
     frame: FrameHandle,
     answered: bool,
 }
 
 impl<'a> Tick<'a> {
-    pub(crate) fn new(session: &'a mut Session, frame: FrameHandle) -> Self {
+    #[cfg(feature = "link")]
+    pub(crate) fn new(session: &'a mut dyn Answering, frame: FrameHandle) -> Self {
         Self { session: Some(session), frame, answered: false }
     }
 
@@ -28,6 +41,7 @@ impl<'a> Tick<'a> {
         Self { session: None, frame: FrameHandle::Log(Rc::new(*frame)), answered: true }
     }
 
+    #[cfg(feature = "link")]
     pub(crate) fn frame(&self) -> &Frame {
         &self.frame
     }
@@ -64,7 +78,7 @@ impl<'a> Tick<'a> {
     }
 
     /// What the small sensors of the robot say at the end of the tick, in shared
-    /// memory: bumper, IMU, sonars, doors, landmarks. [`Session::start`] has their
+    /// memory: bumper, IMU, sonars, doors, landmarks. [`Session::start`](crate::Session::start) has their
     /// geometry and noise.
     #[must_use]
     pub fn readings(&self) -> Readings<'_> {
@@ -101,6 +115,7 @@ impl<'a> Tick<'a> {
 
     /// Leaves the tick without a word: the server learns of the failure when
     /// the session goes.
+    #[cfg(feature = "link")]
     pub(crate) fn fail(mut self) {
         self.answered = true;
         if let Some(session) = &mut self.session {

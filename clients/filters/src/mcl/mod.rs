@@ -111,6 +111,12 @@ impl Mcl {
     pub fn of_start(start: &Start, options: &Options) -> Result<Self, ClientError> {
         let unusable = |text: String| ClientError::Unusable(text);
         let map = match (&options.map, &start.map) {
+            #[cfg(not(feature = "link"))]
+            (Some(path), _) => {
+                let problem = "no files are read in this build; leave --map out";
+                return Err(unusable(format!("--map {}: {problem}", path.display())));
+            }
+            #[cfg(feature = "link")]
             (Some(path), _) => {
                 Map::Cells(OccupancyMap::load(path).map_err(|e| unusable(e.to_string()))?)
             }
