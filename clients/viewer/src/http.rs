@@ -123,8 +123,8 @@ const PARTS: [(&str, &str, &str); 7] = [
     ("/look.css", "text/css; charset=utf-8", rusty_plot::assets::LOOK_CSS),
     ("/view.css", "text/css; charset=utf-8", include_str!("../page/view.css")),
     ("/draw.js", "text/javascript; charset=utf-8", rusty_plot::assets::DRAW_JS),
-    ("/charts.js", "text/javascript; charset=utf-8", include_str!("../page/charts.js")),
-    ("/drive.js", "text/javascript; charset=utf-8", include_str!("../page/drive.js")),
+    ("/charts.js", "text/javascript; charset=utf-8", rusty_plot::assets::CHARTS_JS),
+    ("/drive.js", "text/javascript; charset=utf-8", rusty_plot::assets::DRIVE_JS),
     ("/view.js", "text/javascript; charset=utf-8", include_str!("../page/view.js")),
 ];
 

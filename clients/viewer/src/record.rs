@@ -16,9 +16,9 @@
 //! The ellipse holds 95 % and is what a unit circle becomes: x by x, y by x, y by y.
 
 use rusty_contract::{BeliefKind, Estimate, WeightedPose};
-use rusty_geometry::{SE2, Twist, trig};
+use rusty_geometry::{SE2, Twist};
 use rusty_metrics::{heading_error_rad, nees, position_error_m};
-use rusty_plot::ellipse::ellipse;
+use rusty_plot::ellipse::of_pose;
 
 /// Words of a tick before its estimators.
 const HEAD_WORDS: usize = 11;
@@ -82,7 +82,12 @@ impl Shown {
     fn encode(&self, bytes: &mut Vec<u8>, truth: Option<SE2>) {
         let known = self.estimate.filter(|e| e.pose_in_world.is_finite());
         numbers(bytes, pose(known.map(|e| e.pose_in_world)));
-        numbers(bytes, known.and_then(|e| ellipse_of(&e)).unwrap_or([f64::NAN; 3]));
+        numbers(
+            bytes,
+            known
+                .and_then(|e| of_pose(e.pose_in_world.theta(), &e.covariance?))
+                .unwrap_or([f64::NAN; 3]),
+        );
         let judged = known.zip(truth).map(|(estimate, truth)| {
             let at = estimate.pose_in_world;
             let nees = estimate.covariance.and_then(|p| nees(&truth, &at, &p));
@@ -93,18 +98,6 @@ impl Shown {
         let times_s = self.times_ns.map(|times| times.map(|ns| ns as f64 * 1e-9));
         numbers(bytes, times_s.unwrap_or([f64::NAN; 2]));
     }
-}
-
-/// The ellipse of the position in the world frame; the covariance is in that of the body.
-fn ellipse_of(estimate: &Estimate) -> Option<[f64; 3]> {
-    let p = estimate.covariance?;
-    let (s, c) = trig::sin_cos(estimate.pose_in_world.theta());
-    let [xx, xy, yy] = [p[0], 0.5 * (p[1] + p[3]), p[4]];
-    ellipse([
-        c * c * xx - 2.0 * c * s * xy + s * s * yy,
-        c * s * (xx - yy) + (c * c - s * s) * xy,
-        s * s * xx + 2.0 * c * s * xy + c * c * yy,
-    ])
 }
 
 /// Returns the record of a belief of the estimator at `index` of those that answer, in

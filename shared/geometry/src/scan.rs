@@ -66,6 +66,7 @@ pub struct Scan {
     /// Boxes to look into, the nearest on top.
     ahead: Vec<Ahead>,
     /// The processor's vectors of four, if they are to be used.
+    #[cfg_attr(not(target_arch = "x86_64"), expect(dead_code, reason = "only x86-64 has AVX2"))]
     avx2: Option<Avx2>,
 }
 

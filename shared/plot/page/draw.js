@@ -14,7 +14,7 @@ const SHAPES = [
 ];
 const COLOURS = 6;
 // Corners of an arrowhead that looks along x, as in the pictures of a run.
-const HEAD = [[1, 0], [-0.8, 0.62], [-0.8, -0.62]];
+const ARROWHEAD = [[1, 0], [-0.8, 0.62], [-0.8, -0.62]];
 const FADED = 0.25; // what is yet to come
 
 // Draws the mark of estimator `index` at a place of the canvas.
@@ -217,7 +217,7 @@ export class MapView {
       const [x, y, theta, weight] = poses.subarray(k, k + 4);
       const share = isHistogram && greatest > 0 ? weight / greatest : 1;
       const c = Math.cos(theta), s = Math.sin(theta), r = size * (0.3 + 0.7 * Math.sqrt(share));
-      if (share > 0) polygon(HEAD.map(([u, v]) => [x + r * (c * u - s * v), y + r * (s * u + c * v)]));
+      if (share > 0) polygon(ARROWHEAD.map(([u, v]) => [x + r * (c * u - s * v), y + r * (s * u + c * v)]));
     }
     ctx.fill();
     ctx.globalAlpha = 1;

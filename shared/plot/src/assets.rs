@@ -1,8 +1,15 @@
-//! The script and the style that pages of hypertext have in common: the page of the
-//! viewer, which shows a run as it happens, and the report of a run.
+//! Scripts and style that pages of hypertext have in common: the page of the viewer,
+//! which shows a run as it happens, the report of a run, and the widgets. All scripts
+//! are modules of JavaScript without imports.
 
-/// Draws the map of a run on a canvas: a module of JavaScript without imports.
+/// Draws the map of a run on a canvas.
 pub const DRAW_JS: &str = include_str!("../page/draw.js");
+
+/// Draws values over time on a canvas.
+pub const CHARTS_JS: &str = include_str!("../page/charts.js");
+
+/// Makes commands of keys, buttons and game pads.
+pub const DRIVE_JS: &str = include_str!("../page/drive.js");
 
 /// Colours and common elements of a page, light and dark.
 pub const LOOK_CSS: &str = include_str!("../page/look.css");

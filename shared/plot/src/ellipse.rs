@@ -21,6 +21,20 @@ pub fn ellipse([xx, xy, yy]: [f64; 3]) -> Option<[f64; 3]> {
     (is_covariance && all.iter().all(|v| v.is_finite())).then_some(all)
 }
 
+/// Returns the [`ellipse`] of a position in the world frame from the covariance of a pose
+/// in its body frame, row by row (m², m·rad, rad²), and its heading.
+#[must_use]
+pub fn of_pose(heading_rad: f64, p: &[f64; 9]) -> Option<[f64; 3]> {
+    let [a, b, c] = [p[0], 0.5 * (p[1] + p[3]), p[4]];
+    let is_covariance = a >= 0.0 && c >= 0.0 && b.is_finite() && (a + c).is_finite();
+    let (s, k) = trig::sin_cos(heading_rad);
+    let xx = k * k * a - 2.0 * k * s * b + s * s * c;
+    let xy = k * s * (a - c) + (k * k - s * s) * b;
+    let yy = s * s * a + 2.0 * k * s * b + k * k * c;
+    // Rounding may leave a hair less than none.
+    is_covariance.then(|| ellipse([xx.max(0.0), xy, yy.max(0.0)]))?
+}
+
 /// Returns the corners of an ellipse about `centre`, the first again at the end.
 #[must_use]
 pub fn outline([x, y]: [f64; 2], [xx, yx, yy]: [f64; 3]) -> Vec<[f64; 2]> {

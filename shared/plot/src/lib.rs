@@ -27,6 +27,7 @@ pub mod error;
 pub mod floor;
 pub mod layers;
 pub mod page;
+#[cfg(feature = "png")]
 pub mod png;
 pub mod polyline;
 pub mod style;
@@ -35,5 +36,6 @@ pub use axes::{Axes, Axis, Step};
 pub use canvas::{Anchor, Canvas, Px, RGBColor, Rect, escaped, paint, shortened};
 pub use error::PlotError;
 pub use layers::{Drawing, Layer};
+#[cfg(feature = "png")]
 pub use png::png;
 pub use style::Look;

@@ -186,7 +186,7 @@ mod tests {
         let dropped = measured_m.iter().filter(|m| **m == 8.0).count();
         assert!((20..=55).contains(&dropped), "{dropped} of 180");
         let svg = drawing(spec, None, Some(&scan));
-        for words in [">6<", ">78<", ">103<", "range (m)"] {
+        for words in ["\n78\n", "\n103\n", "\nrange (m)\n"] {
             assert!(svg.contains(words), "{words}");
         }
     }

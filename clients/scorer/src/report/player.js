@@ -73,7 +73,7 @@ function scanAt(at) {
 // The latest beliefs; those of a filter that is no estimator are always shown.
 const beliefs = data.beliefs.map((of) => ({ ...of, bytes: new DataView(bytes(of.poses)) }));
 const others = beliefs.filter((of) => of.estimator === null).map((of) => ({
-  ...of, of, pose: [NaN, NaN, NaN], ellipse: [NaN, NaN, NaN], track: new Track(), isShown: true,
+  ...of, of, pose: [], ellipse: [], track: new Track(), isShown: true,
 }));
 function beliefAt(of, at) {
   const k = of.ticks.findLastIndex((tick) => tick <= data.ticks[at]);

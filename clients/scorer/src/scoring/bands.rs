@@ -13,8 +13,8 @@
 //! left out.
 
 use rusty_contract::Estimate;
-use rusty_geometry::{SE2, trig};
-use rusty_plot::ellipse::ellipse;
+use rusty_geometry::SE2;
+use rusty_plot::ellipse::of_pose;
 
 /// Two-sided 95 % of χ² with three degrees of freedom: 2.5 % lie below, 2.5 %
 /// above.
@@ -62,13 +62,7 @@ pub fn heading_reach_rad(covariance: &[f64; 9]) -> Option<f64> {
 /// the estimated position.
 #[must_use]
 pub fn ellipse_m(estimate: &Estimate) -> Option<[f64; 3]> {
-    let [a, b, c] = plane(&estimate.covariance?)?;
-    let (s, k) = trig::sin_cos(estimate.pose_in_world.theta());
-    let xx = k * k * a - 2.0 * k * s * b + s * s * c;
-    let xy = k * s * (a - c) + (k * k - s * s) * b;
-    let yy = s * s * a + 2.0 * k * s * b + k * k * c;
-    // Rounding may leave a hair less than none.
-    let all = ellipse([xx.max(0.0), xy, yy.max(0.0)])?;
+    let all = of_pose(estimate.pose_in_world.theta(), &estimate.covariance?)?;
     Some(all.map(|v| v.clamp(-LARGEST_M, LARGEST_M)))
 }
 
@@ -84,6 +78,7 @@ fn plane(covariance: &[f64; 9]) -> Option<[f64; 3]> {
 mod tests {
     use super::*;
     use nalgebra::Vector3;
+    use rusty_geometry::trig;
     use rusty_metrics::chi_square;
     use rusty_plot::ellipse::NINETY_FIVE as PLANE;
 

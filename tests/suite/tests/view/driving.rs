@@ -11,6 +11,28 @@ fn scenario() -> String {
     arg(&repository().join("clients/viewer/scenarios/drive.toml")).to_owned()
 }
 
+/// What the page says of the robot's place.
+const PLACE: &str = "document.getElementById('map').getAttribute('aria-label')";
+
+/// The stick of a game pad, half way ahead, and let go until the robot stands.
+fn drive_by_a_pad(browser: &mut Browser) {
+    let pad = |y: f64| {
+        format!(
+            "navigator.getGamepads = () => [{{ connected: true, axes: [0.1, {y}], buttons: [] }}]"
+        )
+    };
+    let here = browser.value(PLACE);
+    browser.value(&pad(-0.5));
+    until("the pad drives", || browser.value(PLACE) != here);
+    browser.value(&pad(0.0));
+    let tick = "Number(document.getElementById('tick').textContent)";
+    until("the robot stands", || {
+        let (here, then) = (browser.value(PLACE), browser.value(tick).as_u64().unwrap());
+        browser.until(&format!("{tick} >= {then} + 10"));
+        browser.value(PLACE) == here
+    });
+}
+
 #[test]
 fn a_drive_by_the_keys_of_a_page_is_repeated_bit_for_bit_without_the_person() {
     let (run, out) = (fresh_run("drive"), folder());
@@ -20,7 +42,7 @@ fn a_drive_by_the_keys_of_a_page_is_repeated_bit_for_bit_without_the_person() {
     assert!(viewed.tokens().contains("&drive="), "{}", viewed.address);
     browser.visit(&viewed.address);
     browser.until("!document.getElementById('drive').hidden && rustyView.ticks > 0");
-    let place = "document.getElementById('map').getAttribute('aria-label')";
+    let place = PLACE;
     browser.until(&format!("{place}.includes('Robot at 6.00, 4.50 m')"));
     // Without Drive, keys do not drive.
     browser.key("keyDown", "ArrowUp", 38, "");
@@ -36,16 +58,7 @@ fn a_drive_by_the_keys_of_a_page_is_repeated_bit_for_bit_without_the_person() {
     let here = browser.value(place);
     until("and on", || browser.value(place) != here);
     browser.key("keyUp", "ArrowLeft", 37, "");
-    // The stick of a game pad, half way ahead, and let go.
-    let pad = |y: f64| {
-        format!(
-            "navigator.getGamepads = () => [{{ connected: true, axes: [0.1, {y}], buttons: [] }}]"
-        )
-    };
-    let here = browser.value(place);
-    browser.value(&pad(-0.5));
-    until("the pad drives", || browser.value(place) != here);
-    browser.value(&pad(0.0));
+    drive_by_a_pad(&mut browser);
     browser.press("Escape", 27);
     assert_eq!(browser.value("document.getElementById('pad').hidden"), true);
     assert_eq!(sim_server(&["control", run.as_str(), "stop"]).code, Some(0));
