@@ -91,7 +91,7 @@ pub fn binaries() -> &'static Path {
         build.current_dir(repository()).args(["build", "--quiet", "--bins", "--examples"]);
         build.args(["-p", "sim-server", "-p", "rusty-clients", "-p", "rusty-filters"]);
         build.args(["-p", "rusty-logger", "-p", "rusty-scorer", "-p", "rusty-viewer"]);
-        build.args(["-p", "rusty-tests"]);
+        build.args(["-p", "rusty-widgets", "-p", "rusty-tests"]);
         // With it other crates are built with the features that the whole
         // workspace gives them: those of `cargo test --workspace`.
         build.args(["--lib", "-p", "rusty-python"]);

@@ -1,10 +1,13 @@
 //! The same world without an operating system: the golden runs as a module in
-//! WebAssembly, computed by an interpreter (wasmi) and by a compiler (the V8 of
-//! Node), with the digests that native code has.
+//! WebAssembly, computed by an interpreter (wasmi), by a compiler (the V8 of Node) and
+//! by a browser, with the digests that native code has.
 
 use std::sync::OnceLock;
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use rusty_sim::GOLDENS;
+use rusty_tests::browser::Browser;
 use rusty_tests::*;
 use wasmi::{Engine, Linker, Module, Store};
 
@@ -116,4 +119,25 @@ fn the_compiler_of_a_browser_computes_the_same_bits() {
     let node = Process::spawn(Command::new("node").args(["-e", SCRIPT]).arg(path));
     let said = node.wait().expect(0).stdout;
     assert_eq!(said.lines().collect::<Vec<_>>(), expected());
+}
+
+/// A page that computes the digests of the module in it.
+const PAGE: &str = "<!doctype html><script>
+    const bytes = Uint8Array.from(atob('MODULE'), (c) => c.charCodeAt(0));
+    WebAssembly.instantiate(bytes, {}).then(({ instance: { exports } }) => {
+        globalThis.digests = Array.from({ length: exports.golden_count() }, (_, i) => {
+            const at = exports.golden_digest(i);
+            return new TextDecoder().decode(new Uint8Array(exports.memory.buffer, at, 32));
+        });
+    });</script>";
+
+#[test]
+fn a_browser_computes_the_same_bits() {
+    let Some(path) = module() else { return };
+    let Some(mut browser) = Browser::start() else { return };
+    let (folder, module) = (folder(), BASE64_STANDARD.encode(fs::read(path).unwrap()));
+    folder.write("goldens.html", PAGE.replace("MODULE", &module));
+    browser.open(&folder.at("goldens.html"), "");
+    browser.until("globalThis.digests");
+    assert_eq!(browser.value("digests"), json!(expected()));
 }
