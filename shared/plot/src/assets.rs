@@ -14,6 +14,9 @@ pub const DRIVE_JS: &str = include_str!("../page/drive.js");
 /// Colours and common elements of a page, light and dark.
 pub const LOOK_CSS: &str = include_str!("../page/look.css");
 
+/// Layout of a page with a bar of controls, a map and panels, after [`LOOK_CSS`].
+pub const VIEW_CSS: &str = include_str!("../page/view.css");
+
 /// Returns modules as one script, for a page in one file: without imports and exports.
 #[must_use]
 pub fn one_script(modules: &[&str]) -> String {

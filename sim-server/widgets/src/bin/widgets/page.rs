@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use rusty_contract::{LidarConfig, RobotConfig};
 use rusty_geometry::places::place;
 use rusty_geometry::{Material, WallSpec};
-use rusty_plot::assets::{CHARTS_JS, DRAW_JS, DRIVE_JS, LOOK_CSS, one_script};
+use rusty_plot::assets::{CHARTS_JS, DRAW_JS, DRIVE_JS, LOOK_CSS, VIEW_CSS, one_script};
 use serde_json::{Map, Value, json};
 
 use crate::module::Module;
@@ -99,7 +99,7 @@ impl Page {
         let scene = scene(&scenario)?;
         // A `<` could end the element.
         let data = json!({ "scenario": scenario, "scene": scene }).to_string();
-        let style = [LOOK_CSS, own!("widgets.css")].concat();
+        let style = [LOOK_CSS, VIEW_CSS, own!("widgets.css")].concat();
         let script = one_script(self.scripts);
         let parts = [
             ("{title}", self.title),
