@@ -34,7 +34,7 @@ const STATUS_TIME: Duration = Duration::from_secs(1);
 const MOST_PER_S: f64 = 2000.0;
 const MOST_AT_ONCE: f64 = 64.0;
 /// Frames that wait for their tally.
-const MOST_WAITING: usize = 8;
+const MOST_WAITING: usize = 24;
 
 /// A run under observation.
 pub struct LiveRun {

@@ -16,7 +16,7 @@ use crate::belief::Beliefs;
 use crate::borrowed::{BorrowedFrame, BorrowedTally};
 use crate::feed::{Refeed, is_end_of_run};
 use crate::lobby::Lobby;
-use crate::services::{self, Ipc, WireAnswer, WireFrame, WireTally};
+use crate::services::{self, BUFFER, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{LOOKS_BETWEEN_CHECKS, Waiter, may_sleep, monotonic_ns, readable};
 use crate::{Domain, LinkError, Peer, WaitPolicy};
 
@@ -123,24 +123,11 @@ impl ClientLink {
         (start, credentials): (Start, Credentials),
     ) -> Result<Self, LinkError> {
         let Lobby { node, server, wake_server, woken, domain } = lobby;
-        let frames = services::open_pub_sub::<WireFrame>(&node, "frames")?
-            .subscriber_builder()
-            .create()
-            .map_err(LinkError::transport("open the frames port"))?;
-        // A subscriber that has never looked is passed over once its queue is
-        // full; the first look also connects it.
-        let _ = frames.has_samples();
-        let tallies = if start.role.holds_key() {
-            let port = services::open_pub_sub::<WireTally>(&node, "tallies")?
-                .subscriber_builder()
-                .create()
-                .map_err(LinkError::transport("open the tallies port"))?;
-            let _ = port.has_samples();
-            Some(port)
-        } else {
-            None
-        };
         let holds_key = start.role.holds_key();
+        let frames = services::subscribe::<WireFrame>(&node, "frames", BUFFER)?;
+        let tallies = holds_key
+            .then(|| services::subscribe::<WireTally>(&node, "tallies", BUFFER))
+            .transpose()?;
         let refeed = |catch_up| Refeed::open(&node, catch_up, holds_key);
         let refeed = start.catch_up.as_ref().map(refeed).transpose()?;
         let answers = services::open_pub_sub::<WireAnswer>(&node, "answers")?

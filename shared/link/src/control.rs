@@ -33,11 +33,19 @@ impl ControlCall {
         process_of(self.0.origin().value())
     }
 
-    /// Answers it.
+    /// Whether the caller still waits: it has not taken the reply. One that was killed
+    /// seems to wait.
+    #[must_use]
+    pub fn is_awaited(&self) -> bool {
+        self.0.is_connected()
+    }
+
+    /// Answers it. The caller maps the reply when it takes it, so the server's port has
+    /// to be there until then.
     ///
     /// # Errors
     /// [`LinkError::Transport`], for instance because the caller has ended.
-    pub fn reply(self, reply: &ControlReply) -> Result<(), LinkError> {
+    pub fn reply(&self, reply: &ControlReply) -> Result<(), LinkError> {
         let json = serde_json::to_vec(reply).map_err(LinkError::transport("write a reply"))?;
         if json.len() > RESERVED_BYTES {
             // The port grows by as much, with copies on the way.

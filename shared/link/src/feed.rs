@@ -8,7 +8,7 @@ use iceoryx2::sample::Sample;
 use rusty_contract::{CatchUp, Frame, Tally};
 
 use crate::server::{FrameLoan, send_tally};
-use crate::services::{self, Direction, Ipc, WireFrame, WireTally};
+use crate::services::{self, BUFFER, Direction, Ipc, WireFrame, WireTally};
 use crate::wait::monotonic_ns;
 use crate::{Keys, LinkError};
 
@@ -97,22 +97,11 @@ impl Refeed {
         catch_up: &CatchUp,
         with_tallies: bool,
     ) -> Result<Self, LinkError> {
-        let frames = services::open_pub_sub::<WireFrame>(node, &catch_up.service)?
-            .subscriber_builder()
-            .create()
-            .map_err(LinkError::transport("open the port for ticks given again"))?;
-        let _ = frames.has_samples();
-        let tallies = if with_tallies {
-            let service = tallies_of(&catch_up.service);
-            let port = services::open_pub_sub::<WireTally>(node, &service)?
-                .subscriber_builder()
-                .create()
-                .map_err(LinkError::transport("open the port for tallies given again"))?;
-            let _ = port.has_samples();
-            Some(port)
-        } else {
-            None
-        };
+        let frames = services::subscribe::<WireFrame>(node, &catch_up.service, BUFFER)?;
+        let tallies = tallies_of(&catch_up.service);
+        let tallies = with_tallies
+            .then(|| services::subscribe::<WireTally>(node, &tallies, BUFFER))
+            .transpose()?;
         Ok(Self { frames, tallies, left: catch_up.ticks })
     }
 

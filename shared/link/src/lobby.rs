@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::Node;
@@ -14,6 +15,8 @@ use crate::{Domain, DomainError, LinkError, Peer, WaitPolicy};
 
 /// How long between two looks for a server that is not there yet.
 const RETRY: Duration = Duration::from_millis(5);
+
+type Pending = PendingResponse<Ipc, [u8], (), [u8], ()>;
 
 /// A process that has found a run but has no slot in it yet.
 pub(crate) struct Lobby {
@@ -108,16 +111,21 @@ impl Lobby {
         let mut pending = send()?;
         let asked = Instant::now();
         let mut waiter = Waiter::new(WaitPolicy::Block, 0);
+        let reply = |pending: &Pending| {
+            let reply = pending.receive().map_err(LinkError::transport("receive the reply"))?;
+            Ok::<_, LinkError>(reply.map(|reply| reply.payload().to_vec()))
+        };
         loop {
-            let response = pending.receive().map_err(LinkError::transport("receive the reply"))?;
-            if let Some(response) = response {
-                return Ok(response.payload().to_vec());
+            // Before the look, so that the last reply of a server that ends is seen.
+            let is_dead = self.server.is_dead();
+            if let Some(reply) = reply(&pending)? {
+                return Ok(reply);
             }
             if stop.load(Ordering::Relaxed) {
                 return Err(LinkError::Stopped);
             }
             let pid = self.server.pid();
-            if self.server.is_dead() {
+            if is_dead {
                 return Err(LinkError::ServerGone { pid });
             }
             if Instant::now() >= deadline {
@@ -130,8 +138,12 @@ impl Lobby {
             waiter.block(&mut fds, RETRY);
             services::drain(&self.woken);
             // A service is there a moment before the server's port on it: a
-            // request that reached no process is made again.
+            // request that reached no process is made again. The port of a server
+            // that has replied and ended is gone as well, and its reply is there.
             if pending.number_of_server_connections() == 0 {
+                if let Some(reply) = reply(&pending)? {
+                    return Ok(reply);
+                }
                 pending = send()?;
             }
         }

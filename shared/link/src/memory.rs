@@ -28,7 +28,7 @@ pub(crate) const PORTS_BYTES: u64 = 1 << 20;
 
 /// Bytes from the beginning of a file that [`reserve`] allocates at most. The
 /// transport writes to the lowest free place of a file: this is room for 100
-/// frames, and 64 are held at most.
+/// frames, and 80 wait or are held at most.
 const ALLOCATED_BYTES: u64 = 1 << 20;
 
 /// What there is to say of shared memory on this machine.

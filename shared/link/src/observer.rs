@@ -16,7 +16,7 @@ use crate::belief::Beliefs;
 use crate::borrowed::{BorrowedFrame, BorrowedTally};
 use crate::control::ask;
 use crate::lobby::Lobby;
-use crate::services::{self, Ipc, WireFrame, WireTally};
+use crate::services::{self, Ipc, OBSERVER_BUFFER, WireFrame, WireTally};
 use crate::wait::monotonic_ns;
 use crate::{Domain, LinkError, Peer};
 
@@ -67,16 +67,8 @@ impl Observer {
         };
         let domain = Domain::find(lobby.domain.run())?;
         let node = services::viewer_node(&domain)?;
-        let frames = services::open_pub_sub::<WireFrame>(&node, "frames")?
-            .subscriber_builder()
-            .create()
-            .map_err(LinkError::transport("open the frames port"))?;
-        let tallies = services::open_pub_sub::<WireTally>(&node, "tallies")?
-            .subscriber_builder()
-            .create()
-            .map_err(LinkError::transport("open the tallies port"))?;
-        // A subscriber that has never looked is passed over once its queue is full.
-        let _ = (frames.has_samples(), tallies.has_samples());
+        let frames = services::subscribe::<WireFrame>(&node, "frames", OBSERVER_BUFFER)?;
+        let tallies = services::subscribe::<WireTally>(&node, "tallies", OBSERVER_BUFFER)?;
         let beliefs = Beliefs::to_see(&node);
         let server = Peer::new(domain.server_pid());
         Ok(Self { start, frames, tallies, beliefs, server, _node: node, domain })

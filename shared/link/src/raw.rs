@@ -15,7 +15,7 @@ use rusty_contract::answer::Message;
 use rusty_contract::{Answer, Phase, Reply, RunName};
 
 use crate::server::FrameLoan;
-use crate::services::{self, Direction, Ipc, WireAnswer, WireFrame};
+use crate::services::{self, BUFFER, Direction, Ipc, WireAnswer, WireFrame};
 use crate::wait::{LOOKS_BETWEEN_CHECKS, Waiter, may_sleep, monotonic_ns, readable};
 use crate::{Domain, LinkError, Peer, WaitPolicy};
 
@@ -179,12 +179,7 @@ impl RawClient {
         let node = services::node(&domain)?;
         let woken = services::listener(&node, "wake-clients", false)?;
         let wake_server = services::notifier(&node, "wake-server", false)?;
-        let frames = services::open_pub_sub::<WireFrame>(&node, "frames")?
-            .subscriber_builder()
-            .create()
-            .map_err(LinkError::transport("open the frames port"))?;
-        // The first look connects it.
-        let _ = frames.has_samples();
+        let frames = services::subscribe::<WireFrame>(&node, "frames", BUFFER)?;
         let answers = services::open_pub_sub::<WireAnswer>(&node, "answers")?
             .publisher_builder()
             .max_loaned_samples(2)

@@ -5,6 +5,7 @@
 use iceoryx2::node::NodeView as _;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{
     CallbackProgression, FileDescriptorBased as _, Node, NodeBuilder, NodeName,
 };
@@ -29,6 +30,8 @@ pub(crate) type Wakes = event::PortFactory<Ipc>;
 pub(crate) const MAX_PORTS: usize = 64;
 /// Frames, tallies or answers that wait for a reader; lockstep needs one.
 pub(crate) const BUFFER: usize = 4;
+/// Frames and tallies that wait for an observer, which is never waited for.
+pub(crate) const OBSERVER_BUFFER: usize = 16;
 /// How many frames of a run a participant can hold at a time, the one it waits
 /// for included.
 pub const MAX_HELD_FRAMES: usize = BUFFER;
@@ -154,16 +157,16 @@ pub(crate) fn create_pub_sub<T: ZeroCopySend + std::fmt::Debug>(
     text: &str,
     direction: Direction,
 ) -> Result<PubSub<T>, LinkError> {
-    let (publishers, subscribers) = match direction {
-        Direction::FromServer => (1, MAX_PORTS),
-        Direction::ToServer => (MAX_PORTS, 1),
+    let (publishers, subscribers, waiting) = match direction {
+        Direction::FromServer => (1, MAX_PORTS, OBSERVER_BUFFER),
+        Direction::ToServer => (MAX_PORTS, 1, BUFFER),
     };
     node.service_builder(&name(text)?)
         .publish_subscribe::<T>()
         .max_publishers(publishers)
         .max_subscribers(subscribers)
         .max_nodes(2 * MAX_PORTS)
-        .subscriber_max_buffer_size(BUFFER)
+        .subscriber_max_buffer_size(waiting)
         .subscriber_max_borrowed_samples(BUFFER)
         .history_size(0)
         // A dead or slow reader loses its oldest sample; it never blocks
@@ -180,6 +183,23 @@ pub(crate) fn open_pub_sub<T: ZeroCopySend + std::fmt::Debug>(
 ) -> Result<PubSub<T>, LinkError> {
     let builder = node.service_builder(&name(text)?).publish_subscribe::<T>();
     builder.open().map_err(LinkError::transport("open a service"))
+}
+
+/// Opens a port on a service of the server, where `waiting` samples may wait.
+pub(crate) fn subscribe<T: ZeroCopySend + std::fmt::Debug>(
+    node: &Node<Ipc>,
+    text: &str,
+    waiting: usize,
+) -> Result<Subscriber<Ipc, T, ()>, LinkError> {
+    let port = open_pub_sub::<T>(node, text)?
+        .subscriber_builder()
+        .buffer_size(waiting)
+        .create()
+        .map_err(LinkError::transport("open a port for what the server sends"))?;
+    // A subscriber that has never looked is passed over once its queue is full; the
+    // first look also connects it.
+    let _ = port.has_samples();
+    Ok(port)
 }
 
 /// Creates the service of beliefs, or opens it.

@@ -1,6 +1,7 @@
 //! Control requests to a running server: pause, step, resume, stop.
 
 use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, getpgid};
 use rusty_contract::RunName;
@@ -11,6 +12,8 @@ use super::{Pace, Run};
 
 /// The most requests that are received in one turn.
 const REQUESTS_AT_ONCE: usize = 16;
+/// Time for a caller to take its reply before the server ends.
+const REPLY_TIME: Duration = Duration::from_millis(500);
 
 /// The control requests of a run.
 #[derive(Default)]
@@ -19,6 +22,20 @@ pub(super) struct Control {
     numbers: BTreeSet<u64>,
     /// Steps whose ticks are not complete yet.
     steps: Vec<PendingStep>,
+    /// Requests whose replies may not be taken yet.
+    replied: Vec<ControlCall>,
+}
+
+impl Control {
+    /// Waits a moment until the replies are taken: with the port of the server goes what
+    /// is in it.
+    pub(super) fn finish(mut self) {
+        let begun = Instant::now();
+        while !self.replied.is_empty() && begun.elapsed() < REPLY_TIME {
+            std::thread::sleep(Duration::from_millis(1));
+            self.replied.retain(ControlCall::is_awaited);
+        }
+    }
 }
 
 struct PendingStep {
@@ -134,15 +151,17 @@ impl Run<'_> {
         }
     }
 
-    fn refuse(&self, call: ControlCall, problem: String) {
+    fn refuse(&mut self, call: ControlCall, problem: String) {
         self.reply(call, &ControlReply::Refused(problem));
     }
 
-    fn reply(&self, call: ControlCall, reply: &ControlReply) {
+    fn reply(&mut self, call: ControlCall, reply: &ControlReply) {
         if let Err(e) = call.reply(reply) {
             self.progress.say(&format!("whoever controls the run left before the reply ({e})"));
         }
         // They may be asleep.
         self.wire.link.wake_all();
+        self.control.replied.retain(ControlCall::is_awaited);
+        self.control.replied.push(call);
     }
 }

@@ -297,7 +297,8 @@ impl<'a> Run<'a> {
     }
 
     fn outcome(self) -> Outcome {
-        let Self { lockstep, wire, pacer, ledger, participants, progress, .. } = self;
+        let Self { lockstep, wire, pacer, ledger, participants, progress, control, .. } = self;
+        control.finish();
         drop(wire);
         let slots: Vec<ParticipantSummary> = lockstep.slots().iter().map(|s| s.summary()).collect();
         let outputs = participants.outputs();
