@@ -42,6 +42,8 @@ pub struct Scorer {
     run_folder: Option<PathBuf>,
     header: LogHeader,
     keeper: TraceKeeper,
+    /// Whether it draws a report.
+    draws: bool,
     beliefs: BeliefKeeper,
     /// `None` where the robot has no small sensor.
     sensed: Option<Sensed>,
@@ -139,7 +141,9 @@ impl Recorder for Scorer {
         };
         let mut drawn = Ok(());
         if let Some(folder) = &self.folder {
-            drawn = draw(folder, &self.header, &trace, &mut report);
+            if self.draws {
+                drawn = draw(folder, &self.header, &trace, &mut report);
+            }
             drawn = drawn.and(if self.from_log { Ok(()) } else { keep_beliefs(folder, &trace) });
             // The numbers are written even where the pictures could not be.
             let path = folder.join("score.json");
@@ -210,6 +214,7 @@ impl Scorer {
             from_log,
             header: brief.header.clone(),
             keeper: TraceKeeper::new(&brief.header),
+            draws: brief.report,
             beliefs,
             sensed: (!config.sensors.is_none()).then(|| Sensed::new(config)),
             shown,

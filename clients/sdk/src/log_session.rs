@@ -257,7 +257,7 @@ fn start(header: &LogHeader, name: &str, key: &TruthKey) -> Start {
         .map(|i| header.roster[i].clone())
         .unwrap_or_else(|| Participant::new(name, Role::Estimator));
     // A process that can read the file can read its header, so the brief is for all.
-    let brief = Brief { header: header.clone(), out_dir: None };
+    let brief = Brief { header: header.clone(), out_dir: None, report: true };
     let json = serde_json::to_vec(&brief).unwrap_or_default();
     Start {
         server_pid: std::process::id(),

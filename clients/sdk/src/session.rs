@@ -244,7 +244,7 @@ impl Session {
     /// Reads the key and opens what only scorers and loggers are told.
     pub(crate) fn brief(&mut self, args: &ClientArgs) -> Result<(TruthKey, Brief), ClientError> {
         if let (Source::Log(log), Some(file)) = (&mut self.source, &args.key_file) {
-            let brief = Brief { header: log.unblind(file)?, out_dir: None };
+            let brief = Brief { header: log.unblind(file)?, out_dir: None, report: true };
             return Ok((log.key().clone(), brief));
         }
         let Some(sealed) = &self.start.sealed_brief else {

@@ -206,6 +206,8 @@ pub struct Brief {
     /// The folder for what they write; `None` when they should write nothing
     /// unless told otherwise on their own command line.
     pub out_dir: Option<String>,
+    /// Whether a scorer also draws: the report and its pictures.
+    pub report: bool,
 }
 
 /// Why a process may not take part.

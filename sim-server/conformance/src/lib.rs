@@ -100,7 +100,7 @@ impl Kit {
     fn identity(&self, folder: &Path) -> Result<RunIdentity, RunError> {
         let (run_id, key) = RunIdentity::draw()?;
         let (wait, out_dir) = (self.wait, folder.to_owned());
-        Ok(RunIdentity { run_id, key, wait, out_dir, check_frames: false })
+        Ok(RunIdentity { run_id, key, wait, out_dir, check_frames: false, report: true })
     }
 
     /// A folder that goes with the run it is for.

@@ -90,6 +90,9 @@ pub struct RunArgs {
     /// [default: the scenario's] [possible values: given, nominal, hidden]
     #[arg(long, value_name = "WHICH")]
     pub data_sheet: Option<DataSheet>,
+    /// Write the scores without a report and pictures
+    #[arg(long)]
+    pub no_report: bool,
     /// Leave a participant out
     #[arg(long, value_name = "NAME")]
     pub without: Vec<String>,

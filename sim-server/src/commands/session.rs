@@ -207,6 +207,7 @@ impl RunSession<'_> {
             answer_timeout_s,
             by_hand: self.starting == Starting::ByHand,
             quiet: args.quiet || args.output.json,
+            report: !args.no_report,
             stop: Some(stop.clone()),
             robot: header.config.fleet.as_ref().map(|fleet| fleet.name.clone()),
             leader,

@@ -301,6 +301,7 @@ fn play(source: &mut Recording, folder: &Path) -> Result<FinishedRun> {
         pace: Some(Pace::Max),
         watch: false,
         paused: false,
+        no_report: true,
         sandbox: None,
         data_sheet: None,
         wait: WaitPolicy::default(),

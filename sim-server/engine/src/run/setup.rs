@@ -40,6 +40,8 @@ pub struct RunBuilder {
     pub by_hand: bool,
     /// Whether it shows no progress.
     pub quiet: bool,
+    /// Whether scorers draw a report.
+    pub report: bool,
     /// Signals; `None`: the run listens for them itself.
     pub stop: Option<Stop>,
     /// The robot's name, where several share a world.
@@ -72,6 +74,7 @@ impl RunBuilder {
             answer_timeout_s,
             by_hand: false,
             quiet: true,
+            report: true,
             stop: None,
             robot: None,
             leader: None,
@@ -167,6 +170,7 @@ impl PreparedRun {
             wait: self.options.wait,
             out_dir: out_dir.to_owned(),
             check_frames: self.gates.iter().any(Gate::confines),
+            report: self.options.report,
         };
         Ok(Run::new(&self.options, identity, source, link, children, self.stop, self.domain))
     }
@@ -186,6 +190,8 @@ pub struct RunIdentity {
     /// Whether participants check the bytes of every frame: where one of them is
     /// confined.
     pub check_frames: bool,
+    /// Whether scorers draw a report.
+    pub report: bool,
 }
 
 impl RunIdentity {
@@ -215,7 +221,7 @@ impl RunIdentity {
     fn start_of(&self, header: &LogHeader, slot: usize, participant: &Participant) -> Start {
         let sealed_brief = participant.role.holds_key().then(|| {
             let out_dir = Some(self.out_dir.display().to_string());
-            let brief = Brief { header: header.clone(), out_dir };
+            let brief = Brief { header: header.clone(), out_dir, report: self.report };
             // A header that came from JSON goes back to JSON.
             let json = serde_json::to_vec(&brief).unwrap_or_default();
             self.key.seal_brief(self.run_id, &json)

@@ -83,6 +83,9 @@ impl<'p> Clients<'p> {
         if self.force {
             command.arg("--force");
         }
+        if !self.keep {
+            command.arg("--no-report");
+        }
         for (key, value) in self.plan.cells[cell].parameters.iter() {
             command.arg("--set").arg(format!("{key}={value}"));
         }

@@ -146,7 +146,11 @@ pub fn made() -> Vec<(&'static str, String, Vec<u8>)> {
     for (i, start) in starts().into_iter().enumerate() {
         add("reply", &format!("start-{i}"), json(&JoinReply::Start(Box::new(start))));
     }
-    add("brief", "brief", json(&Brief { header: header(), out_dir: Some("/tmp/x".to_owned()) }));
+    add(
+        "brief",
+        "brief",
+        json(&Brief { header: header(), out_dir: Some("/tmp/x".to_owned()), report: true }),
+    );
     let command = Twist { v_m_s: 0.5, omega_rad_s: -0.2 };
     let both = match estimate(true) {
         Reply::Estimate(e) => Reply::Both(e, command),

@@ -112,7 +112,9 @@ fn a_log_is_mapped_with_the_poses_that_are_asked_for() {
     let (poses, save) = (Poses::Odometry, place.at("x"));
     let (model, noise) = (InverseModel::default(), OdometryNoise::default());
     let options = Options { poses, save, from: 0.0, until: None, model, noise };
-    let refused = GridMapOf::new(&start, &Brief { header, out_dir: None }, &options).err().unwrap();
+    let refused = GridMapOf::new(&start, &Brief { header, out_dir: None, report: true }, &options)
+        .err()
+        .unwrap();
     assert!(refused.to_string().contains("--poses odometry"), "{refused}");
 }
 

@@ -29,7 +29,7 @@ fn recorder<W>(
     new: impl FnOnce(&Start, &Brief, &ClientArgs) -> Result<W, ClientError>,
 ) -> W {
     let start = Start::new(header, 9, &Participant::new("recorder", Role::Logger));
-    let brief = Brief { header: header.clone(), out_dir: None };
+    let brief = Brief { header: header.clone(), out_dir: None, report: true };
     let args = ClientArgs { out: Some(out.to_owned()), ..ClientArgs::default() };
     new(&start, &brief, &args).unwrap()
 }
@@ -85,9 +85,14 @@ fn the_scorer_takes_no_memory_for_a_tick_and_little_for_a_million() {
     assert_eq!(shown(&mut scorer, 180, 1_100_000..1_200_000), 0);
 }
 
-/// Memory of a process that is in use now, bytes.
+/// Memory of a process that is in use now, bytes, without the pages of its program: the
+/// kernel takes those back and gives them again as it likes.
 fn resident(pid: u32) -> u64 {
-    1024 * status(pid, "VmRSS").strip_suffix(" kB").unwrap().trim().parse::<u64>().unwrap()
+    let bytes = |part: &str| {
+        let text = status(pid, part);
+        1024 * text.strip_suffix(" kB").unwrap().trim().parse::<u64>().unwrap()
+    };
+    bytes("RssAnon") + bytes("RssShmem")
 }
 
 /// The logger's and the scorer's have a separate bound, above.

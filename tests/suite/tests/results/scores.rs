@@ -91,6 +91,26 @@ fn a_living_run_and_its_log_have_the_same_scores() {
 }
 
 #[test]
+fn without_a_report_the_scores_are_the_same_and_nothing_is_drawn() {
+    let (drawn, bare) = (folder(), folder());
+    let args = ["--ticks", "60", "--seed", "3"];
+    let whole = launch("drawn", drawn.path(), &args);
+    let plain = launch("bare", bare.path(), &[&args[..], &["--no-report"]].concat());
+    assert_eq!(whole["digest"], plain["digest"]);
+    for file in ["report.html", "report.svg", "report.png"] {
+        assert!(drawn.at(file).exists() && !bare.at(file).exists(), "{file}");
+    }
+    // But for times, which no two runs share.
+    let figures = |out: &Folder| {
+        let score = json_file(&out.at("score.json"))["scores"][0].take();
+        ["final_position_error_m", "ate_rmse_m", "distance_m"].map(|name| score[name].clone())
+    };
+    assert_eq!(figures(&drawn), figures(&bare));
+    assert!(figures(&bare).iter().all(Value::is_number), "{:?}", figures(&bare));
+    assert!(json_file(&bare.at("score.json"))["report"].is_null());
+}
+
+#[test]
 fn what_estimates_are_judged_by_is_said_and_wrong_numbers_are_refused() {
     let (_out, log) = logged("judged", &["--ticks", "100"]);
     let strict = of_log(&log, &["--within-m", "1e-9", "--within-deg", "1", "--hold-s", "0.5"]);
