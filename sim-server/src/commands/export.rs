@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::{Args, Subcommand};
 use rusty_contract::{Exit, errln, outln};
 use rusty_logs::export::tum::Tum;
-use rusty_logs::export::{Exported, StampOrder, csv, scenario};
+use rusty_logs::export::{Exported, StampOrder, csv, parquet, scenario};
 
 use super::arguments::Output;
 use super::stop_flag;
@@ -40,6 +40,15 @@ estimate). Missing values are empty. Angles are in rad, in (-π, π].
 
   sim-server export csv runs/NAME/run.log -o run.csv";
 
+const AFTER_PARQUET: &str = "\
+A row per tick has the columns of `export csv`, the scan as a list (ranges_m, null in
+ticks without one), and lists of the small sensors: sonar_m, doors, landmarks.id (-1
+where it is unknown), landmarks.range_m, landmarks.bearing_rad. Missing values are null.
+
+  sim-server export parquet runs/NAME/run.log -o run.parquet
+  python3 -c \"import pandas; print(pandas.read_parquet('run.parquet'))\"
+  duckdb -c \"select tick, list_min(ranges_m) from 'run.parquet'\"";
+
 const AFTER_SCENARIO: &str = "\
 The folder gets scenario.toml, commands.txt with the commands of a driver, and
 world.toml if the world is not a built-in one. The run of the scenario has the frames of
@@ -62,6 +71,8 @@ pub enum ExportVerb {
     Tum(ExportTumArgs),
     /// Export all ticks as one table
     Csv(ExportCsvArgs),
+    /// Export all ticks and scans as one table for pandas, polars or DuckDB
+    Parquet(ExportParquetArgs),
     /// Export the scenario with the driver's commands as a script
     Scenario(ExportScenarioArgs),
 }
@@ -114,6 +125,21 @@ pub struct ExportCsvArgs {
     pub output: Output,
 }
 
+#[derive(Args, Clone, Debug)]
+#[command(after_help = AFTER_PARQUET)]
+pub struct ExportParquetArgs {
+    /// Log to read
+    pub log: PathBuf,
+    /// File to write [default: LOG with the extension .parquet]
+    #[arg(short = 'o', long = "output", value_name = "FILE")]
+    pub path: Option<PathBuf>,
+    /// Replace an existing file
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub output: Output,
+}
+
 pub fn run(args: &ExportArgs) -> Result<Exit> {
     let stop = stop_flag()?;
     let (exported, output, wants_truth) = match &args.what {
@@ -125,6 +151,10 @@ pub fn run(args: &ExportArgs) -> Result<Exit> {
         ExportVerb::Csv(args) => {
             let out = args.path.clone().unwrap_or_else(|| args.log.with_extension("csv"));
             (csv::export(&args.log, &out, args.force, &stop)?, args.output, false)
+        }
+        ExportVerb::Parquet(args) => {
+            let out = args.path.clone().unwrap_or_else(|| args.log.with_extension("parquet"));
+            (parquet::export(&args.log, &out, args.force, &stop)?, args.output, false)
         }
         ExportVerb::Scenario(args) => return export_scenario(args, &stop),
     };

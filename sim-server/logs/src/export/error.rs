@@ -29,6 +29,9 @@ pub enum ExportError {
     /// The scenario or its world cannot be written as TOML.
     #[error("the scenario cannot be written as TOML: {0}")]
     Toml(String),
+    /// An error while a Parquet file is written.
+    #[error("{0}: writing Parquet failed: {1}; check the space on the disk, and repeat the export")]
+    Parquet(String, parquet::errors::ParquetError),
     /// Ctrl-C during the export of a log.
     #[error("{0}: interrupted, nothing is written; export it again from the start")]
     Interrupted(String),
@@ -41,13 +44,19 @@ impl ExportError {
         move |error| Self::Io(path, error)
     }
 
+    /// Wraps an error of the writer of a Parquet file.
+    pub fn parquet(path: &Path) -> impl Fn(parquet::errors::ParquetError) -> Self {
+        let path = path.display().to_string();
+        move |error| Self::Parquet(path.clone(), error)
+    }
+
     /// The exit code that goes with it.
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
             Self::InTheWay(_) | Self::NoScenario { .. } => Exit::Usage,
             Self::Interrupted(_) => Exit::Lost,
-            Self::Log(_) | Self::Io(..) | Self::Toml(_) => Exit::Failed,
+            Self::Log(_) | Self::Io(..) | Self::Toml(_) | Self::Parquet(..) => Exit::Failed,
         }
     }
 }

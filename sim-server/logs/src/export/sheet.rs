@@ -48,6 +48,11 @@ impl Sheet {
         self.head(text)
     }
 
+    /// Where the bytes of a file that has no lines go.
+    pub fn out(&mut self) -> &mut BufWriter<NamedTempFile> {
+        &mut self.out
+    }
+
     /// Leaves no file, and none that was there before if it may be replaced.
     pub fn discard(self) -> Result<(), ExportError> {
         if !self.force {

@@ -1,6 +1,10 @@
 //! Logs for other programs: what is written is what the log says, and is scored
 //! as the scorer scores it; nothing is written over; nothing is left half done.
 
+use std::collections::BTreeMap;
+
+use parquet::file::reader::{FileReader as _, SerializedFileReader};
+use parquet::record::{Field, Row};
 use rusty_contract::Estimate;
 use rusty_geometry::trig;
 use rusty_tests::*;
@@ -127,6 +131,58 @@ fn a_table_has_every_tick() {
         assert_eq!((text("prompt.var_x_m2"), text("silent.x_m")), ("", ""));
         assert_eq!(text("late.x_m").is_empty(), tick.tick < 3);
     }
+}
+
+/// The numbers of a list, nothing for a cell that is null.
+fn numbers(field: &Field) -> Option<Vec<f64>> {
+    let Field::ListInternal(list) = field else { return None };
+    let number = |field: &Field| match field {
+        Field::Double(number) => *number,
+        other => panic!("{other:?}"),
+    };
+    Some(list.elements().iter().map(number).collect())
+}
+
+#[test]
+fn a_parquet_table_has_the_table_and_the_scans() {
+    let place = folder();
+    let log = place.at("run/run.log");
+    launch("parquet", &place.at("run"), &[&sensed_scenario(place.path(), "sensed.toml", "")]);
+    let ticks = records(&log);
+    export("csv", &log, &[], 0);
+    export("parquet", &log, &[], 0).prints("run.parquet");
+    export("parquet", &log, &[], 2).says("--force");
+    let mut csv = csv::Reader::from_path(log.with_extension("csv")).unwrap();
+    let heads = csv.headers().unwrap().clone();
+    let file = fs::File::open(log.with_extension("parquet")).unwrap();
+    let reader = SerializedFileReader::new(file).unwrap();
+    let rows: Vec<Row> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), ticks.len());
+    let (mut compared, mut scans, mut seen) = (0, 0, 0);
+    for ((row, line), tick) in rows.iter().zip(csv.records().map(Result::unwrap)).zip(&ticks) {
+        let cells: BTreeMap<&String, &Field> = row.get_column_iter().collect();
+        for (name, text) in heads.iter().zip(&line) {
+            let Some(cell) = cells.get(&name.to_owned()) else { continue };
+            let as_text = match cell {
+                Field::Null => String::new(),
+                Field::Double(number) => format!("{number:?}"),
+                Field::Long(number) => number.to_string(),
+                _ => continue,
+            };
+            assert_eq!(as_text, text, "{name}, tick {}", tick.tick);
+            compared += 1;
+        }
+        let list = |name: &str| numbers(cells[&name.to_owned()]);
+        assert_eq!(list("ranges_m"), tick.ranges_m);
+        scans += usize::from(tick.ranges_m.is_some());
+        let readings = tick.readings.get();
+        assert_eq!(list("sonar_m").as_deref(), readings.sonar_ranges_m());
+        let landmarks = readings.landmarks();
+        let ranges_m = landmarks.map(|all| all.iter().map(|l| l.range_m).collect::<Vec<f64>>());
+        seen += ranges_m.iter().flatten().count();
+        assert_eq!(list("landmarks.range_m"), ranges_m);
+    }
+    assert!(compared > 10 * ticks.len() && scans > 0 && scans < ticks.len() && seen > 0);
 }
 
 #[test]
