@@ -16,6 +16,7 @@ mod import;
 mod info;
 mod launch;
 mod layout;
+mod manual;
 mod replay;
 mod report;
 mod runs;
@@ -31,7 +32,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context as _, Result};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 use rusty_contract::{Exit, FieldError, LogHeader, NameError, errln};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
@@ -106,6 +107,10 @@ enum Verb {
     Runs(runs::RunsArgs),
     /// Remove the shared memory of runs that are dead
     Clean(arguments::Output),
+    /// Print the completions of a shell
+    Completions(manual::CompletionsArgs),
+    /// Write the pages of these commands for `man`
+    Man(manual::ManArgs),
     /// Take part in a benchmark (started by the benchmark)
     #[command(hide = true)]
     BenchPeer(bench::BenchPeerArgs),
@@ -140,6 +145,8 @@ impl Cli {
             Verb::Bench(args) => bench::run(&args),
             Verb::Runs(args) => runs::run(&args),
             Verb::Clean(args) => clean::run(&args),
+            Verb::Completions(args) => manual::completions(&args, Self::command()),
+            Verb::Man(args) => manual::man(&args, Self::command()),
             Verb::BenchPeer(args) => bench::run_peer(&args),
             Verb::Confined(args) => confined::run(&args),
         };
@@ -223,7 +230,6 @@ fn warn_of_guessable_seed(header: &LogHeader, reader: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory as _;
 
     #[test]
     fn the_command_line_is_consistent() {
