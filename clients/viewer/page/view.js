@@ -21,13 +21,13 @@ let now = null; // the words of the latest tick
 let chosen = null; // the words of an earlier tick of a run, while it is looked at
 let hovered = null;
 let truthTrack = new Track(), tracked = 0, jumps = []; // jumps: kidnappings, for the map
-let scan = new Float32Array(0), bearings = [];
-let digest = '';
+let scan = null, bearings = []; // scan: the ranges of the latest, and the true pose at it
+let digest = ''; // a text, or bytes
 let isFollowing = false, isLog = false, mayDrive = false;
 let isMapOld = true, areChartsOld = true;
 let tries = 0, socket = null;
 // For measurements.
-const counts = { ticks: 0, gaps: 0, draws: 0, drawMs: 0, lastTick: -1 };
+const counts = { ticks: 0, gaps: 0, draws: 0, drawMs: 0, lastTick: -1, firstMs: NaN };
 globalThis.rustyView = counts;
 
 const tickOf = (row) => row[1], timeOf = (row) => row[2], truthOf = (row) => row.subarray(3, 6);
@@ -59,7 +59,6 @@ function readInks() {
   drawKeys();
   refresh();
 }
-const refresh = () => { isMapOld = areChartsOld = true; };
 
 // ---- What comes -------------------------------------------------------------------
 
@@ -101,7 +100,7 @@ function setScene(message) {
     pose: [NaN, NaN, NaN], ellipse: [NaN, NaN, NaN],
   }));
   [rows, shift, seen, now, chosen, hovered] = [[], 0, 0, null, null, null];
-  [truthTrack, tracked, jumps, scan, digest] = [new Track(), 0, [], new Float32Array(0), scene.digest ?? ''];
+  [truthTrack, tracked, jumps, scan, digest] = [new Track(), 0, [], null, scene.digest ?? ''];
   Object.assign(counts, { ticks: 0, gaps: 0, lastTick: -1 });
   bearings = Array.from({ length: scene.beams }, (_, k) => {
     const bearing = scene.sensor_in_body[2] + scene.first_bearing_rad + scene.fov_rad * k / scene.beams;
@@ -163,13 +162,11 @@ function readTick(buffer, at, words, whole, kind) {
   counts.lastTick = tickOf(row);
   if (scene?.mode === 'run') {
     if (!now || tickOf(row) > tickOf(now)) keep(row);
-    const bytes = new Uint8Array(buffer, 8 * (at + 9), 16);
-    if (bytes.some((byte) => byte)) {
-      digest = [...bytes].map((byte) => byte.toString(16).padStart(2, '0')).join('');
-    }
+    const [low, high] = whole.subarray(2 * at + 18, 2 * at + 20);
+    if (low || high) digest = new Uint8Array(buffer, 8 * (at + 9), 16);
   }
   now = row;
-  if (beams > 0) project(new Float32Array(buffer, 8 * (at + end), beams), truthOf(row));
+  if (beams > 0) scan = [new Float32Array(buffer, 8 * (at + end), beams), truthOf(row)];
 }
 
 // Keeps a tick for charts and paths, and of a long run fewer of them.
@@ -183,8 +180,11 @@ function keep(row) {
   }
 }
 
-// The echoes of a scan in the world frame; without a true pose about the origin.
-function project(ranges, [x, y, theta]) {
+// The echoes of the latest scan in the world frame; without a true pose about the origin.
+function echoes() {
+  if (!scan) return [];
+  const [ranges, at] = scan;
+  let [x, y, theta] = at;
   if (!Number.isFinite(x)) [x, y, theta] = [0, 0, 0];
   const c = Math.cos(theta), s = Math.sin(theta), [sx, sy] = scene.sensor_in_body;
   const points = [];
@@ -193,7 +193,7 @@ function project(ranges, [x, y, theta]) {
     const u = sx + range * bearings[k][0], v = sy + range * bearings[k][1];
     points.push(x + c * u - s * v, y + s * u + c * v);
   });
-  scan = Float32Array.from(points);
+  return points;
 }
 
 function readBelief(buffer, at, whole) {
@@ -245,7 +245,7 @@ function drawMap() {
   const at = scene?.truth === false ? [0, 0, 0] : truth;
   const old = chosen !== null;
   map.draw({
-    truth: at, truthTrack, jumps, scan: old ? new Float32Array(0) : scan,
+    truth: at, truthTrack, jumps, scan: old ? [] : echoes(),
     estimators: old ? estimators.map((of) => ({ ...of, belief: null })) : estimators,
   }, inks);
 }
@@ -281,7 +281,8 @@ const text = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) 
 function showNumbers(row) {
   byId('tick').textContent = tickOf(row);
   byId('time').textContent = `${timeOf(row).toFixed(2)} s`;
-  byId('digest').textContent = digest || '–';
+  const hex = (byte) => byte.toString(16).padStart(2, '0');
+  byId('digest').textContent = (typeof digest === 'string' ? digest : Array.from(digest, hex).join('')) || '–';
   const isPast = hovered || chosen;
   byId('at').textContent = isPast ? `At tick ${tickOf(row)}, ${timeOf(row).toFixed(2)} s` : 'Now';
   estimators.forEach((of, i) => {
@@ -362,25 +363,45 @@ function drawKeys() {
   }));
 }
 
-// The map with every frame of the screen, the rest ten times a second; where no motion
-// is wanted, all of it once a second.
-let mapTime = 0, chartTime = 0;
+// The map with every frame of the screen, the rest ten times a second; less often while
+// ticks come fast, whose run may wait for the core, and once a second where no motion is
+// wanted. Nothing is drawn again that has not changed.
+let mapTime = 0, chartTime = 0, drawnTicks = 0, isScheduled = false;
+function pauses(time) {
+  if (still.matches) return [1000, 1000];
+  const isFast = counts.ticks - drawnTicks > 0.8 * Math.max(time - mapTime, 16);
+  return isFast ? [100, 400] : [0, 100];
+}
+function schedule() {
+  if (isScheduled) return;
+  isScheduled = true;
+  requestAnimationFrame(paint);
+}
+function refresh() {
+  isMapOld = areChartsOld = true;
+  schedule();
+}
 function paint(time) {
-  if (isMapOld && time - mapTime >= (still.matches ? 1000 : 0)) {
+  isScheduled = false;
+  const [mapPause, chartPause] = pauses(time);
+  if (areChartsOld && time - chartTime >= chartPause) {
+    drawCharts();
+    [areChartsOld, chartTime] = [false, time];
+  }
+  if (isMapOld && time - mapTime >= mapPause) {
     const begun = performance.now();
     drawMap();
     counts.draws += 1;
     counts.drawMs += performance.now() - begun;
-    [isMapOld, mapTime] = [false, time];
+    if (now && !(counts.firstMs > 0)) counts.firstMs = performance.now();
+    [isMapOld, mapTime, drawnTicks] = [false, time, counts.ticks];
   }
-  if (areChartsOld && time - chartTime >= (still.matches ? 1000 : 100)) {
-    drawCharts();
-    [areChartsOld, chartTime] = [false, time];
-  }
-  requestAnimationFrame(paint);
+  const waits = [isMapOld && mapPause + mapTime - time, areChartsOld && chartPause + chartTime - time];
+  const wait = Math.min(...waits.filter((left) => left !== false));
+  if (wait < Infinity) setTimeout(schedule, wait);
 }
 // What a person does shows at once.
-const touch = () => { refresh(); mapTime = chartTime = -1e4; };
+const touch = () => { mapTime = chartTime = -1e4; refresh(); };
 
 // ---- What a person does -----------------------------------------------------------
 
@@ -429,33 +450,10 @@ byId('in').addEventListener('click', () => zoom(1.4));
 byId('out').addEventListener('click', () => zoom(1 / 1.4));
 byId('log').addEventListener('click', toggleLog);
 
-// The map: drag with one pointer, zoom with two or with the wheel.
-const pointers = new Map();
-byId('map').addEventListener('pointerdown', (event) => {
-  byId('map').setPointerCapture(event.pointerId);
-  pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
-});
-byId('map').addEventListener('pointermove', (event) => {
-  const before = pointers.get(event.pointerId), at = [event.offsetX, event.offsetY];
-  if (!before) return;
-  const other = [...pointers].find(([id]) => id !== event.pointerId)?.[1];
-  if (other) {
-    const far = ([x, y]) => Math.hypot(x - other[0], y - other[1]);
-    map.zoom(far(at) / Math.max(1, far(before)), ...other);
-  } else {
-    map.pan(at[0] - before[0], at[1] - before[1]);
-    if (isFollowing) toggleFollow(false);
-  }
-  pointers.set(event.pointerId, at);
+map.listen((isDragged) => {
+  if (isDragged && isFollowing) toggleFollow(false);
   touch();
 });
-for (const end of ['pointerup', 'pointercancel']) {
-  byId('map').addEventListener(end, (event) => pointers.delete(event.pointerId));
-}
-byId('map').addEventListener('wheel', (event) => {
-  event.preventDefault();
-  zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
-}, { passive: false });
 
 // A chart: values where the pointer is, and its tick on a click.
 for (const { chart, canvas } of charts) {
@@ -491,4 +489,3 @@ dark.addEventListener('change', readInks);
 addEventListener('resize', touch);
 readInks();
 connect();
-requestAnimationFrame(paint);

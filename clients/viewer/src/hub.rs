@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use crate::record::{has_scan, history};
 
@@ -12,6 +13,10 @@ use crate::record::{has_scan, history};
 const MOST_TICKS: usize = 4096;
 /// Most bytes that wait for a page.
 const MOST_BYTES: usize = 8 << 20;
+/// Time between two parcels of records to a page, and while more than one record comes
+/// in a millisecond: every parcel wakes three processes, which the run's may wait for.
+const PAUSE: Duration = Duration::from_millis(8);
+const LONG_PAUSE: Duration = Duration::from_millis(50);
 
 /// A message for a page.
 pub type Bytes = Arc<[u8]>;
@@ -156,6 +161,8 @@ struct Waiting {
     /// Of all records among them.
     bytes: usize,
     is_closed: bool,
+    /// When the latest parcel of records was sent, and the pause after it.
+    paused: Option<(Instant, Duration)>,
 }
 
 enum Item {
@@ -204,16 +211,25 @@ impl Outbox {
     /// Waits for something to send, in order; `None` once the page is closed and all is
     /// sent.
     pub fn next(&self) -> Option<Parcel> {
+        let paused = self.lock().paused;
+        if let Some((since, pause)) = paused {
+            std::thread::sleep(pause.saturating_sub(since.elapsed()));
+        }
         let mut waiting = self.lock();
         loop {
-            let mut records = Vec::new();
+            let (mut records, mut count) = (Vec::new(), 0);
             while let Some(Item::Record(record)) =
                 waiting.items.pop_front_if(|item| matches!(item, Item::Record(_)))
             {
                 waiting.bytes -= record.len();
                 records.extend_from_slice(&record);
+                count += 1;
             }
             if !records.is_empty() {
+                let now = Instant::now();
+                let since = paused.map_or(LONG_PAUSE, |(since, _)| now - since);
+                let pause = if count > since.as_millis() { LONG_PAUSE } else { PAUSE };
+                waiting.paused = Some((now, pause));
                 return Some(Parcel::Records(records));
             }
             if let Some(Item::Text(json)) = waiting.items.pop_front() {

@@ -139,6 +139,36 @@ export class MapView {
     this.isFitted = false;
   }
 
+  // Moves by hand: drag with one pointer, zoom with two, or with the wheel where
+  // `mayWheel` says so. `moved` is told whether it was dragged.
+  listen(moved, mayWheel = () => true) {
+    const { canvas } = this, pointers = new Map();
+    canvas.addEventListener('pointerdown', (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
+    });
+    canvas.addEventListener('pointermove', (event) => {
+      const before = pointers.get(event.pointerId), at = [event.offsetX, event.offsetY];
+      if (!before) return;
+      const other = [...pointers].find(([id]) => id !== event.pointerId)?.[1];
+      if (other) {
+        const far = ([x, y]) => Math.hypot(x - other[0], y - other[1]);
+        this.zoom(far(at) / Math.max(1, far(before)), ...other);
+      } else this.pan(at[0] - before[0], at[1] - before[1]);
+      pointers.set(event.pointerId, at);
+      moved(!other);
+    });
+    for (const end of ['pointerup', 'pointercancel']) {
+      canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
+    }
+    canvas.addEventListener('wheel', (event) => {
+      if (!mayWheel(event)) return;
+      event.preventDefault();
+      this.zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
+      moved(false);
+    }, { passive: false });
+  }
+
   metres(x, y) {
     return [this.centre[0] + (x * this.ratio - this.canvas.width / 2) / this.scale,
       this.centre[1] - (y * this.ratio - this.canvas.height / 2) / this.scale];

@@ -20,6 +20,7 @@ mod process;
 mod processes;
 pub mod python;
 mod scenarios;
+pub mod viewed;
 
 pub use dice::{Dice, cases};
 pub use documents::*;

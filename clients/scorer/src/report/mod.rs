@@ -217,12 +217,15 @@ fn map_part(trace: &RunTrace, figures: &Figures) -> String {
     let drawings = format!(
         "<canvas id=\"map\" role=\"img\" aria-label=\"Map\" \
          style=\"aspect-ratio: {width_m:.2} / {height_m:.2}\"></canvas>\n{}\
-         <div id=\"control\" class=\"bar\" role=\"toolbar\" aria-label=\"Time\" hidden>\
+         <div id=\"control\" class=\"bar\" role=\"toolbar\" aria-label=\"Time and map\" hidden>\
          <button id=\"play\" type=\"button\" aria-keyshortcuts=\"Space\">Play</button>\
          <label>Pace <select id=\"pace\" autocomplete=\"off\"></select></label>\
          <label class=\"seek\"><span>Tick</span>\
          <input type=\"range\" id=\"tick\" autocomplete=\"off\" min=\"0\" max=\"{most}\" \
-         step=\"1\" value=\"{}\"></label></div>\n\
+         step=\"1\" value=\"{}\"></label>\
+         <button id=\"in\" type=\"button\" aria-label=\"Zoom in\">+</button>\
+         <button id=\"out\" type=\"button\" aria-label=\"Zoom out\">−</button>\
+         <button id=\"fit\" type=\"button\">Fit</button></div>\n\
          <p class=\"now\"><output id=\"now\" for=\"tick\">{}</output></p>\n",
         figures.map, figures.shown, figures.now
     );

@@ -175,6 +175,12 @@ function stop() {
 }
 const toggle = () => (begun === null ? start() : stop());
 
+// After the map was moved. One that shows all of the map leaves the finger to the page.
+function redraw() {
+  map.canvas.style.touchAction = map.isFitted ? 'pan-y' : 'none';
+  if (begun === null) show(shown);
+}
+
 // A link to a tick.
 function follow() {
   const asked = /^#tick=(\d+)$/.exec(location.hash);
@@ -216,6 +222,10 @@ function begin() {
   addEventListener('hashchange', follow);
   addEventListener('resize', () => show(shown));
   dark.addEventListener('change', readInks);
+  map.listen(redraw, (event) => event.ctrlKey);
+  for (const [id, move] of [['in', () => map.zoom(1.4)], ['out', () => map.zoom(1 / 1.4)], ['fit', () => map.fit()]]) {
+    byId(id).addEventListener('click', () => { move(); redraw(); });
+  }
   addEventListener('keydown', (event) => {
     const isControl = event.target.closest?.('button, select, input') || event.ctrlKey || event.altKey || event.metaKey;
     if (isControl || ![' ', '.'].includes(event.key)) return;

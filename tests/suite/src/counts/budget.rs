@@ -9,13 +9,13 @@ use serde::{Deserialize, Serialize};
 pub const TOLERANCE_PERCENT: u64 = 5;
 
 /// What writes a new budget.
-pub const REMEDY: &str = "cargo build --release && ./target/release/instruction-counts --write";
+pub const REMEDY: &str = "cargo run --release -p rusty-tests --bin instruction-counts -- --write";
 
 const HEAD: &str = "\
 # Instructions of the core's work, as valgrind counts them in the release build.
 # CI fails when one grows by more than 5 %. To announce that, or that one became
 # smaller, write this file anew and commit it with the change that caused it:
-#   cargo build --release && ./target/release/instruction-counts --write
+#   cargo run --release -p rusty-tests --bin instruction-counts -- --write
 ";
 
 /// The file `tests/suite/instructions.toml`.

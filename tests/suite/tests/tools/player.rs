@@ -32,6 +32,19 @@ fn it_plays_by_itself_once() {
     let paused = map(&mut browser);
     browser.press(".", 190);
     assert_ne!(map(&mut browser), paused, "a step");
+    // Zoomed in, and the whole map again.
+    let whole = map(&mut browser);
+    browser.value("document.querySelector('#in').click()");
+    assert_ne!(map(&mut browser), whole, "zoomed in");
+    browser.value("document.querySelector('#fit').click()");
+    assert_eq!(map(&mut browser), whole, "the whole map");
+    let middle = "(() => { const b = document.querySelector('#map').getBoundingClientRect();\
+        return [b.x + b.width / 2, b.y + b.height / 2]; })()";
+    let [x, y] = [0, 1].map(|k| browser.value(middle)[k].as_f64().unwrap());
+    browser.mouse("mousePressed", [x, y]);
+    browser.mouse("mouseMoved", [x + 40.0, y]);
+    browser.mouse("mouseReleased", [x + 40.0, y]);
+    assert_ne!(map(&mut browser), whole, "dragged");
     let still = json!({ "name": "prefers-reduced-motion", "value": "reduce" });
     browser.ask("Emulation.setEmulatedMedia", json!({ "media": "", "features": [still] }));
     browser.open(&file, "");

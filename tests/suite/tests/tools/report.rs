@@ -303,7 +303,7 @@ fn who_comes_back_finds_what_is_drawn(browser: &mut Browser, file: &Path) {
 fn who_is_not_wanted_is_hidden(browser: &mut Browser) {
     let shown = "[...document.querySelectorAll('.e0')].filter((part) => part.style.display !== 'none').length";
     assert!(browser.value(shown).as_u64().unwrap() > 5);
-    browser.value("document.querySelector('#tick').focus()");
+    browser.value("document.querySelector('#fit').focus()");
     browser.press("Tab", 9);
     assert_eq!(browser.value("document.activeElement.className"), "toggle");
     browser.press(" ", 32);

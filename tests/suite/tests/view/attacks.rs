@@ -5,10 +5,11 @@ use std::io::{Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
 
 use rusty_tests::browser::Browser;
+use rusty_tests::viewed::Viewed;
 use rusty_tests::*;
 use tungstenite::Message;
 
-use crate::{Page, Viewed};
+use crate::Page;
 
 /// The page of another site, which tries the socket and then the page of the viewer.
 fn serve_attacker(port: u16, token: &str) -> u16 {

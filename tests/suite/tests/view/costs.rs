@@ -1,8 +1,9 @@
 //! Whether a viewer is there, and what becomes of it, changes no bit of a run.
 
+use rusty_tests::viewed::Viewed;
 use rusty_tests::*;
 
-use crate::Viewed;
+use crate::Opened as _;
 
 const RUN: [&str; 4] = ["--ticks", "300", "--seed", "5"];
 

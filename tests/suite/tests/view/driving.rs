@@ -2,9 +2,10 @@
 
 use rusty_contract::Log;
 use rusty_tests::browser::Browser;
+use rusty_tests::viewed::Viewed;
 use rusty_tests::*;
 
-use crate::Viewed;
+use crate::Opened as _;
 
 /// The drive of the handbook, with a program for every participant.
 fn scenario() -> String {

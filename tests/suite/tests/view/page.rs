@@ -2,9 +2,8 @@
 //! those who do not see it.
 
 use rusty_tests::browser::Browser;
+use rusty_tests::viewed::Viewed;
 use rusty_tests::*;
-
-use crate::Viewed;
 
 /// The run of most tests here: two estimators, one with a covariance.
 fn a_log() -> (Folder, PathBuf) {
