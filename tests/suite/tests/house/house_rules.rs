@@ -38,6 +38,9 @@ fn every_source_opens_with_a_word_about_itself_and_stays_small() {
     for path in sources {
         let text = fs::read_to_string(&path).unwrap();
         assert!(text.starts_with("//!"), "{} does not open with //!", path.display());
+        // Programs are not built for tests: what needs one is in the library.
+        let is_program = path.components().any(|part| part.as_os_str() == "bin");
+        assert!(!(is_program && text.contains("#[test]")), "{} has tests", path.display());
         let lines = text.lines().count();
         assert!(
             lines <= MAX_LINES,
