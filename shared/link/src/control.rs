@@ -14,6 +14,8 @@ use crate::{Domain, Keys, LinkError, memory};
 
 /// Replies up to this length have their place from the start, bytes.
 pub(crate) const RESERVED_BYTES: usize = 1 << 10;
+/// Time for the server of a run to appear: it may have been started a moment ago.
+const START_TIME: Duration = Duration::from_secs(2);
 
 /// A control request.
 pub struct ControlCall(pub(crate) ActiveRequest<Ipc, [u8], (), [u8], ()>);
@@ -55,7 +57,8 @@ impl ControlCall {
     }
 }
 
-/// Says something to a run and waits for its reply, up to `timeout`.
+/// Sends a request to a run, which may be about to start, and waits for its reply, up to
+/// `timeout`.
 ///
 /// # Errors
 /// [`LinkError::Domain`] if there is no such run, [`LinkError::NoAnswer`],
@@ -67,8 +70,14 @@ pub fn control(
 ) -> Result<ControlReply, LinkError> {
     let never = AtomicBool::new(false);
     let now = Instant::now();
-    let lobby = Lobby::find(run, None, now, &never)?;
-    ask(&lobby, request, now.checked_add(timeout).unwrap_or(now), &never)
+    let [soon, deadline] =
+        [timeout.min(START_TIME), timeout].map(|time| now.checked_add(time).unwrap_or(now));
+    let lobby = match Lobby::find(run, None, soon, &never) {
+        // There is a run, which is still being set up.
+        Err(LinkError::Transport { .. }) => Lobby::find(run, None, deadline, &never)?,
+        found => found?,
+    };
+    ask(&lobby, request, deadline, &never)
 }
 
 /// Makes a request in a run that was found.

@@ -4,6 +4,7 @@ mod bench;
 mod calibration;
 mod conformance;
 mod doctor;
+mod handbook_commands;
 mod manual;
 mod player;
 mod report;
