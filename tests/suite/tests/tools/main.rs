@@ -6,6 +6,7 @@ mod conformance;
 mod doctor;
 mod manual;
 mod player;
+mod programs;
 mod report;
 mod sweep;
 mod versus;
