@@ -1,7 +1,7 @@
 //! The filters everyone compares with.
 //!
 //! Each is a type in a separate file, written as its book has it, and a
-//! program that takes part in a run (`src/bin`). What they hold about wheels and
+//! program that takes part in a run (`programs`). What they hold about wheels and
 //! beams are *beliefs*: the parametrisation of Thrun, Burgard and Fox,
 //! *Probabilistic Robotics* (2005), not the physics of the simulator, which this
 //! crate cannot name.
@@ -97,6 +97,9 @@ pub mod fit_beam;
 #[cfg(feature = "link")]
 pub mod fit_motion;
 
+#[cfg(feature = "link")]
+mod programs;
+
 pub use beam_model::BeamModel;
 pub use beams::Beams;
 pub use distance_field::DistanceField;
@@ -106,4 +109,6 @@ pub use likelihood_field::LikelihoodField;
 pub use motion::{Motion, Odometry, OdometryNoise};
 pub use occupancy::{Cell, OccupancyMap};
 pub use occupancy_grid::OccupancyGrid;
+#[cfg(feature = "link")]
+pub use programs::PROGRAMS;
 pub use rusty_clients::Random;

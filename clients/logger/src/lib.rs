@@ -12,6 +12,7 @@
 //! is what can be read; checksums and trailer say how far that goes.
 
 pub mod measure;
+mod program;
 pub mod write_behind;
 
 use std::fs::{self, File};
@@ -23,6 +24,8 @@ use rusty_contract::{Brief, Exit, Phase, RunDigest, Start, errln, output};
 use rusty_clients::recorder::{Ending, Recorder, Step};
 use rusty_clients::{ClientArgs, ClientError, output_folder, same_file};
 use write_behind::WriteBehind;
+
+pub use program::PROGRAMS;
 
 /// Writes a log: a record per tick, the trailer at the end.
 pub struct Logger {

@@ -4,6 +4,9 @@
 //! * [`scoring`]: what is kept of a run, its figures and its pictures;
 //! * [`report`]: the page.
 
+mod programs;
 pub mod report;
 pub mod scorer;
 pub mod scoring;
+
+pub use programs::PROGRAMS;

@@ -19,8 +19,11 @@ pub mod http;
 pub mod hub;
 pub mod live;
 pub mod playback;
+mod programs;
 pub mod record;
 pub mod recording;
 pub mod scene;
 pub mod server;
 mod terminal;
+
+pub use programs::PROGRAMS;

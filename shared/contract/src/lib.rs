@@ -20,7 +20,7 @@
 //! * [`suggest`]: suggestions for misspelled names, for error messages;
 //! * [`output`]: results to stdout, diagnostics to stderr, escape sequences made visible;
 //! * [`text_table`]: tables for people; [`replacement`]: a file that is complete or not there;
-//! * [`exit`]: the exit codes that every program here shares.
+//! * [`exit`]: the exit codes that every program here shares; [`program`]: a program by name.
 //!
 //! # The protocol
 //!
@@ -105,6 +105,7 @@ pub mod layout;
 pub mod log;
 pub mod names;
 pub mod output;
+pub mod program;
 pub mod readings;
 pub mod replacement;
 pub mod reply;
@@ -133,6 +134,7 @@ pub use frame::{Frame, MAX_BEAMS, Phase};
 pub use join::{Brief, CatchUp, JoinReply, JoinRequest, Refusal, Start};
 pub use log::{Log, LogHeader};
 pub use names::{NameError, RunName};
+pub use program::Program;
 pub use readings::{ImuReading, LandmarkReading, OwnedReadings, Present, Readings};
 pub use replacement::{Replacement, replace};
 pub use reply::{AnswerError, Estimate, Innovation, Reply};

@@ -5,8 +5,8 @@
 //! encoded to nowhere. Each repetition is a process; between them the machine is
 //! looked at.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::PathBuf;
+use std::process::Stdio;
 
 use rusty_contract::errln;
 use serde::Deserialize;
@@ -15,6 +15,7 @@ use super::noise::NoiseMeter;
 use super::quantiles::Spread;
 use super::results::{Results, Row};
 use crate::error::BenchError;
+use rusty_engine::executable::Executable;
 use rusty_engine::run::{RunError, find_program};
 
 /// Numbers of beams that are measured by default; 0: no scan.
@@ -82,7 +83,12 @@ impl Plan {
         Ok(Results::new(&tables, rows).fact("ticks", self.ticks).fact("synced", self.sync))
     }
 
-    fn row(&self, logger: &Path, beams: usize, meter: &mut NoiseMeter) -> Result<Row, BenchError> {
+    fn row(
+        &self,
+        logger: &Executable,
+        beams: usize,
+        meter: &mut NoiseMeter,
+    ) -> Result<Row, BenchError> {
         let mut all = Vec::new();
         for round in 1..=self.repeat {
             if !self.quiet {
@@ -110,20 +116,22 @@ impl Plan {
             .with("digest", last.digest.clone()))
     }
 
-    fn once(&self, logger: &Path, beams: usize) -> Result<Measured, BenchError> {
-        let mut command = Command::new(logger);
+    fn once(&self, logger: &Executable, beams: usize) -> Result<Measured, BenchError> {
+        let mut command = logger.command();
         command.arg("measure").arg(&self.folder).args(["--rounds", "1", "--json"]);
         command.args(["--ticks", &self.ticks.to_string(), "--beams", &beams.to_string()]);
         if self.sync {
             command.arg("--sync");
         }
-        let out = command.stdin(Stdio::null()).output().map_err(RunError::io(logger))?;
+        let out = command
+            .stdin(Stdio::null())
+            .output()
+            .map_err(RunError::io(logger.to_string().as_ref()))?;
         if !out.status.success() {
             let said = String::from_utf8_lossy(&out.stderr);
             return Err(BenchError::Nothing(said.trim().to_owned()));
         }
         serde_json::from_slice(&out.stdout).map_err(|e| {
-            let logger = logger.display();
             BenchError::Nothing(format!(
                 "{logger} printed no measurement ({e}); is it this version's?"
             ))

@@ -5,6 +5,7 @@
 //! * [`lockstep`]: the protocol, a state machine without I/O;
 //! * [`run`]: a run, from the first join to the last answer;
 //! * [`source`]: where frames come from;
+//! * [`executable`]: the program of a participant, which this binary may contain;
 //! * [`confine`]: the kernel gate, for participants with a sandbox;
 //! * [`scenario_file`]: scenarios, built in or in files.
 //!
@@ -12,6 +13,7 @@
 //! drawings are in the crates that use it.
 
 pub mod confine;
+pub mod executable;
 pub mod lockstep;
 pub mod run;
 pub mod scenario_file;

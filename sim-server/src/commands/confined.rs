@@ -23,6 +23,9 @@ pub struct ConfinedArgs {
     /// Folder in which the program may write
     #[arg(long, value_name = "PATH")]
     pub own_folder: Option<PathBuf>,
+    /// Name under which the program is started [default: PROGRAM]
+    #[arg(long = "as", value_name = "NAME")]
+    pub name: Option<String>,
     /// Program to execute
     pub program: OsString,
     /// Arguments of the program
@@ -34,6 +37,7 @@ pub fn run(args: &ConfinedArgs) -> Result<Exit> {
     let cell = Cell {
         run: args.cell.clone(),
         program: PathBuf::from(&args.program),
+        name: args.name.clone(),
         files: args.file.clone(),
         own_folder: args.own_folder.clone(),
         sandbox: args.sandbox,

@@ -1,7 +1,7 @@
 //! `fork`: repeat a simulated run with changes from a tick.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use anyhow::{Result, anyhow};
 use clap::Args;
@@ -108,7 +108,8 @@ fn original_scores(log: &Path, header: &LogHeader) -> Vec<Score> {
 
 fn score(log: &Path, name: &str, command: &[String]) -> Result<Vec<Score>> {
     let folder = tempfile::tempdir()?;
-    let ended = Command::new(find_program(name, &command[0])?)
+    let ended = find_program(name, &command[0])?
+        .command()
         .args(with_folder(&command[1..], folder.path()))
         .arg("--log")
         .arg(log)

@@ -17,6 +17,7 @@ mod info;
 mod launch;
 mod layout;
 mod manual;
+mod programs;
 mod replay;
 mod report;
 mod runs;
@@ -103,10 +104,12 @@ enum Verb {
     Conformance(conformance::ConformanceArgs),
     /// Measure performance against a baseline
     Bench(bench::BenchArgs),
-    /// List or remove the folders of runs
+    /// List, compare or remove the folders of runs
     Runs(runs::RunsArgs),
     /// Remove the shared memory of runs that are dead
     Clean(arguments::Output),
+    /// List the clients in this binary or link their names
+    Programs(programs::ProgramsArgs),
     /// Print the completions of a shell
     Completions(manual::CompletionsArgs),
     /// Write the pages of these commands for `man`
@@ -145,6 +148,7 @@ impl Cli {
             Verb::Bench(args) => bench::run(&args),
             Verb::Runs(args) => runs::run(&args),
             Verb::Clean(args) => clean::run(&args),
+            Verb::Programs(args) => programs::run(&args),
             Verb::Completions(args) => manual::completions(&args, Self::command()),
             Verb::Man(args) => manual::man(&args, Self::command()),
             Verb::BenchPeer(args) => bench::run_peer(&args),

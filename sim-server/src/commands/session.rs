@@ -256,7 +256,7 @@ impl RunSession<'_> {
         }
         for p in header.roster.iter().filter(|p| p.is_awaited() && p.command.is_empty()) {
             let p = &p.name;
-            let found = find_program(p, p).ok().map(|path| path.display().to_string());
+            let found = find_program(p, p).ok().map(|program| program.to_string());
             let offer = found.map(|path| format!(", or use --add {p}={p} ({path})"));
             let offer = offer.unwrap_or_default();
             errln!("waiting for {p}, which has no command: start it with --run {name}{offer}");

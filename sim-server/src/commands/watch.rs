@@ -2,7 +2,7 @@
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::os::unix::process::CommandExt as _;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
@@ -31,7 +31,7 @@ impl Viewer {
             let program = p.command.first().map(|word| word.rsplit('/').next());
             p.role == Role::Driver && program.flatten() == Some("drive")
         });
-        let mut command = Command::new(find_program("view", "view")?);
+        let mut command = find_program("view", "view")?.command();
         command
             .args(["--run", run.as_str(), "--key-stdin"])
             .args(["--launcher", &std::process::id().to_string()])

@@ -90,8 +90,7 @@ pub fn binaries() -> &'static Path {
         let folder = if deps.ends_with("deps") { deps.parent().unwrap() } else { deps };
         let mut build = Command::new(env!("CARGO"));
         build.current_dir(repository()).args(["build", "--quiet", "--bins", "--examples"]);
-        build.args(["-p", "sim-server", "-p", "rusty-clients", "-p", "rusty-filters"]);
-        build.args(["-p", "rusty-logger", "-p", "rusty-scorer", "-p", "rusty-viewer"]);
+        build.args(["-p", "sim-server", "-p", "rusty-clients"]);
         build.args(["-p", "rusty-widgets", "-p", "rusty-tests"]);
         // With it other crates are built with the features that the whole
         // workspace gives them: those of `cargo test --workspace`.

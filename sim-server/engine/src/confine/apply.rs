@@ -39,6 +39,8 @@ pub struct Cell {
     pub run: RunName,
     /// The program it is to become.
     pub program: PathBuf,
+    /// The name under which it is started, if not by its path.
+    pub name: Option<String>,
     /// What it may read in addition.
     pub files: Vec<PathBuf>,
     /// Where it may write, if anywhere.

@@ -127,6 +127,8 @@ use rustix::io::{FdFlags, fcntl_getfd, fcntl_setfd};
 use rustix::process::{DumpableBehavior, set_dumpable_behavior};
 use rusty_contract::{FieldError, Participant, RunName};
 
+use crate::executable::{Executable, THIS_FILE};
+
 /// The variables that a confined participant keeps, where they are set: how to
 /// print, how to report a panic, where Python finds packages and how it hashes.
 const ENVIRONMENT: [&str; 7] =
@@ -175,13 +177,12 @@ pub(crate) fn gates(roster: &[Participant], by_hand: bool) -> Result<Vec<Gate>, 
 /// be added as to any command. In `own_folder` it may write.
 #[must_use]
 pub(crate) fn command(
-    program: &Path,
+    program: &Executable,
     run: &RunName,
     participant: &Participant,
     own_folder: Option<&Path>,
 ) -> Command {
-    // This very program, even if its file has been replaced meanwhile.
-    let mut command = Command::new("/proc/self/exe");
+    let mut command = Command::new(THIS_FILE);
     command.arg0("sim-server").arg("confined").args(["--cell", run.as_str()]);
     command.args(["--sandbox", participant.sandbox.word()]);
     for file in &participant.files {
@@ -190,7 +191,10 @@ pub(crate) fn command(
     if let Some(folder) = own_folder {
         command.arg("--own-folder").arg(folder);
     }
-    command.arg("--").arg(program);
+    if let Some(name) = program.name() {
+        command.args(["--as", name]);
+    }
+    command.arg("--").arg(program.file());
     command
 }
 
@@ -202,6 +206,9 @@ pub fn become_confined(cell: &Cell, args: &[OsString]) -> Result<Infallible, Con
     keep_standard_descriptors()?;
     let mut program = Command::new(&cell.program);
     program.args(args).env_clear();
+    if let Some(name) = &cell.name {
+        program.arg0(name);
+    }
     for name in ENVIRONMENT {
         if let Some(value) = std::env::var_os(name) {
             program.env(name, value);

@@ -15,6 +15,7 @@ use super::limits::remedy;
 use super::program::find_program;
 use super::{arguments, printed};
 use crate::confine;
+use crate::executable::Executable;
 
 /// Why a participant cannot be started.
 #[derive(Debug, Error)]
@@ -96,7 +97,7 @@ pub struct ChildProcess {
     output: PathBuf,
     command: Command,
     name: String,
-    program: PathBuf,
+    program: Executable,
     /// What it reads from its standard input.
     credentials: Credentials,
     /// Whether the kernel keeps it and its children in its process group.
@@ -129,10 +130,10 @@ impl ChildProcess {
         })?;
         let mut command = if confined {
             // What is started is not the program itself, which may be missing.
-            fs::metadata(&program).map_err(failed_spawn(&name, &program))?;
+            fs::metadata(program.file()).map_err(failed_spawn(&name, &program))?;
             confine::command(&program, spawn.run, participant, own.as_deref())
         } else {
-            Command::new(&program)
+            program.command()
         };
         let folder = own.as_deref().unwrap_or(spawn.out_dir);
         command
@@ -244,8 +245,8 @@ impl Drop for ChildProcess {
     }
 }
 
-fn failed_spawn(name: &str, program: &Path) -> impl FnOnce(std::io::Error) -> ChildrenError {
-    let (name, program) = (name.to_owned(), program.display().to_string());
+fn failed_spawn(name: &str, program: &Executable) -> impl FnOnce(std::io::Error) -> ChildrenError {
+    let (name, program) = (name.to_owned(), program.to_string());
     move |error| ChildrenError::Spawn { name, program, error }
 }
 

@@ -7,10 +7,18 @@ use std::path::{Path, PathBuf};
 use rusty_contract::suggest::did_you_mean;
 
 use super::ChildrenError;
+use crate::executable::{Executable, built_in};
 
-/// A path is taken as it is; a bare name is looked up next to the server, in
-/// `examples` next to it, then on the path.
-pub fn find_program(name: &str, program: &str) -> Result<PathBuf, ChildrenError> {
+/// A path is taken as it is. A bare name is a program in the file of this process, or
+/// is looked up next to it, in `examples` next to it, then on the path.
+pub fn find_program(name: &str, program: &str) -> Result<Executable, ChildrenError> {
+    match Executable::built_in(program) {
+        Some(found) => Ok(found),
+        None => find_file(name, program).map(Executable::from),
+    }
+}
+
+fn find_file(name: &str, program: &str) -> Result<PathBuf, ChildrenError> {
     if program.contains('/') {
         return Ok(PathBuf::from(program));
     }
@@ -31,7 +39,7 @@ pub fn find_program(name: &str, program: &str) -> Result<PathBuf, ChildrenError>
     )
 }
 
-/// Returns a suggestion from the programs in a folder.
+/// Returns a suggestion from the programs in a folder and in the file of this process.
 fn similar_program(folder: &Path, program: &str) -> String {
     let files = fs::read_dir(folder).into_iter().flatten().flatten();
     let runs = |f: &fs::DirEntry| {
@@ -39,7 +47,8 @@ fn similar_program(folder: &Path, program: &str) -> String {
     };
     let names: Vec<String> =
         files.filter(runs).filter_map(|f| f.file_name().into_string().ok()).collect();
-    did_you_mean(program, names.iter().map(String::as_str))
+    let built_in = built_in().iter().copied();
+    did_you_mean(program, names.iter().map(String::as_str).chain(built_in))
 }
 
 #[cfg(test)]

@@ -326,7 +326,8 @@ fn a_file_that_is_no_log_is_refused_by_everyone_who_reads_logs() {
 #[test]
 fn a_replay_whose_participant_is_gone_names_it() {
     let place = folder();
-    let gone = place.at("mine");
+    // Under its name the binary is this client.
+    let gone = place.at("dead-reckoning");
     fs::copy(binary("dead-reckoning"), &gone).unwrap();
     let (out, log) = (place.at("run"), place.at("run/run.log"));
     launch("mine", &out, &["--ticks", "20", "--add", &format!("mine={}", gone.display())]);

@@ -7,6 +7,7 @@ mod doctor;
 mod handbook_commands;
 mod manual;
 mod player;
+mod programs;
 mod report;
 mod sweep;
 mod versus;

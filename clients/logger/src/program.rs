@@ -4,8 +4,13 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use rusty_clients::{ClientArgs, run_recorder};
-use rusty_contract::{Exit, errln, outln, output};
-use rusty_logger::{Logger, measure::Measure};
+use rusty_contract::{Exit, Program, errln, outln, output};
+
+use crate::{Logger, measure::Measure};
+
+/// The programs of this package.
+pub const PROGRAMS: &[Program] =
+    &[Program::new("logger", "writes the log of a run, or rewrites a log", main)];
 
 /// Write the log of a run, or read and rewrite a log
 ///

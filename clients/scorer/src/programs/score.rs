@@ -7,7 +7,8 @@ use rusty_clients::{ClientArgs, run_recorder};
 use rusty_contract::Exit;
 use rusty_contract::score::Within;
 use rusty_metrics::Yardstick;
-use rusty_scorer::scorer::Scorer;
+
+use crate::scorer::Scorer;
 
 /// Score the estimators of a run or a log against the truth
 ///
@@ -100,7 +101,7 @@ fn duration(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), "a time in seconds, 0 or more")
 }
 
-fn main() -> Exit {
+pub(super) fn main() -> Exit {
     let Cli { args, judged, drawn } = Cli::parse();
     let yardstick = Yardstick::from(judged);
     run_recorder(&args, |_, brief| {

@@ -3,9 +3,10 @@
 use rusty_clients::{ClientArgs, ClientError};
 use rusty_contract::Exit;
 use rusty_link::Domain;
-use rusty_viewer::drive::{Drive, Options};
 
-fn main() -> Exit {
+use crate::drive::{Drive, Options};
+
+pub(super) fn main() -> Exit {
     let (args, options) = ClientArgs::with_options::<Options>();
     rusty_clients::run_from(&args, |start| {
         let domain = args.run.as_ref().map(Domain::find).transpose();

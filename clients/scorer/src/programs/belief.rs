@@ -55,7 +55,7 @@ struct Line<'a> {
     heading_agreement: f64,
 }
 
-fn main() -> Exit {
+pub(super) fn main() -> Exit {
     let cli = Cli::parse();
     let exit = match observe(&cli) {
         Ok(()) => Exit::Done,

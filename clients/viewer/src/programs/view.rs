@@ -14,16 +14,17 @@ use rusty_clients::{ClientError, stop_by_signal};
 use rusty_contract::log::LogReader;
 use rusty_contract::{Brief, Credentials, Exit, Phase, RunName, errln, outln, output};
 use rusty_link::Peer;
-use rusty_viewer::access::Rights;
-use rusty_viewer::command::Command as DriveCommand;
-use rusty_viewer::drive::Remote;
-use rusty_viewer::hub::Hub;
-use rusty_viewer::live::{LiveRun, control};
-use rusty_viewer::playback::Playback;
-use rusty_viewer::recording::Recording;
-use rusty_viewer::scene::{PageRequest, Scene, Status};
-use rusty_viewer::server::{Server, Shared};
 use tempfile::NamedTempFile;
+
+use crate::access::Rights;
+use crate::command::Command as DriveCommand;
+use crate::drive::Remote;
+use crate::hub::Hub;
+use crate::live::{LiveRun, control};
+use crate::playback::Playback;
+use crate::recording::Recording;
+use crate::scene::{PageRequest, Scene, Status};
+use crate::server::{Server, Shared};
 
 /// A page that was closed may be loaded again within this time.
 const RELOAD_TIME: Duration = Duration::from_secs(3);
@@ -80,7 +81,7 @@ Examples:
 The page is for this machine and this user only: its address has a secret after `#`.
 The viewer ends when the page is closed, or with Ctrl-C. docs/view.md has the keys.";
 
-fn main() -> Exit {
+pub(super) fn main() -> Exit {
     let cli = Cli::parse();
     // It may hold the key: no core dumps, and no other process of this user reads its
     // memory. Where that cannot be had, it goes on.

@@ -1,0 +1,22 @@
+//! The names of the clients that this binary contains. `build.rs` has no other module.
+
+/// The names, in the order of `sim-server programs`.
+pub const NAMES: &[&str] = &[
+    "bayes-hallway",
+    "dead-reckoning",
+    "ekf",
+    "explore",
+    "fit-beam",
+    "fit-motion",
+    "goto",
+    "gridmap",
+    "mcl",
+    "scan-match",
+    "slam",
+    "wander",
+    "logger",
+    "score",
+    "belief",
+    "view",
+    "drive",
+];
