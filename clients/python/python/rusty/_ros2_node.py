@@ -171,21 +171,23 @@ class Bridge:
                     raise BridgeError(f"{what} within {limit_s:g} s, got none; {remedy}")
                 self._arrived.wait(min(left_s, SLICE_S))
 
-    def wait_for_peer(self, publisher: Any, limit_s: float) -> None:
-        """Waits for a subscriber of `publisher`, and for a publisher of each answer."""
-        topic = publisher.topic_name
-        remedy = "start the controller, or give more time with --wait-for"
+    def wait_for_peer(self, limit_s: float) -> None:
+        """Waits for a publisher of answers and, in lockstep, for a subscriber of what it
+        answers to."""
+        answer = self.options.pose or self.options.cmd_vel
+        asked = {"scan": self.scan, "clock": self.clock}.get(self.options.lockstep)
 
         def is_there() -> bool:
             self.look_for_commands()
-            wanted = self.options.pose or self.options.cmd_vel
-            is_answered = self.node.count_publishers(wanted) > 0
             is_typed = self.options.pose is not None or self.commands is not None
-            return publisher.get_subscription_count() > 0 and is_answered and is_typed
+            is_asked = asked is None or asked.get_subscription_count() > 0
+            return is_asked and is_typed and self.node.count_publishers(answer) > 0
 
-        answer = self.options.pose or self.options.cmd_vel
-        what = f"waiting for a controller failed: expected a subscriber of {topic}"
-        self.wait(f"{what} and a publisher of {answer}", is_there, limit_s, remedy)
+        what = f"waiting for a controller failed: expected a publisher of {answer}"
+        if asked is not None:
+            what += f" and a subscriber of {asked.topic_name}"
+        remedy = "start the controller, or give more time with --wait-for"
+        self.wait(what, is_there, limit_s, remedy)
         time.sleep(SETTLE_S)
 
     def close(self) -> None:

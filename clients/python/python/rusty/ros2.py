@@ -188,9 +188,8 @@ def bridge_run(options: Any, rest: Sequence[str]) -> int:
     """Joins the run and bridges it to its end."""
     bridge = Bridge(_node_name(rest), options)
     try:
-        heard = bridge.clock if options.lockstep == "clock" else bridge.scan
         if options.wait_for is not None:
-            bridge.wait_for_peer(heard, options.wait_for)
+            bridge.wait_for_peer(options.wait_for)
         session = join("ros2", argv=rest)
         with session:
             _check(session, options)
