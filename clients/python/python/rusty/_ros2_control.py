@@ -1,24 +1,49 @@
 """The services of `simulation_interfaces` on the control requests of a run.
 
 They have the rights of `sim-server control`: the control key is in the folder of the
-run. Each service answers as the definition of its interface (version 2.1) requires.
+run, and no participant can control its run, so this is a separate process. Each service
+answers as the definition of its interface (version 2.1) requires.
 """
 
 from __future__ import annotations
 
 import json
+import time
 from typing import Any
 
+from ._ros2_node import QUIET, BridgeError
 from ._rusty import RustyError, control
 
 STEP_LIMIT_S = 3600.0
 """How long a step of many ticks may take, s."""
 REPLY_LIMIT_S = 10.0
 """How long any other control request may take, s."""
+LOOK_S = 1.0
+"""How often to look whether the run goes on, s."""
 
 
-class ControlFailed(RustyError):
-    """A control request that was not carried out."""
+def serve(run: str) -> None:
+    """Offers the services until the run has ended."""
+    import rclpy
+
+    node = rclpy.create_node("simulator", **QUIET)
+    try:
+        services = Services(node, run)
+    except ImportError as error:
+        raise BridgeError(
+            f"serving control requests failed: expected the package {error.name}, got none; "
+            "install ros-$ROS_DISTRO-simulation-interfaces"
+        ) from None
+    services.ask("status")
+    looked_s = time.monotonic()
+    while True:
+        rclpy.spin_once(node, timeout_sec=LOOK_S)
+        if time.monotonic() - looked_s >= LOOK_S:
+            try:
+                services.ask("status")
+            except RustyError:
+                return
+            looked_s = time.monotonic()
 
 
 class Services:
@@ -42,11 +67,11 @@ class Services:
         """Steps a paused run, and replies when its ticks are complete."""
 
         def step() -> int:
-            if not self._ask("status")["paused"]:
-                raise ControlFailed("step failed: expected a paused run; pause it first")
+            if not self.ask("status")["paused"]:
+                raise BridgeError("step failed: expected a paused run; pause it first")
             if request.steps < 1:
-                raise ControlFailed("step failed: expected at least 1 step, got 0")
-            self._ask({"step": request.steps}, STEP_LIMIT_S)
+                raise BridgeError("step failed: expected at least 1 step, got 0")
+            self.ask({"step": request.steps}, STEP_LIMIT_S)
             return int(self.results.RESULT_OK)
 
         return self._reply(response, step)
@@ -66,7 +91,7 @@ class Services:
                 return int(self.results.RESULT_FEATURE_UNSUPPORTED)
             if target == self._current():
                 return int(self.set_state.Response.ALREADY_IN_TARGET_STATE)
-            self._ask(requests[target])
+            self.ask(requests[target])
             return int(self.results.RESULT_OK)
 
         return self._reply(response, change)
@@ -94,14 +119,14 @@ class Services:
         return response
 
     def _current(self) -> int:
-        paused = self._ask("status")["paused"]
+        paused = self.ask("status")["paused"]
         return int(self.states.STATE_PAUSED if paused else self.states.STATE_PLAYING)
 
-    def _ask(self, request: Any, limit_s: float = REPLY_LIMIT_S) -> dict[str, Any]:
+    def ask(self, request: Any, limit_s: float = REPLY_LIMIT_S) -> dict[str, Any]:
         """Sends a control request and returns the status of the run."""
         reply = json.loads(control(self.run, json.dumps(request), limit_s))
         if "Refused" in reply:
-            raise ControlFailed(f"run {self.run}: {reply['Refused']}")
+            raise BridgeError(f"run {self.run}: {reply['Refused']}")
         status: dict[str, Any] = reply["Status"]
         return status
 

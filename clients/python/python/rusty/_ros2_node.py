@@ -1,4 +1,4 @@
-"""The ROS side of the bridge: its nodes, their threads, and what they received."""
+"""The ROS side of the bridge: its node, the thread that receives, and what it received."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 import sys
 import threading
 import time
-from typing import Any, Callable
+from typing import Any, Callable, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,8 @@ SETTLE_S = 0.5
 SLICE_S = 0.05
 """How long one wait lasts, s."""
 
+QUIET: dict[str, Any] = {"start_parameter_services": False, "enable_rosout": False}
+"""Options of nodes that have no parameters and print what they log."""
 KINDS = {"twist": "Twist", "stamped": "TwistStamped"}
 """The message types of a command by the words of --cmd-vel-type."""
 
@@ -25,47 +27,43 @@ class BridgeError(RustyError):
     """The bridge cannot go on; the message is for a person."""
 
 
-class Received:
-    """A command or a pose, with the time in its header and when it was received."""
+class Received(NamedTuple):
+    """A command or a pose, with the time in its header, if it has one, and the tick that
+    was published last when it was received."""
 
-    def __init__(self, value: Any, stamp_ns: int | None, publication: int) -> None:
-        self.value = value
-        self.stamp_ns = stamp_ns
-        self.publication = publication
+    value: Any
+    stamp_ns: int | None
+    published: int
 
-    def answers(self, stamp_ns: int, publication: int) -> bool:
-        """Whether it is for the tick with this stamp: by its own stamp, or without one
-        by being received after the tick was published."""
-        if self.stamp_ns is None:
-            return self.publication >= publication
-        return self.stamp_ns >= stamp_ns
+    def answers(self, index: int, stamp_ns: int) -> bool:
+        """Whether it is for a tick: by its stamp, or without one by when it came."""
+        return (self.published >= index) if self.stamp_ns is None else (self.stamp_ns >= stamp_ns)
 
 
 class Bridge:
     """The node, with a thread that receives."""
 
     def __init__(self, name: str, options: Any) -> None:
-        import rclpy
         from rclpy.node import Node
         from rosgraph_msgs.msg import Clock
         from sensor_msgs.msg import LaserScan
 
-        self._rclpy, self.options = rclpy, options
-        quiet = {"start_parameter_services": False, "enable_rosout": False}
-        self.node: Any = Node(name, **quiet)
+        self.options = options
+        self.node: Any = Node(name, **QUIET)
         self.scan = self.node.create_publisher(LaserScan, "scan", 10)
         self.clock = self.node.create_publisher(Clock, "/clock", 10)
         self.command: Received | None = None
         self.pose: Received | None = None
-        self.publication = 0
+        self.index = -1
+        """The tick that was published last."""
         self.commands: str | None = None
         """The word for the type of commands, once there is a subscription."""
         self._arrived = threading.Condition()
         self._stopping = False
         self._fault: BaseException | None = None
-        self._threads: list[threading.Thread] = []
         self._subscribe()
-        self._spin(self.node)
+        self._thread = threading.Thread(target=self._receive, name=name, daemon=True)
+        self._thread.start()
 
     def _subscribe(self) -> None:
         if self.options.pose is not None:
@@ -95,43 +93,21 @@ class Bridge:
                         self._subscribe_commands(word)
                         return
 
-    def _spin(self, node: Any) -> None:
-        """Serves a node in a thread until the bridge closes."""
+    def _receive(self) -> None:
+        """Receives until the bridge closes."""
         from rclpy.executors import SingleThreadedExecutor
 
         executor = SingleThreadedExecutor()
-        executor.add_node(node)
-
-        def serve() -> None:
-            try:
-                while not self._stopping:
-                    executor.spin_once(timeout_sec=SLICE_S)
-            except BaseException as fault:  # for the thread that waits
-                with self._arrived:
-                    self._fault = fault
-                    self._arrived.notify_all()
-            finally:
-                executor.shutdown()
-
-        thread = threading.Thread(target=serve, name=node.get_name(), daemon=True)
-        self._threads.append(thread)
-        thread.start()
-
-    def serve_control(self, run: str) -> bool:
-        """Offers the services of `simulation_interfaces`, if that package is there. They
-        have a separate thread: a step waits for ticks, which wait for commands."""
-        from ._ros2_control import Services
-
-        node = self._rclpy.create_node(
-            f"{self.node.get_name()}_control", start_parameter_services=False, enable_rosout=False
-        )
+        executor.add_node(self.node)
         try:
-            Services(node, run)
-        except ImportError:
-            node.destroy_node()
-            return False
-        self._spin(node)
-        return True
+            while not self._stopping:
+                executor.spin_once(timeout_sec=SLICE_S)
+        except BaseException as fault:  # for the thread that waits
+            with self._arrived:
+                self._fault = fault
+                self._arrived.notify_all()
+        finally:
+            executor.shutdown()
 
     def _twist(self, message: Any) -> None:
         self._take(message, None)
@@ -143,7 +119,7 @@ class Bridge:
         command = (twist.linear.x, twist.angular.z)
         if _finite("a command", command):
             with self._arrived:
-                self.command = Received(command, stamp_ns, self.publication)
+                self.command = Received(command, stamp_ns, self.index)
                 self._arrived.notify_all()
 
     def _posed(self, message: Any) -> None:
@@ -156,7 +132,7 @@ class Bridge:
             pose = SE2(place.x, place.y, wrap_angle(theta))
             with self._arrived:
                 stamp_ns = _ns(message.header.stamp)
-                self.pose = Received((pose, covariance), stamp_ns, self.publication)
+                self.pose = Received((pose, covariance), stamp_ns, self.index)
                 self._arrived.notify_all()
 
     def wait(self, what: str, done: Callable[[], bool], limit_s: float, remedy: str) -> None:
@@ -191,11 +167,9 @@ class Bridge:
         time.sleep(SETTLE_S)
 
     def close(self) -> None:
-        """Ends the threads and leaves the graph of ROS."""
+        """Ends the thread; the node leaves the graph of ROS with its context."""
         self._stopping = True
-        for thread in self._threads:
-            thread.join(timeout=5.0)
-        self._rclpy.try_shutdown()
+        self._thread.join(timeout=5.0)
 
 
 def _ns(stamp: Any) -> int:

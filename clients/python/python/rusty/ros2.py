@@ -18,6 +18,7 @@ from typing import Any, Sequence
 
 import numpy as np
 
+from ._ros2_control import serve
 from ._ros2_messages import Odometry, Outlets, stamp_ns, tf_type
 from ._ros2_node import KINDS, Bridge, BridgeError, Received
 from ._rusty import SE2, Dropped, RustyError, Session, Tick, join
@@ -34,13 +35,14 @@ KEPT_S = 60.0
 
 
 def parser() -> argparse.ArgumentParser:
-    """The options of the bridge. Others, as --name, are those of every participant."""
-    described = "Bridge a run to ROS 2. Options of every participant (--name, --wait, "
-    described += "--join-timeout, …) and `--ros-args … --` are accepted as well."
+    """The options of the bridge. Others, as --run, are those of every participant."""
+    described = "Bridge a run to ROS 2. Options of every participant (--run NAME, --name "
+    described += "NAME, --wait HOW, …) and `--ros-args … --` are accepted as well."
     options = argparse.ArgumentParser("python -m rusty.ros2", allow_abbrev=False)
     options.description = described
     add = options.add_argument
-    add("--run", metavar="NAME", help="join the run of this name")
+    add("--control", metavar="RUN",
+        help="do not join; offer the services of simulation_interfaces")
     add("--lockstep", nargs="?", const="scan", choices=("scan", "clock"),
         help="wait for an answer to each scan, or to each clock")
     add("--driver", action="store_true", help="require the role driver")
@@ -91,12 +93,12 @@ class Answers:
         is_scan = self.options.lockstep == "scan" and tick.ranges is not None
         return is_scan or self.options.lockstep == "clock"
 
-    def await_answer(self, tick: Tick, publication: int) -> None:
+    def await_answer(self, tick: Tick) -> None:
         """Lockstep: waits for all that this tick is to be answered with."""
-        bridge, stamp = self.bridge, stamp_ns(tick)
+        bridge, index, stamp = self.bridge, tick.index, stamp_ns(tick)
 
         def has(received: Received | None) -> bool:
-            return received is not None and received.answers(stamp, publication)
+            return received is not None and received.answers(index, stamp)
 
         def done() -> bool:
             fine = not self.is_driver or has(bridge.command)
@@ -157,22 +159,15 @@ class Answers:
         if anchor is None:
             return None
         since = SE2() if then == odometry else then.inverse() * odometry
-        turn = SE2(0, 0, received_turn(anchor)).inverse()
-        return pose * since, carried(anchor.value[1], turn, since)
+        return pose * since, carried(*anchor.value, since=since)
 
 
-def received_turn(received: Received) -> float:
-    """Heading of a pose in the frame of its covariance, rad."""
-    theta: float = received.value[0].theta
-    return theta
-
-
-def carried(covariance: Any, turn: SE2, since: SE2) -> Any:
-    """The covariance of a pose, along the axes of the map, as an answer has it: in the
-    body frame, after a motion `since`. None where it is not positive."""
+def carried(pose: SE2, covariance: Any, *, since: SE2) -> Any:
+    """The covariance of a pose, along the axes of its frame, as an answer has it: in the
+    body frame, after the motion `since`. None where it is not positive."""
     if not (np.diag(covariance) > 0).all():
         return None
-    step = adjoint(since.inverse()) @ adjoint(turn)
+    step = adjoint(since.inverse()) @ adjoint(SE2(0, 0, -pose.theta))
     moved = step @ covariance @ step.T
     return (moved + moved.T) / 2
 
@@ -184,34 +179,31 @@ def adjoint(motion: SE2) -> Any:
     return np.array([[c, -s, y], [s, c, -x], [0.0, 0.0, 1.0]])
 
 
-def bridge_run(options: Any, rest: Sequence[str]) -> int:
+def bridge_run(options: Any, rest: Sequence[str]) -> None:
     """Joins the run and bridges it to its end."""
     bridge = Bridge(_node_name(rest), options)
     try:
         if options.wait_for is not None:
             bridge.wait_for_peer(options.wait_for)
-        session = join("ros2", argv=rest)
-        with session:
+        with join("ros2", argv=rest) as session:
             _check(session, options)
+            _introduce(session)
             _take_part(bridge, session, options)
     finally:
         bridge.close()
-    return DONE
 
 
 def _take_part(bridge: Bridge, session: Session, options: Any) -> None:
     outlets = Outlets(bridge.node, bridge.scan, bridge.clock, session.start, options.map_cell)
-    has_control = options.run is not None and bridge.serve_control(options.run)
-    _introduce(session, has_control)
     answers, odometry = Answers(bridge, session, options), Odometry(session.start)
     for tick in session:
         if tick.index % 16 == 0:
             bridge.look_for_commands()
         odometry.advance(tick)
-        bridge.publication = tick.index
+        bridge.index = tick.index
         outlets.publish(tick, odometry)
         if answers.waits(tick):
-            answers.await_answer(tick, tick.index)
+            answers.await_answer(tick)
         answers.pace(tick)
         answers.answer(tick, odometry.pose)
 
@@ -231,17 +223,12 @@ def _check(session: Session, options: Any) -> None:
                           "give --lockstep clock")
 
 
-def _introduce(session: Session, has_control: bool) -> None:
+def _introduce(session: Session) -> None:
     start = session.start
-    pose = start.initial_pose
-    if pose is not None:
-        pose = ", ".join(f"{number:g}" for number in pose)
-    told = f"initial pose ({pose})" if pose is not None else "no initial pose"
-    print(f"{start.name}: {start.role} in {start.scenario}, {told}", file=sys.stderr)
-    absent = [("tf2_msgs", "/tf and /tf_static")] if tf_type() is None else []
-    absent += [] if has_control else [("simulation_interfaces", "services")]
-    for package, topics in absent:
-        print(f"{start.name}: without {topics}: no package {package}", file=sys.stderr)
+    pose = ", ".join(f"{number:g}" for number in start.initial_pose or ()) or "hidden"
+    print(f"{start.name}: {start.role} in {start.scenario}, initial pose {pose}", file=sys.stderr)
+    if tf_type() is None:
+        print(f"{start.name}: no package tf2_msgs: no /tf and /tf_static", file=sys.stderr)
 
 
 def _node_name(rest: Sequence[str]) -> str:
@@ -269,20 +256,28 @@ def main(argv: Sequence[str] | None = None) -> int:
         missing = error.name or str(error)
         print(f"ros2: {NO_RCLPY.format(version=version, missing=missing)}", file=sys.stderr)
         return FAILED
-    # Signals are Python's and the package's, so that Ctrl-C leaves the run.
-    rclpy.init(args=list(argv), signal_handler_options=SignalHandlerOptions.NO)
-    options, rest = parser().parse_known_args(rclpy.utilities.remove_ros_args(argv)[1:])
-    if options.run is not None:
-        rest += ["--run", options.run]
+    try:
+        options, rest = parser().parse_known_args(rclpy.utilities.remove_ros_args(argv)[1:])
+        # Signals are Python's and the package's, so that Ctrl-C leaves the run.
+        rclpy.init(args=list(argv), signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        print(f"ros2: starting ROS 2 failed: {error}", file=sys.stderr)
+        return USAGE
     if options.lockstep is not None and options.wait_for is None:
         options.wait_for = 15.0
     try:
-        return bridge_run(options, rest)
+        if options.control is not None:
+            serve(options.control)
+        else:
+            bridge_run(options, rest)
     except KeyboardInterrupt:
         return LOST
     except (RustyError, OSError) as error:
         print(f"ros2: {error}", file=sys.stderr)
         return LOST if isinstance(error, Dropped) else FAILED
+    finally:
+        rclpy.try_shutdown()
+    return DONE
 
 
 if __name__ == "__main__":

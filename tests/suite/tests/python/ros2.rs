@@ -35,18 +35,25 @@ fn scenario(ros: &Ros, role: &str, scan_every: u64, options: &[&str]) -> String 
 /// Runs a scenario together with a node that answers in this way.
 #[track_caller]
 fn bridged(ros: &Ros, how: &str, scenario: &str, args: &[&str], code: i32) -> Bridged {
-    let (out, run) = (folder(), fresh_run("ros2"));
+    let out = folder();
     let scenario = out.write("ros2.toml", scenario);
+    let (ended, seen) = with_node(ros, how, &out, &[&["launch", &scenario], args].concat());
+    Bridged { ended: ended.expect(code), seen, out }
+}
+
+/// Runs a verb, whose run goes to a folder in `out`, together with a node.
+#[track_caller]
+fn with_node(ros: &Ros, how: &str, out: &Folder, args: &[&str]) -> (Ended, Value) {
+    let run = fresh_run("ros2");
     let node = Process::spawn(&mut ros.node(how, &out.at("seen.json")));
-    let mut launch = ros.command(binary("sim-server"));
-    launch.args(["launch", "--json", "--run", run.as_str(), "--out"]);
-    launch.arg(out.at("run")).arg(scenario).args(args);
-    let ended = Process::spawn(&mut launch).wait();
+    let mut server = ros.command(binary("sim-server"));
+    server.args(args).args(["--json", "--run", run.as_str(), "--out"]).arg(out.at("run"));
+    let ended = Process::spawn(&mut server).wait();
     node.signal(Signal::INT);
     node.wait().expect(0);
     assert_eq!(participants(&run), [], "processes of the run live on");
     nothing_left(&run);
-    Bridged { ended: ended.expect(code), seen: json_file(&out.at("seen.json")), out }
+    (ended, json_file(&out.at("seen.json")))
 }
 
 fn stamp_ns(record: &TickRecord) -> u64 {
@@ -70,7 +77,9 @@ fn a_controller_in_lockstep_repeats_and_nothing_is_lost() {
     assert!(bytes[0] == bytes[1], "the logs differ");
     let run = &runs[0];
     about("verify", &run.log(), &[]).expect(0);
-    let (_, records) = load(&run.log());
+    let (replayed, log) = (folder(), run.log());
+    with_node(&ros, "record", &replayed, &["replay", arg(&log)]).0.expect(0);
+    let (_, records) = load(&log);
     let turned = records.iter().filter(|r| r.command.omega_rad_s != 0.0).count();
     assert!(turned > 20 && records.len() == 250, "it never turned");
     let drive = DiffDrive::rusty();
@@ -134,6 +143,34 @@ fn map_is_right(maps: &Value) {
     let walls = cells.iter().filter(|cell| **cell == 100).count();
     assert!(walls + cells.iter().filter(|cell| **cell == 0).count() == cells.len());
     assert!(walls * 4 < cells.len(), "{walls} of {} cells", cells.len());
+}
+
+#[test]
+fn commands_without_a_stamp_answer_as_those_with_one() {
+    let Some(ros) = Ros::open() else { return };
+    let run = |how, kind| {
+        let options = ["--driver", "--lockstep", "--cmd-vel-type", kind];
+        let run = bridged(&ros, how, &scenario(&ros, "driver", 5, &options), &["--no-report"], 0);
+        assert_eq!(run.seen["scan"].as_array().unwrap().len(), 50);
+        load(&run.log()).1.iter().map(|r| r.command).collect::<Vec<_>>()
+    };
+    let commands = run("record", "stamped");
+    assert!(commands.iter().any(|c| c.omega_rad_s != 0.0), "it never turned");
+    assert_eq!(commands, run("plain", "twist"));
+}
+
+#[test]
+fn a_controller_may_answer_the_clock_of_every_tick() {
+    let Some(ros) = Ros::open() else { return };
+    let scenario = scenario(&ros, "driver", 0, &["--driver", "--lockstep", "clock"]);
+    let run = bridged(&ros, "clock", &scenario, &["--no-report"], 0);
+    let records = load(&run.log()).1;
+    let stamps: Vec<u64> = records.iter().map(stamp_ns).collect();
+    assert_eq!((&run.seen["clock"], stamps.len()), (&json!(stamps), 250));
+    for (record, k) in records.iter().zip(1..) {
+        let command = record.replies[0].command().unwrap();
+        assert_eq!(command, Twist { v_m_s: f64::from(k) / 1000.0, omega_rad_s: 0.0 });
+    }
 }
 
 #[test]

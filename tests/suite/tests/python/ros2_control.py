@@ -10,7 +10,8 @@ def kind(**constants):
     return type("Kind", (types.SimpleNamespace,), constants)
 
 
-msg, srv = types.ModuleType("simulation_interfaces.msg"), types.ModuleType("simulation_interfaces.srv")
+name = "simulation_interfaces"
+package, msg, srv = (types.ModuleType(f"{name}{end}") for end in ("", ".msg", ".srv"))
 msg.Result = kind(RESULT_FEATURE_UNSUPPORTED=0, RESULT_OK=1, RESULT_OPERATION_FAILED=4)
 msg.SimulationState = kind(STATE_STOPPED=0, STATE_PLAYING=1, STATE_PAUSED=2, STATE_QUITTING=3)
 msg.SimulatorFeatures = kind(
@@ -22,7 +23,6 @@ msg.SimulatorFeatures = kind(
 )
 for name in ("StepSimulation", "SetSimulationState", "GetSimulationState", "GetSimulatorFeatures"):
     setattr(srv, name, kind(Response=kind(ALREADY_IN_TARGET_STATE=101)))
-package = types.ModuleType("simulation_interfaces")
 package.msg, package.srv = msg, srv
 sys.modules |= {m.__name__: m for m in (package, msg, srv)}
 

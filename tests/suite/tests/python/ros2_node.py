@@ -4,9 +4,10 @@ then writes what it received as JSON."""
 import json
 import math
 import sys
+from types import SimpleNamespace
 
 import rclpy
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
@@ -37,6 +38,11 @@ class Records(Controller):
             self.create_subscription(kind, topic, lambda m, k=keep, of=of: k(of(m)), 1000)
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.create_subscription(OccupancyGrid, "map", self.map, kept)
+        if how == "plain":
+            # The same commands without stamps.
+            self.destroy_publisher(self.commands)
+            plain = self.create_publisher(Twist, "cmd_vel", 10)
+            self.commands = SimpleNamespace(publish=lambda m: plain.publish(m.twist))
 
     def finite(self, number):
         return number if math.isfinite(number) else None
@@ -79,6 +85,23 @@ class Twists(rclpy.node.Node):
             self.commands.publish(command)
 
 
+class Clocks(rclpy.node.Node):
+    """Answers each clock, with the number of its answer as the speed in mm/s."""
+
+    def __init__(self):
+        super().__init__("clocks")
+        self.seen = {"clock": []}
+        self.commands = self.create_publisher(TwistStamped, "cmd_vel", 10)
+        self.create_subscription(Clock, "/clock", self.answer, 10)
+
+    def answer(self, clock):
+        self.seen["clock"].append(ns(clock.clock))
+        command = TwistStamped()
+        command.header.stamp = clock.clock
+        command.twist.linear.x = len(self.seen["clock"]) / 1000
+        self.commands.publish(command)
+
+
 class Poses(rclpy.node.Node):
     """Answers each scan with a pose and its covariance."""
 
@@ -102,7 +125,7 @@ class Poses(rclpy.node.Node):
 
 
 rclpy.init(args=sys.argv)
-node = {"twist": Twists, "poses": Poses}.get(how, Records)()
+node = {"twist": Twists, "poses": Poses, "clock": Clocks}.get(how, Records)()
 try:
     rclpy.spin(node)
 except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
