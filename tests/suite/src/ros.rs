@@ -1,5 +1,5 @@
 //! A Python with ROS 2's rclpy in it, for tests, and processes that find each other in
-//! ROS and nobody else's. Where the wheels cannot be installed (they are made for CPython
+//! ROS, and no other test's. Where the wheels cannot be installed (they are made for CPython
 //! 3.11 on x86-64), tests are skipped with a printed reason.
 
 use std::fs::{self, File};

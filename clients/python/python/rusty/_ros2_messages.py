@@ -58,6 +58,12 @@ def tf_type() -> Any:
     return TFMessage
 
 
+def send_to(publisher: Any, message: Any) -> None:
+    """Publishes a message, unless no subscriber is there to get it."""
+    if publisher.get_subscription_count() > 0:
+        publisher.publish(message)
+
+
 def kept(depth: int = 1) -> Any:
     """The quality of service of what late subscribers must get as well."""
     from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -93,7 +99,7 @@ class Outlets:
         self.clock = Clock(clock=self.stamp)
         self.scan = self._scan()
         self.sends: list[Callable[[Tick, Odometry], None]] = []
-        self.publish_clock, self.publish_scan = clock.publish, scan.publish
+        self.clock_publisher, self.scan_publisher = clock, scan
         statics = [("laser", start.lidar.sensor_in_body)] if start.scan_every else []
         self._odometry()
         if "imu" in start.sensors:
@@ -109,13 +115,13 @@ class Outlets:
         """Publishes a tick: the clock first, so that no node is behind the data, and
         the scan last, so that what it needs is on its way."""
         self.stamp.sec, self.stamp.nanosec = divmod(stamp_ns(tick), 1_000_000_000)
-        self.publish_clock(self.clock)
+        send_to(self.clock_publisher, self.clock)
         for send in self.sends:
             send(tick, odometry)
         ranges_m = tick.ranges
         if ranges_m is not None:
             self.scan.ranges = no_return_is_inf(ranges_m, self.start.lidar.range_max_m)
-            self.publish_scan(self.scan)
+            send_to(self.scan_publisher, self.scan)
 
     def _headed(self, message: Any, frame: str) -> Any:
         """A message with the common stamp."""
@@ -145,7 +151,7 @@ class Outlets:
             set_pose(message.pose.pose, odometry.pose)
             twist.linear.x = float(odometry.delta[0]) / dt_s
             twist.angular.z = float(odometry.delta[2]) / dt_s
-            publisher.publish(message)
+            send_to(publisher, message)
 
         self.sends.append(send)
 
@@ -161,7 +167,7 @@ class Outlets:
             if tick.imu is not None:
                 message.angular_velocity.z = tick.imu[0]
                 message.linear_acceleration.x, message.linear_acceleration.y = tick.imu[1:]
-                publisher.publish(message)
+                send_to(publisher, message)
 
         self.sends.append(send)
 
@@ -178,7 +184,7 @@ class Outlets:
             if tick.sonars is not None:
                 range_m = float(tick.sonars[k])
                 message.range = range_m if range_m < sheet["range_max_m"] else math.inf
-                publisher.publish(message)
+                send_to(publisher, message)
 
         self.sends.append(send)
 
@@ -196,7 +202,7 @@ class Outlets:
 
         def send(_: Tick, odometry: Odometry) -> None:
             move(moving, odometry.pose)
-            publisher.publish(message)
+            send_to(publisher, message)
 
         self.sends.append(send)
 

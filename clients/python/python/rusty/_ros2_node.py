@@ -13,7 +13,7 @@ import numpy as np
 from ._rusty import SE2, RustyError, wrap_angle
 
 SETTLE_S = 0.5
-"""Time that the other side of a connection gets to know of it as well, s."""
+"""Time in which a controller that is there finds all publishers and is found, s."""
 SLICE_S = 0.05
 """How long one wait lasts, s."""
 
@@ -164,7 +164,6 @@ class Bridge:
             what += f" and a subscriber of {asked.topic_name}"
         remedy = "start the controller, or give more time with --wait-for"
         self.wait(what, is_there, limit_s, remedy)
-        time.sleep(SETTLE_S)
 
     def close(self) -> None:
         """Ends the thread; the node leaves the graph of ROS with its context."""

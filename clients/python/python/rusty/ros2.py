@@ -20,7 +20,7 @@ import numpy as np
 
 from ._ros2_control import serve
 from ._ros2_messages import Odometry, Outlets, stamp_ns, tf_type
-from ._ros2_node import KINDS, Bridge, BridgeError, Received
+from ._ros2_node import KINDS, SETTLE_S, Bridge, BridgeError, Received
 from ._rusty import SE2, Dropped, RustyError, Session, Tick, join
 
 DONE, FAILED, USAGE, LOST = 0, 1, 2, 3
@@ -196,6 +196,8 @@ def bridge_run(options: Any, rest: Sequence[str]) -> None:
 def _take_part(bridge: Bridge, session: Session, options: Any) -> None:
     outlets = Outlets(bridge.node, bridge.scan, bridge.clock, session.start, options.map_cell)
     answers, odometry = Answers(bridge, session, options), Odometry(session.start)
+    if options.wait_for is not None:
+        time.sleep(SETTLE_S)
     for tick in session:
         if tick.index % 16 == 0:
             bridge.look_for_commands()
