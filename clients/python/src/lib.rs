@@ -3,6 +3,7 @@
 
 mod arrays;
 mod beams;
+mod control;
 mod errors;
 mod gate;
 mod log;
@@ -27,5 +28,6 @@ fn _rusty(module: &Bound<'_, PyModule>) -> PyResult<()> {
     se2::register(module)?;
     world::register(module)?;
     log::register(module)?;
-    toml::register(module)
+    toml::register(module)?;
+    control::register(module)
 }

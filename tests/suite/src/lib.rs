@@ -19,6 +19,7 @@ mod logs;
 mod process;
 mod processes;
 pub mod python;
+pub mod ros;
 mod scenarios;
 pub mod viewed;
 

@@ -2,4 +2,5 @@
 
 mod models;
 mod package;
+mod ros2;
 mod sensed;

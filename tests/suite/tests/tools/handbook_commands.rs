@@ -145,7 +145,7 @@ fn every_command_of_the_pages_has_its_verb_and_options() {
 const NOT_RUN: [(&str, &str); 8] = [
     ("cargo", "other tests build"),
     (".sh ", "CI builds the packages"),
-    ("sudo ", "the machine is not ours"),
+    ("sudo ", "it changes the machine"),
     ("pip ", "the tests of the Python package install it"),
     ("python", "the tests of the Python package run it"),
     ("intel", "the tests of recordings import and replay it"),
