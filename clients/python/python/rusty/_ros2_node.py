@@ -148,18 +148,23 @@ class Bridge:
                 self._arrived.wait(min(left_s, SLICE_S))
 
     def wait_for_peer(self, limit_s: float) -> None:
-        """Waits for a publisher of answers and, in lockstep, for a subscriber of what it
-        answers to."""
-        answer = self.options.pose or self.options.cmd_vel
-        asked = {"scan": self.scan, "clock": self.clock}.get(self.options.lockstep)
+        """Waits for publishers of all answers and, in lockstep, for a subscriber of what
+        they answer to."""
+        options = self.options
+        needs_commands = options.driver or options.pose is None
+        answers = [options.cmd_vel] if needs_commands else []
+        answers += [] if options.pose is None else [options.pose]
+        asked = {"scan": self.scan, "clock": self.clock}.get(options.lockstep)
 
         def is_there() -> bool:
             self.look_for_commands()
-            is_typed = self.options.pose is not None or self.commands is not None
+            if needs_commands and self.commands is None:
+                return False
             is_asked = asked is None or asked.get_subscription_count() > 0
-            return is_asked and is_typed and self.node.count_publishers(answer) > 0
+            return is_asked and all(self.node.count_publishers(topic) > 0 for topic in answers)
 
-        what = f"waiting for a controller failed: expected a publisher of {answer}"
+        what = "waiting for a controller failed: expected a publisher of "
+        what += " and of ".join(answers)
         if asked is not None:
             what += f" and a subscriber of {asked.topic_name}"
         remedy = "start the controller, or give more time with --wait-for"

@@ -45,7 +45,7 @@ def parser() -> argparse.ArgumentParser:
         help="do not join; offer the services of simulation_interfaces")
     add("--lockstep", nargs="?", const="scan", choices=("scan", "clock"),
         help="wait for an answer to each scan, or to each clock")
-    add("--driver", action="store_true", help="require the role driver")
+    add("--driver", action="store_true", help="expect commands and the role driver")
     add("--cmd-vel", default="cmd_vel", metavar="TOPIC", help="topic of the commands")
     add("--cmd-vel-type", default="auto", choices=("auto", *KINDS),
         help="type of the commands [default: as published]")
