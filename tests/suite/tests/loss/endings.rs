@@ -111,6 +111,13 @@ fn results_of_an_older_run_do_not_pass_for_new_ones() {
     // The harness replaces it.
     let bad = ["--ticks", "20", "--add", "bad=/bin/false"];
     let report = launch_to("newer", out.path(), &bad, 1);
+    assert!(list(&report, "scores").is_empty());
+    // A scorer that joined before the loss has scored no tick.
+    if let Some(file) = report["scores_file"].as_str() {
+        assert_eq!(json_file(Path::new(file))["ticks"], 0);
+    }
+    launch("older", out.path(), &["--ticks", "20"]);
+    let report = launch("newer", out.path(), &["--ticks", "20", "--without", "score"]);
     assert_eq!(report["scores_file"], Value::Null);
     assert!(list(&report, "scores").is_empty());
 }
