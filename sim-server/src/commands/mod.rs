@@ -104,7 +104,7 @@ enum Verb {
     Conformance(conformance::ConformanceArgs),
     /// Measure performance against a baseline
     Bench(bench::BenchArgs),
-    /// List or remove the folders of runs
+    /// List, compare or remove the folders of runs
     Runs(runs::RunsArgs),
     /// Remove the shared memory of runs that are dead
     Clean(arguments::Output),

@@ -1,11 +1,13 @@
-//! `runs`: list or remove the folders of runs.
+//! `runs`: list, compare or remove the folders of runs.
 
 use std::path::{Component, Path, PathBuf};
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use rusty_contract::{Exit, FieldError, TextTable, outln};
-use rusty_logs::folder::{FoundRun, OldRun, date_and_time, runs_in};
+use rusty_contract::score::{Score, degrees, metres};
+use rusty_contract::{Exit, FieldError, ScoreReport, TextTable, input, outln};
+use rusty_logs::folder::{FoundRun, Marker, OldRun, date_and_time, runs_in};
+use serde::Serialize;
 use serde_json::json;
 
 use super::arguments::Output;
@@ -17,6 +19,7 @@ which have a run.log only, are listed as well.
 
 Examples:
   sim-server runs                        list the runs in ./runs
+  sim-server runs compare lab night-2    compare the scores of two runs
   sim-server runs remove lab night-2     remove two runs";
 
 #[derive(Args, Clone, Debug)]
@@ -34,8 +37,22 @@ pub struct RunsArgs {
 
 #[derive(Subcommand, Clone, Debug)]
 pub enum RunsVerb {
+    /// Compare the scores of runs
+    Compare(CompareArgs),
     /// Remove the folders of runs that have ended
     Remove(RemoveArgs),
+}
+
+#[derive(Args, Clone, Debug)]
+pub struct CompareArgs {
+    /// Names of the folders, as `runs` lists them
+    #[arg(required = true, num_args = 2.., value_name = "NAME")]
+    pub names: Vec<String>,
+    /// Folder with the folders of runs
+    #[arg(long = "in", default_value = "runs", value_name = "DIR")]
+    pub dir: PathBuf,
+    #[command(flatten)]
+    pub output: Output,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -52,6 +69,7 @@ pub struct RemoveArgs {
 
 pub fn run(args: &RunsArgs) -> Result<Exit> {
     match &args.what {
+        Some(RunsVerb::Compare(args)) => compare(args),
         Some(RunsVerb::Remove(args)) => remove(args),
         None => list(args),
     }
@@ -83,6 +101,84 @@ fn print(dir: &Path, found: &[FoundRun]) {
         ]);
     }
     outln!("{table}");
+}
+
+/// A run of a comparison.
+#[derive(Serialize)]
+struct ComparedRun {
+    name: String,
+    #[serde(flatten)]
+    marker: Marker,
+    /// One per estimator; none without a scorer.
+    scores: Vec<Score>,
+}
+
+impl ComparedRun {
+    fn read(dir: &Path, name: &str) -> Result<Self> {
+        let path = dir.join(name);
+        let marker = Marker::of(&path).ok_or_else(|| {
+            let problem = format!("is not the folder of a run in {}", dir.display());
+            FieldError::new("NAME", name, problem, "give a name that `sim-server runs` lists")
+        })?;
+        let scored = input::read(&path.join("score.json"))
+            .ok()
+            .and_then(|json| serde_json::from_slice::<ScoreReport>(&json).ok());
+        // The file may be of another run.
+        let is_its = |scored: &ScoreReport| {
+            marker.end.as_ref().is_none_or(|end| end.digest == scored.digest)
+        };
+        let scores = scored.filter(is_its).map(|scored| scored.scores).unwrap_or_default();
+        Ok(Self { name: name.to_owned(), marker, scores })
+    }
+}
+
+fn compare(args: &CompareArgs) -> Result<Exit> {
+    let read = |name: &String| ComparedRun::read(&args.dir, name);
+    let runs: Vec<ComparedRun> = args.names.iter().map(read).collect::<Result<_>>()?;
+    args.output.print_with(&runs, || print_comparison(&runs));
+    Ok(Exit::Done)
+}
+
+fn print_comparison(runs: &[ComparedRun]) {
+    let mut table = TextTable::new("run  scenario  >seed  >ticks  >digest");
+    for ComparedRun { name, marker, .. } in runs {
+        let seed = marker.seed.map_or_else(|| "-".to_owned(), |seed| seed.to_string());
+        let ticks = marker.end.as_ref().map_or_else(|| "-".to_owned(), |e| e.ticks.to_string());
+        let digest = marker.end.as_ref().map_or("-", |end| &end.digest);
+        table.row(&[name, &marker.scenario, &seed, &ticks, &digest]);
+    }
+    outln!("{table}");
+    let mut estimators: Vec<&str> = Vec::new();
+    for score in runs.iter().flat_map(|run| &run.scores) {
+        if !estimators.contains(&score.name.as_str()) {
+            estimators.push(&score.name);
+        }
+    }
+    let mut table =
+        TextTable::new("estimator  run  alignment  >final  >heading  >mean  >p95  >ATE rmse");
+    let cell = |value: Option<f64>, number: fn(f64) -> String, unit: &str| {
+        value.map_or_else(|| "unscored".to_owned(), |value| format!("{} {unit}", number(value)))
+    };
+    for estimator in &estimators {
+        for run in runs {
+            for score in run.scores.iter().filter(|score| score.name == *estimator) {
+                let figures = score.figures(score.alignment);
+                table.row(&[
+                    estimator,
+                    &run.name,
+                    &score.alignment.word(),
+                    &cell(figures.final_position_error_m, metres, "m"),
+                    &cell(figures.final_heading_error_rad.map(f64::to_degrees), degrees, "°"),
+                    &cell(figures.mean_position_error_m, metres, "m"),
+                    &cell(figures.p95_position_error_m, metres, "m"),
+                    &cell(figures.ate_rmse_m, metres, "m"),
+                ]);
+            }
+        }
+    }
+    if !estimators.is_empty() {
+        outln!("\n{table}");
+    }
 }
 
 /// Every folder is looked at before the first one is removed.

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+from importlib import metadata
 from pathlib import Path
 from typing import IO, Any, Iterator, Literal, Mapping, Sequence
 
@@ -199,8 +200,9 @@ def launch(
         force: replace the folder of a run that is over. Default: such a folder is
             refused, as is one that holds other files.
         pace: "max", "real", or a factor such as 2.5. Default: as fast as it goes.
-        server: the program. Default: ``sim-server`` on the PATH, else
-            ``target/release/sim-server`` in the current folder or one above it.
+        server: the program. Default: the ``sim-server`` that the package was installed
+            with, else the one on the PATH, else ``target/release/sim-server`` in the
+            current folder or one above it.
         allow_loss: return a run that finished but lost something (a participant,
             data, its end) instead of raising `RunLost`: see `Run.losses` and
             ``run.report["remarks"]``.
@@ -258,9 +260,9 @@ def _find_server(server: str | os.PathLike[str] | None) -> str:
         if named is None:
             raise FileNotFoundError(f"server: {os.fspath(server)!r} is no program that can be run")
         return os.path.abspath(named)
-    on_path = shutil.which("sim-server")
-    if on_path is not None:
-        return on_path
+    installed = _installed_server() or shutil.which("sim-server")
+    if installed is not None:
+        return installed
     here = Path.cwd()
     for folder in (here, *here.parents):
         built = folder / "target" / "release" / "sim-server"
@@ -270,6 +272,16 @@ def _find_server(server: str | os.PathLike[str] | None) -> str:
         "sim-server is neither on the PATH nor in target/release here or above: build it "
         "(`cargo build --release` in the repository) and give its path with server="
     )
+
+
+def _installed_server() -> str | None:
+    """The program that came with this package, if it is from a wheel that has it."""
+    try:
+        files = metadata.files("rusty-lab") or []
+    except metadata.PackageNotFoundError:
+        return None
+    paths = (str(file.locate()) for file in files if file.name == "sim-server")
+    return next((path for path in paths if os.access(path, os.X_OK)), None)
 
 
 def _scenario(scenario: str | os.PathLike[str] | Mapping[str, Any], folder: str) -> str:

@@ -164,6 +164,35 @@ fn runs_are_listed_and_removed_by_name_and_nothing_else_is() {
 }
 
 #[test]
+fn runs_are_compared_by_estimator() {
+    let place = folder();
+    let reports = [("a", "42"), ("b", "43"), ("c", "42")].map(|(name, seed)| {
+        let more: &[&str] = if name == "c" { &["--add", "mine=dead-reckoning"] } else { &[] };
+        launch(name, &place.at(name), &[&TICKS[..], &["--seed", seed], more].concat())
+    });
+    let dir = ["--in", arg(place.path())];
+    let compared = runs(&[&["compare", "a", "b", "c"], &dir[..]].concat());
+    for (run, report) in compared.as_array().unwrap().iter().zip(&reports) {
+        assert_eq!(run["end"]["digest"], report["digest"]);
+        assert_eq!((&run["seed"], &run["scores"]), (&report["seed"], &report["scores"]));
+    }
+    let table = sim_server(&[&["runs", "compare", "c", "b"], &dir[..]].concat()).expect(0);
+    let rows = |estimator: &str| {
+        let starts = |line: &&str| line.starts_with(estimator);
+        table.stdout.lines().filter(starts).map(|l| l.split_whitespace().nth(1).unwrap()).collect()
+    };
+    let (both, one): (Vec<&str>, Vec<&str>) = (rows("dead-reckoning"), rows("mine"));
+    assert_eq!((both, one), (vec!["c", "b"], vec!["c"]));
+    // Scores of another run are not those of this one; one that is missing is named.
+    fs::copy(place.at("a/score.json"), place.at("b/score.json")).unwrap();
+    let compared = runs(&[&["compare", "a", "b"], &dir[..]].concat());
+    assert_eq!(compared[1]["scores"], json!([]));
+    let missing = [&["runs", "compare", "a", "nowhere"], &dir[..]].concat();
+    sim_server(&missing).expect(2).says("nowhere").says("sim-server runs");
+    sim_server(&["runs", "compare", "a"]).expect(2);
+}
+
+#[test]
 fn the_marker_of_a_blind_log_s_replay_names_no_seed() {
     let place = folder();
     let at = |name: &str| place.at(name);
