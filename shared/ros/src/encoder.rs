@@ -102,6 +102,8 @@ pub struct Encoder {
     odometry: SE2,
     counts: EncoderCounts,
     last_s: Option<f64>,
+    /// Mean velocity since the tick before, by the counts.
+    twist: Twist,
     /// Pose of `odom` in `map`, as far as it is known.
     odom_in_map: Option<SE2>,
 }
@@ -127,6 +129,7 @@ impl Encoder {
             odometry: SE2::identity(),
             counts: EncoderCounts::default(),
             last_s: None,
+            twist: Twist::default(),
             odom_in_map: about.localizer.and(about.start),
             about,
         }
@@ -166,16 +169,46 @@ impl Encoder {
         &mut self,
         tick: &Tick<'_>,
     ) -> Result<impl ExactSizeIterator<Item = Encoded<'_>>, CdrError> {
-        let time_ns = nanoseconds(tick.time_s);
-        let stamp = Time::from_ns(time_ns);
+        let stamp = Time::from_ns(nanoseconds(tick.time_s));
         self.batch.clear();
         self.batch.put(Content::Clock, &Clock { clock: stamp })?;
         if self.last_s.is_none() {
             self.put_latched(stamp)?;
         }
-        let twist = self.reckon(tick);
+        self.skip(tick.time_s, tick.counts);
+        self.put_tick(stamp, tick)?;
+        Ok(self.batch.messages(nanoseconds(tick.time_s)))
+    }
+
+    /// Returns the messages of the tick that was the latest one once more, for a
+    /// subscriber that comes later.
+    ///
+    /// # Errors
+    /// [`CdrError`].
+    pub fn again(
+        &mut self,
+        tick: &Tick<'_>,
+    ) -> Result<impl ExactSizeIterator<Item = Encoded<'_>>, CdrError> {
+        let stamp = Time::from_ns(nanoseconds(tick.time_s));
+        self.batch.clear();
+        self.batch.put(Content::Clock, &Clock { clock: stamp })?;
+        self.put_tick(stamp, tick)?;
+        Ok(self.batch.messages(nanoseconds(tick.time_s)))
+    }
+
+    /// Takes the next tick without its messages: moves the dead reckoning on.
+    pub fn skip(&mut self, time_s: f64, counts: EncoderCounts) {
+        let delta = odometry_delta(self.counts, counts, &self.about.drive);
+        self.counts = counts;
+        self.odometry = self.odometry.boxplus(&delta);
+        let passed_s = self.last_s.replace(time_s).map_or(0.0, |last_s| time_s - last_s);
+        let passed_s = if passed_s > 0.0 { passed_s } else { self.about.dt_s };
+        self.twist = Twist { v_m_s: delta.x / passed_s, omega_rad_s: delta.z / passed_s };
+    }
+
+    fn put_tick(&mut self, stamp: Time, tick: &Tick<'_>) -> Result<(), CdrError> {
         self.put_frames(stamp, tick)?;
-        self.put_odometry(stamp, twist)?;
+        self.put_odometry(stamp)?;
         let twist = tick.command.into();
         self.batch.put(Content::Command, &TwistStamped { header: header(stamp, BASE), twist })?;
         if let Some(ranges_m) = tick.ranges_m {
@@ -193,7 +226,7 @@ impl Encoder {
             let message = PoseStamped { header: header(stamp, MAP), pose: truth.into() };
             self.batch.put(Content::Truth, &message)?;
         }
-        Ok(self.batch.messages(time_ns))
+        Ok(())
     }
 
     fn put_latched(&mut self, stamp: Time) -> Result<(), CdrError> {
@@ -207,17 +240,6 @@ impl Encoder {
         Ok(())
     }
 
-    /// Moves the dead reckoning on; returns the mean velocity since the tick before, by
-    /// the counts.
-    fn reckon(&mut self, tick: &Tick<'_>) -> Twist {
-        let delta = odometry_delta(self.counts, tick.counts, &self.about.drive);
-        self.counts = tick.counts;
-        self.odometry = self.odometry.boxplus(&delta);
-        let passed_s = self.last_s.replace(tick.time_s).map_or(0.0, |last_s| tick.time_s - last_s);
-        let passed_s = if passed_s > 0.0 { passed_s } else { self.about.dt_s };
-        Twist { v_m_s: delta.x / passed_s, omega_rad_s: delta.z / passed_s }
-    }
-
     fn put_frames(&mut self, stamp: Time, tick: &Tick<'_>) -> Result<(), CdrError> {
         let localizer = self.about.localizer.and_then(|k| *tick.estimates.get(k)?);
         if let Some(estimate) = localizer {
@@ -228,12 +250,12 @@ impl Encoder {
         self.batch.put(Content::Frames, &TfMessage { transforms })
     }
 
-    fn put_odometry(&mut self, stamp: Time, twist: Twist) -> Result<(), CdrError> {
+    fn put_odometry(&mut self, stamp: Time) -> Result<(), CdrError> {
         let message = Odometry {
             header: header(stamp, ODOM),
             child_frame_id: Text::Borrowed(BASE),
             pose: PoseWithCovariance { pose: self.odometry.into(), covariance: [0.0; 36] },
-            twist: TwistWithCovariance { twist: twist.into(), covariance: [0.0; 36] },
+            twist: TwistWithCovariance { twist: self.twist.into(), covariance: [0.0; 36] },
         };
         self.batch.put(Content::Odometry, &message)
     }

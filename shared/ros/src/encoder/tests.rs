@@ -155,3 +155,25 @@ fn small_sensors_and_truth_have_topics_where_they_exist() {
 fn no_type_is_without_a_schema() {
     assert!(!crate::schema::schema(crate::messages::Twist::NAME).is_empty());
 }
+
+#[test]
+fn skipped_ticks_move_the_odometry_and_the_latest_tick_can_be_sent_again() {
+    let at = |k: i64| Tick { time_s: 0.02 * k as f64, ..tick(k * k) };
+    let of = |skipped: bool| {
+        let mut encoder = Encoder::new(Description::of(&header()));
+        for k in 1..5 {
+            match skipped {
+                true => encoder.skip(at(k).time_s, at(k).counts),
+                false => drop(messages(&mut encoder, &at(k))),
+            }
+        }
+        (messages(&mut encoder, &at(5)), encoder)
+    };
+    let ((all, mut encoder), (after_skipped, _)) = (of(false), of(true));
+    let odometry: Odometry = find(&all, "/odom");
+    assert!(odometry.twist.twist.linear.x > 0.0);
+    encoder.select(|channel| !channel.is_latched);
+    let again: Vec<Vec<u8>> = encoder.again(&at(5)).unwrap().map(|m| m.cdr.to_vec()).collect();
+    assert_eq!(again, all.iter().map(|(_, bytes)| bytes.clone()).collect::<Vec<_>>());
+    assert_eq!(after_skipped, all);
+}
