@@ -175,17 +175,16 @@ impl Encoder {
         if self.last_s.is_none() {
             self.put_latched(stamp)?;
         }
-        self.skip(tick.time_s, tick.counts);
+        self.advance(tick.time_s, tick.counts);
         self.put_tick(stamp, tick)?;
         Ok(self.batch.messages(nanoseconds(tick.time_s)))
     }
 
-    /// Returns the messages of the tick that was the latest one once more, for a
-    /// subscriber that comes later.
+    /// Returns the messages of the tick that was taken last, latched ones left out.
     ///
     /// # Errors
     /// [`CdrError`].
-    pub fn again(
+    pub fn messages(
         &mut self,
         tick: &Tick<'_>,
     ) -> Result<impl ExactSizeIterator<Item = Encoded<'_>>, CdrError> {
@@ -197,7 +196,7 @@ impl Encoder {
     }
 
     /// Takes the next tick without its messages: moves the dead reckoning on.
-    pub fn skip(&mut self, time_s: f64, counts: EncoderCounts) {
+    pub fn advance(&mut self, time_s: f64, counts: EncoderCounts) {
         let delta = odometry_delta(self.counts, counts, &self.about.drive);
         self.counts = counts;
         self.odometry = self.odometry.boxplus(&delta);

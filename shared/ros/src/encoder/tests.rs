@@ -157,23 +157,23 @@ fn no_type_is_without_a_schema() {
 }
 
 #[test]
-fn skipped_ticks_move_the_odometry_and_the_latest_tick_can_be_sent_again() {
+fn ticks_without_messages_move_the_odometry_and_the_last_one_can_be_had_later() {
     let at = |k: i64| Tick { time_s: 0.02 * k as f64, ..tick(k * k) };
-    let of = |skipped: bool| {
+    let of = |silent: bool| {
         let mut encoder = Encoder::new(Description::of(&header()));
         for k in 1..5 {
-            match skipped {
-                true => encoder.skip(at(k).time_s, at(k).counts),
+            match silent {
+                true => encoder.advance(at(k).time_s, at(k).counts),
                 false => drop(messages(&mut encoder, &at(k))),
             }
         }
         (messages(&mut encoder, &at(5)), encoder)
     };
-    let ((all, mut encoder), (after_skipped, _)) = (of(false), of(true));
+    let ((all, mut encoder), (after_silence, _)) = (of(false), of(true));
     let odometry: Odometry = find(&all, "/odom");
     assert!(odometry.twist.twist.linear.x > 0.0);
     encoder.select(|channel| !channel.is_latched);
-    let again: Vec<Vec<u8>> = encoder.again(&at(5)).unwrap().map(|m| m.cdr.to_vec()).collect();
-    assert_eq!(again, all.iter().map(|(_, bytes)| bytes.clone()).collect::<Vec<_>>());
-    assert_eq!(after_skipped, all);
+    let later: Vec<Vec<u8>> = encoder.messages(&at(5)).unwrap().map(|m| m.cdr.to_vec()).collect();
+    assert_eq!(later, all.iter().map(|(_, bytes)| bytes.clone()).collect::<Vec<_>>());
+    assert_eq!(after_silence, all);
 }
