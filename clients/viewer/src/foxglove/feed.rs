@@ -245,3 +245,121 @@ fn send<'a>(messages: impl Iterator<Item = Encoded<'a>>, apps: &[Open]) {
 fn nanoseconds(time_s: f64) -> u64 {
     (time_s * 1e9).round() as u64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::outbox::Parcel;
+    use crate::record::Shown;
+    use rusty_contract::{LogHeader, Scenario};
+    use rusty_geometry::EncoderCounts;
+    use serde_json::Value;
+
+    fn moment(k: u64) -> Arc<Moment> {
+        let left = k as i64;
+        Arc::new(Moment {
+            tick: k,
+            time_s: 0.5 * (k + 1) as f64,
+            counts: EncoderCounts { left, right: left * left },
+            ranges_m: k.is_multiple_of(4).then(|| vec![1.0; 180]),
+            shown: vec![Shown::default()],
+            ..Moment::default()
+        })
+    }
+
+    fn feed() -> Feed {
+        let feed = Feed::default();
+        let world = rusty_geometry::apartment().spec().clone();
+        feed.begin(Description::of(&LogHeader::simulated("test", &Scenario::default(), world)));
+        feed
+    }
+
+    /// Reads the messages in JSON that wait, by their operation.
+    fn texts<const N: usize>(outbox: &Outbox, expected: [&str; N]) -> [Value; N] {
+        expected.map(|op| match outbox.next() {
+            Some(Parcel::Text(json)) => {
+                let json: Value = serde_json::from_str(&json).unwrap();
+                assert_eq!(json["op"], op);
+                json
+            }
+            other => panic!("{other:?} for {op}"),
+        })
+    }
+
+    fn id(advertised: &Value, topic: &str) -> u32 {
+        let channels = advertised["channels"].as_array().unwrap();
+        let channel = channels.iter().find(|channel| channel["topic"] == topic).unwrap();
+        channel["id"].as_u64().unwrap() as u32
+    }
+
+    fn subscriptions(advertised: &Value, topics: &[&str]) -> Vec<Subscription> {
+        let subscription = |(k, topic): (u32, &&str)| Subscription {
+            id: 70 + k,
+            channel_id: id(advertised, topic),
+        };
+        (0..).zip(topics).map(subscription).collect()
+    }
+
+    /// Reads the records that wait: subscription (0 of a time) and time, ms.
+    fn records(outbox: &Outbox) -> Vec<(u32, u64)> {
+        let Some(Parcel::Records(records)) = outbox.next() else { panic!("no records") };
+        let number = |bytes: &[u8]| u64::from_le_bytes(bytes.try_into().unwrap()) / 1_000_000;
+        let of = |record: &Bytes| match record[0] {
+            1 => (u32::from_le_bytes(record[1..5].try_into().unwrap()), number(&record[5..13])),
+            _ => (0, number(&record[1..9])),
+        };
+        records.iter().map(of).collect()
+    }
+
+    #[test]
+    fn a_subscriber_gets_what_it_asks_for_and_at_first_what_there_is() {
+        let feed = feed();
+        let app = feed.open(true);
+        let [info, offered] = texts(&app, ["serverInfo", "advertise"]);
+        assert_eq!(info["capabilities"], serde_json::json!(["time", "clientPublish"]));
+        (0..6).for_each(|k| feed.tick(&moment(k)));
+        assert_eq!(records(&app), [500, 1000, 1500, 2000, 2500, 3000].map(|ms| (0, ms)));
+        let wanted = subscriptions(&offered, &["/map", "/scan", "/odom"]);
+        feed.subscribe(&app, &wanted);
+        // The map at the time of the latest tick, the scan at its own.
+        assert_eq!(records(&app), [(70, 3000), (71, 2500), (72, 3000)]);
+        // The same again, and a channel that there is not.
+        let unknown = Subscription { id: 80, channel_id: u32::MAX };
+        feed.subscribe(&app, &[&wanted[..], &[unknown]].concat());
+        feed.tick(&moment(6));
+        feed.unsubscribe(&app, &[72]);
+        feed.tick(&moment(7));
+        feed.tick(&moment(8));
+        let expected = [(0, 3500), (72, 3500), (0, 4000), (0, 4500), (71, 4500)];
+        assert_eq!((records(&app), feed.counts()), (expected.to_vec(), (1, 1)));
+        feed.close(&app);
+        assert_eq!((app.next(), feed.counts()), (None, (0, 1)));
+    }
+
+    #[test]
+    fn time_that_goes_back_begins_a_session_and_ticks_between_count() {
+        let (feed, log) = (feed(), (0..9).map(moment).collect::<Vec<_>>());
+        let app = feed.open(false);
+        let [first, offered] = texts(&app, ["serverInfo", "advertise"]);
+        let odometry = |app: &Outbox| match app.next() {
+            Some(Parcel::Records(records)) => records.last().unwrap()[13..].to_vec(),
+            other => panic!("{other:?}"),
+        };
+        feed.subscribe(&app, &subscriptions(&offered, &["/odom"]));
+        let show = |k: usize| {
+            feed.go_to(&log[..k]);
+            feed.tick(&log[k]);
+        };
+        (0..=5).for_each(show);
+        let whole = odometry(&app);
+        show(2);
+        let [_, second, offered] = texts(&app, ["unadvertise", "serverInfo", "advertise"]);
+        assert_ne!(first["sessionId"], second["sessionId"]);
+        show(5);
+        records(&app);
+        // Numbers of the session before are ignored.
+        feed.subscribe(&app, &[Subscription { id: 1, channel_id: 0 }]);
+        feed.subscribe(&app, &subscriptions(&offered, &["/odom"]));
+        assert_eq!(odometry(&app), whole);
+    }
+}
