@@ -27,10 +27,7 @@ impl OccupancyMap {
         let mut cells = vec![Cell::Free; frame.cells()];
         for wall in world.walls() {
             // Steps of a tenth of a cell cannot jump over one by more than a corner.
-            let along = wall.b - wall.a;
-            let steps = (along.norm() / (0.1 * cell_m)).ceil().max(1.0);
-            for k in 0..=steps as usize {
-                let point = wall.a + along * (k as f64 / steps);
+            for point in wall.points(0.1 * cell_m) {
                 if let Some(cell) = frame.cell_at(point) {
                     cells[cell] = Cell::Occupied;
                 }

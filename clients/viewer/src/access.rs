@@ -50,11 +50,11 @@ impl Rights {
         Ok(Self { view: Token::draw()?, drive: drive.then(Token::draw).transpose()? })
     }
 
-    /// Returns the part of an address that carries them. A browser keeps it to itself.
+    /// Returns the part of an address that carries them, without the mark ahead of it.
     #[must_use]
-    pub fn fragment(&self) -> String {
+    pub fn text(&self) -> String {
         let drive = self.drive.map_or(String::new(), |token| format!("&drive={}", token.to_hex()));
-        format!("#view={}{drive}", self.view.to_hex())
+        format!("view={}{drive}", self.view.to_hex())
     }
 }
 

@@ -120,8 +120,8 @@ impl Drive {
         if self.left_ticks == 0 {
             self.command = Command::default();
         }
-        let Command { ahead, left } = self.command;
-        Twist { v_m_s: ahead * self.options.speed, omega_rad_s: left * self.options.turn }
+        let Options { speed, turn, .. } = self.options;
+        self.command.velocity(Twist { v_m_s: speed, omega_rad_s: turn })
     }
 }
 
@@ -154,16 +154,23 @@ mod tests {
         let stand = Twist::default();
         assert_eq!(drive.next_command(), stand);
         let remote = Remote::open(folder.path()).unwrap();
-        remote.send(Command { ahead: -1.0, left: 1.0 });
-        remote.send(Command { ahead: 1.0, left: -0.5 });
+        remote.send(Command::Parts { ahead: -1.0, left: 1.0 });
+        remote.send(Command::Parts { ahead: 1.0, left: -0.5 });
         let expected = Twist { v_m_s: 0.5, omega_rad_s: -1.0 };
         let commands: Vec<Twist> = (0..4).map(|_| drive.next_command()).collect();
         assert_eq!(commands, [expected, expected, expected, stand]);
         for bad in [f64::NAN, 1.1, f64::INFINITY] {
-            remote.send(Command { ahead: bad, left: 0.0 });
+            remote.send(Command::Parts { ahead: bad, left: 0.0 });
         }
+        remote.send(Command::Velocity(Twist { v_m_s: f64::NAN, omega_rad_s: 0.0 }));
         remote.socket.send_to(b"short", &remote.to).unwrap();
         assert_eq!(drive.next_command(), stand);
+        for (asked, given) in [([0.25, -3.0], [0.25, -2.0]), ([-9.0, 0.125], [-0.5, 0.125])] {
+            let [asked, given] =
+                [asked, given].map(|[v_m_s, omega_rad_s]| Twist { v_m_s, omega_rad_s });
+            remote.send(Command::Velocity(asked));
+            assert_eq!(drive.next_command(), given);
+        }
         assert!(Remote::open(&folder.path().join("other")).is_none());
     }
 }

@@ -3,7 +3,8 @@
 //! A page of another site can send requests here, and by DNS rebinding even read the
 //! answers. Therefore `Host` must be an address of this server, whole; a socket is opened
 //! only for an `Origin` that is this server's, whole; and a socket shows nothing before
-//! it was given the token of [`Rights`](crate::access::Rights).
+//! it was given the token of [`Rights`](crate::access::Rights). The socket for apps is given
+//! the token in the query of its address, and opens for some other sites, too.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -16,6 +17,10 @@ const HEAD_TIME: Duration = Duration::from_secs(5);
 
 /// The path of the socket.
 pub const SOCKET: &str = "/socket";
+/// The path of the socket for apps with the protocol of Foxglove.
+pub const FOXGLOVE: &str = "/foxglove";
+/// The sites of these apps, which may open that socket.
+const APPS: [&str; 2] = ["https://app.foxglove.dev", "https://lichtblick-suite.github.io"];
 
 /// The head of a request.
 #[derive(Debug, Default, PartialEq)]
@@ -24,6 +29,7 @@ pub struct Head {
     pub method: String,
     /// Path without the query.
     pub path: String,
+    query: String,
     fields: BTreeMap<String, String>,
 }
 
@@ -58,8 +64,9 @@ impl Head {
                 return None;
             }
         }
-        let path = target.split('?').next()?.to_owned();
-        Some(Self { method: method.to_owned(), path, fields })
+        let (path, query) = target.split_once('?').unwrap_or((target, ""));
+        let [method, path, query] = [method, path, query].map(str::to_owned);
+        Some(Self { method, path, query, fields })
     }
 
     /// The value of a field, by its name in lower case.
@@ -68,18 +75,31 @@ impl Head {
         self.fields.get(name).map(String::as_str)
     }
 
+    /// The value of a parameter of the query.
+    #[must_use]
+    pub fn parameter(&self, name: &str) -> Option<&str> {
+        let mut parts = self.query.split('&').filter_map(|part| part.split_once('='));
+        parts.find(|(key, _)| *key == name).map(|(_, value)| value)
+    }
+
     /// The refusal of a request that does not come from a page of this server, or to one.
+    /// The socket for apps opens also for programs, which have no `Origin`, for the known
+    /// sites, and for those of `allowed`.
     ///
     /// # Errors
     /// The status of the answer.
-    pub fn check(&self, port: u16) -> Result<(), Status> {
+    pub fn check(&self, port: u16, allowed: &[String]) -> Result<(), Status> {
         let own = [format!("127.0.0.1:{port}"), format!("localhost:{port}")];
         let host = self.field("host").filter(|host| own.iter().any(|own| own == host));
         let host = host.ok_or(Status::Misdirected)?;
         let origin = self.field("origin");
         let is_own = |origin: &str| origin.strip_prefix("http://") == Some(host);
+        let is_app = |origin: &str| {
+            let is_known = APPS.contains(&origin) || allowed.iter().any(|other| other == origin);
+            self.path == FOXGLOVE && is_known
+        };
         match (origin, self.path == SOCKET) {
-            (Some(origin), _) if !is_own(origin) => Err(Status::Forbidden),
+            (Some(origin), _) if !is_own(origin) && !is_app(origin) => Err(Status::Forbidden),
             (None, true) => Err(Status::Forbidden),
             _ if self.method != "GET" => Err(Status::NotAllowed),
             _ => Ok(()),
@@ -94,7 +114,7 @@ pub enum Status {
     Found,
     /// The request is malformed.
     Malformed,
-    /// The request comes from another site.
+    /// The request comes from another site, or has no right.
     Forbidden,
     /// There is no such path.
     Missing,
@@ -102,17 +122,30 @@ pub enum Status {
     NotAllowed,
     /// The host is not this server.
     Misdirected,
+    /// The request offers no subprotocol that is known.
+    Unspoken,
 }
 
 impl Status {
     fn line(self) -> &'static str {
         match self {
             Self::Found => "200 OK",
-            Self::Malformed => "400 Bad Request",
+            Self::Malformed | Self::Unspoken => "400 Bad Request",
             Self::Forbidden => "403 Forbidden",
             Self::Missing => "404 Not Found",
             Self::NotAllowed => "405 Method Not Allowed",
             Self::Misdirected => "421 Misdirected Request",
+        }
+    }
+
+    fn content(self) -> &'static str {
+        match self {
+            Self::Unspoken => {
+                "connecting failed: /foxglove: expected the subprotocol foxglove.sdk.v1 or \
+                 foxglove.websocket.v1, got another one or none; connect with Foxglove, \
+                 Lichtblick or a client of their protocol"
+            }
+            other => other.line(),
         }
     }
 }
@@ -142,10 +175,10 @@ pub fn answer(head: &Head) -> Vec<u8> {
     response(Status::Found, kind, &format!("Content-Security-Policy: {policy}\r\n"), content)
 }
 
-/// Returns an answer without content.
+/// Returns an answer that refuses.
 #[must_use]
 pub fn refusal(status: Status) -> Vec<u8> {
-    response(status, "text/plain; charset=utf-8", "", status.line())
+    response(status, "text/plain; charset=utf-8", "", status.content())
 }
 
 fn response(status: Status, kind: &str, fields: &str, content: &str) -> Vec<u8> {
@@ -171,7 +204,8 @@ mod tests {
     #[test]
     fn host_and_origin_are_compared_whole() {
         let own = "Host: 127.0.0.1:7000\r\n";
-        let check = |path: &str, fields: &str| head(path, fields).unwrap().check(7000);
+        let allowed = ["file://".to_owned()];
+        let check = |path: &str, fields: &str| head(path, fields).unwrap().check(7000, &allowed);
         for (path, fields, expected) in [
             ("/", own.to_owned(), Ok(())),
             ("/?x=1", "host: localhost:7000\r\n".to_owned(), Ok(())),
@@ -189,9 +223,33 @@ mod tests {
             ),
             ("/socket", format!("{own}Origin: null\r\n"), Err(Status::Forbidden)),
             ("/", format!("{own}Origin: http://127.0.0.1:7001\r\n"), Err(Status::Forbidden)),
+            ("/foxglove", own.to_owned(), Ok(())),
+            ("/foxglove", "Host: rebind.test:7000\r\n".to_owned(), Err(Status::Misdirected)),
+            ("/foxglove", format!("{own}Origin: http://127.0.0.1:7000\r\n"), Ok(())),
+            ("/foxglove", format!("{own}Origin: https://app.foxglove.dev\r\n"), Ok(())),
+            ("/foxglove", format!("{own}Origin: file://\r\n"), Ok(())),
+            ("/foxglove", format!("{own}Origin: null\r\n"), Err(Status::Forbidden)),
+            (
+                "/foxglove",
+                format!("{own}Origin: https://app.foxglove.dev.x\r\n"),
+                Err(Status::Forbidden),
+            ),
+            (
+                "/socket",
+                format!("{own}Origin: https://app.foxglove.dev\r\n"),
+                Err(Status::Forbidden),
+            ),
+            ("/socket", format!("{own}Origin: file://\r\n"), Err(Status::Forbidden)),
         ] {
             assert_eq!(check(path, &fields), expected, "{path} {fields}");
         }
+    }
+
+    #[test]
+    fn a_parameter_is_read_by_its_whole_name() {
+        let head = head("/foxglove?review=1&view=abc&drive=&x", "").unwrap();
+        assert_eq!((&*head.path, head.parameter("view")), ("/foxglove", Some("abc")));
+        assert_eq!((head.parameter("drive"), head.parameter("x")), (Some(""), None));
     }
 
     #[test]

@@ -1,29 +1,27 @@
 //! The pages that are open, and what one that opens later gets first.
 //!
-//! A page has an [`Outbox`]. Filling it never waits: of a page that is slow the
-//! oldest ticks are dropped. Scene and state are never dropped.
+//! All that is shown goes through the [`Hub`], to pages and to the [`Feed`] of apps. Of a
+//! page that is slow the oldest ticks are dropped. Scene and state are never dropped.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use crate::record::{has_scan, history};
+use rusty_ros::Description;
+
+use crate::foxglove::Feed;
+use crate::outbox::{Bytes, Outbox};
+use crate::record::{Moment, has_scan, history};
 
 /// Most ticks of the history.
 const MOST_TICKS: usize = 4096;
-/// Most bytes that wait for a page.
-const MOST_BYTES: usize = 8 << 20;
-/// Time between two parcels of records to a page, and while more than one record comes
-/// in a millisecond: every parcel wakes three processes, which the run's may wait for.
-const PAUSE: Duration = Duration::from_millis(8);
-const LONG_PAUSE: Duration = Duration::from_millis(50);
-
-/// A message for a page.
-pub type Bytes = Arc<[u8]>;
 
 /// All pages, and what they share.
 #[derive(Default)]
-pub struct Hub(Mutex<State>);
+pub struct Hub {
+    pages: Mutex<State>,
+    /// The same for apps with the protocol of Foxglove.
+    pub feed: Feed,
+}
 
 #[derive(Default)]
 struct State {
@@ -41,16 +39,17 @@ struct State {
 
 impl Hub {
     fn lock(&self) -> MutexGuard<'_, State> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.pages.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Shows another scene, with the ticks of a log if it is of one.
-    pub fn set_scene(&self, json: &str, ticks: impl Iterator<Item = Bytes>) {
+    pub fn set_scene(&self, json: &str, about: Description, ticks: &[Arc<Moment>]) {
+        self.feed.begin(about);
         let mut state = self.lock();
         state.scene = Some(json.into());
         (state.history, state.now) = (History::default(), [None, None]);
         state.beliefs.clear();
-        ticks.for_each(|tick| state.history.push(&tick));
+        ticks.iter().for_each(|moment| state.history.push(&moment.encode()));
         let (pages, history) = (state.pages.clone(), state.history.to_bytes());
         pages.iter().for_each(|page| {
             page.text(json.into());
@@ -66,7 +65,9 @@ impl Hub {
     }
 
     /// Shows a tick, and adds it to the history if it `is_new`.
-    pub fn tick(&self, record: Bytes, is_new: bool) {
+    pub fn tick(&self, moment: &Arc<Moment>, is_new: bool) {
+        self.feed.tick(moment);
+        let record: Bytes = moment.encode().into();
         let mut state = self.lock();
         if is_new {
             state.history.push(&record);
@@ -103,16 +104,17 @@ impl Hub {
         self.lock().pages.retain(|other| !Arc::ptr_eq(other, page));
     }
 
-    /// Closes all pages.
+    /// Closes all pages and apps.
     pub fn close_all(&self) {
+        self.feed.close_all();
         self.lock().pages.drain(..).for_each(|page| page.close());
     }
 
-    /// The pages that are open, and those that ever were.
+    /// The pages and apps that are open, and those that ever were.
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
-        let state = self.lock();
-        (state.pages.len(), state.opened)
+        let ((open, opened), state) = (self.feed.counts(), self.lock());
+        (state.pages.len() + open, state.opened + opened)
     }
 }
 
@@ -148,119 +150,30 @@ impl History {
     }
 }
 
-/// What waits for a page.
-#[derive(Default)]
-pub struct Outbox {
-    waiting: Mutex<Waiting>,
-    news: Condvar,
-}
-
-#[derive(Default)]
-struct Waiting {
-    items: VecDeque<Item>,
-    /// Of all records among them.
-    bytes: usize,
-    is_closed: bool,
-    /// When the latest parcel of records was sent, and the pause after it.
-    paused: Option<(Instant, Duration)>,
-}
-
-enum Item {
-    Text(Arc<str>),
-    Record(Bytes),
-}
-
-/// What a page is sent at a time.
-#[derive(Debug, PartialEq)]
-pub enum Parcel {
-    /// JSON.
-    Text(Arc<str>),
-    /// Records, one after the other.
-    Records(Vec<u8>),
-}
-
-impl Outbox {
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn text(&self, json: Arc<str>) {
-        self.lock().items.push_back(Item::Text(json));
-        self.news.notify_one();
-    }
-
-    fn record(&self, record: &Bytes) {
-        let mut waiting = self.lock();
-        waiting.bytes += record.len();
-        waiting.items.push_back(Item::Record(Arc::clone(record)));
-        while waiting.bytes > MOST_BYTES {
-            let is_record = |item: &Item| matches!(item, Item::Record(_));
-            let Some(oldest) = waiting.items.iter().position(is_record) else { break };
-            if let Some(Item::Record(dropped)) = waiting.items.remove(oldest) {
-                waiting.bytes -= dropped.len();
-            }
-        }
-        self.news.notify_one();
-    }
-
-    fn close(&self) {
-        self.lock().is_closed = true;
-        self.news.notify_one();
-    }
-
-    /// Waits for something to send, in order; `None` once the page is closed and all is
-    /// sent.
-    pub fn next(&self) -> Option<Parcel> {
-        let paused = self.lock().paused;
-        if let Some((since, pause)) = paused {
-            std::thread::sleep(pause.saturating_sub(since.elapsed()));
-        }
-        let mut waiting = self.lock();
-        loop {
-            let (mut records, mut count) = (Vec::new(), 0);
-            while let Some(Item::Record(record)) =
-                waiting.items.pop_front_if(|item| matches!(item, Item::Record(_)))
-            {
-                waiting.bytes -= record.len();
-                records.extend_from_slice(&record);
-                count += 1;
-            }
-            if !records.is_empty() {
-                let now = Instant::now();
-                let since = paused.map_or(LONG_PAUSE, |(since, _)| now - since);
-                let pause = if count > since.as_millis() { LONG_PAUSE } else { PAUSE };
-                waiting.paused = Some((now, pause));
-                return Some(Parcel::Records(records));
-            }
-            if let Some(Item::Text(json)) = waiting.items.pop_front() {
-                return Some(Parcel::Text(json));
-            }
-            if waiting.is_closed {
-                return None;
-            }
-            waiting = self.news.wait(waiting).unwrap_or_else(PoisonError::into_inner);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::{Moment, Shown};
-    use rusty_geometry::Twist;
+    use crate::outbox::Parcel;
+    use crate::record::Shown;
+    use rusty_contract::{LogHeader, Scenario};
 
-    fn tick(tick: u64) -> Bytes {
-        let shown = [Shown::default()];
-        let (truth, command, digest) = (None, Twist::default(), [0; 16]);
-        let ranges_m: &[f32] = if tick.is_multiple_of(2) { &[1.0; 4] } else { &[] };
-        Moment { tick, time_s: 0.0, truth, command, digest, shown: &shown, ranges_m }
-            .encode()
-            .into()
+    fn moment(tick: u64) -> Arc<Moment> {
+        let ranges_m = tick.is_multiple_of(2).then(|| vec![1.0; 4]);
+        Arc::new(Moment { tick, shown: vec![Shown::default()], ranges_m, ..Moment::default() })
+    }
+
+    fn tick(tick: u64) -> Vec<u8> {
+        moment(tick).encode()
+    }
+
+    fn about() -> Description {
+        let world = rusty_geometry::apartment().spec().clone();
+        Description::of(&LogHeader::simulated("test", &Scenario::default(), world))
     }
 
     fn records(parcel: Option<Parcel>) -> Vec<u8> {
         match parcel {
-            Some(Parcel::Records(bytes)) => bytes,
+            Some(Parcel::Records(records)) => records.concat(),
             other => panic!("{other:?}"),
         }
     }
@@ -268,8 +181,8 @@ mod tests {
     #[test]
     fn a_page_that_opens_late_gets_scene_history_and_the_latest_scan() {
         let hub = Hub::default();
-        hub.set_scene("scene", std::iter::empty());
-        (0..4).for_each(|k| hub.tick(tick(k), true));
+        hub.set_scene("scene", about(), &[]);
+        (0..4).for_each(|k| hub.tick(&moment(k), true));
         hub.set_status("status");
         let page = hub.open();
         assert_eq!(page.next(), Some(Parcel::Text("scene".into())));
@@ -278,7 +191,7 @@ mod tests {
         let bytes = records(page.next());
         assert_eq!(bytes.len(), 4 * bare + tick(2).len() + tick(3).len());
         assert_eq!((bytes[0], &bytes[4 * bare..4 * bare + tick(2).len()]), (3, &tick(2)[..]));
-        hub.tick(tick(4), true);
+        hub.tick(&moment(4), true);
         hub.close(&page);
         assert_eq!(records(page.next()), &tick(4)[..]);
         assert_eq!((page.next(), hub.counts()), (None, (0, 1)));

@@ -4,7 +4,8 @@
 //!
 //! * [`record`]: a tick and a belief as the page gets them, in bytes;
 //! * [`scene`]: the rest, as JSON: walls, robot, LiDAR, names, state, requests;
-//! * [`hub`]: the pages that are open, and what a page that opens later gets;
+//! * [`outbox`], [`hub`]: the pages that are open, and what a page that opens later gets;
+//! * [`foxglove`]: the same for Foxglove and Lichtblick, as messages of ROS 2;
 //! * [`access`], [`http`], [`server`]: the page and its socket, on loopback only;
 //! * [`live`]: a run that goes on; [`recording`], [`playback`]: a log;
 //! * [`command`], [`drive`]: commands from a page or a terminal to the driver of a run.
@@ -15,9 +16,11 @@
 pub mod access;
 pub mod command;
 pub mod drive;
+pub mod foxglove;
 pub mod http;
 pub mod hub;
 pub mod live;
+pub mod outbox;
 pub mod playback;
 mod programs;
 pub mod record;

@@ -13,8 +13,8 @@ use rusty_contract::{
     BeliefHeader, BeliefKind, Brief, Credentials, Effects, Frame, Phase, Reply, RunName, Tally,
     TruthKey, WeightedPose, errln,
 };
-use rusty_geometry::{SE2, Twist};
 use rusty_link::{LinkError, Observer, Peer};
+use rusty_ros::Description;
 
 use crate::hub::Hub;
 use crate::record::{Moment, Shown, belief};
@@ -42,12 +42,12 @@ pub struct LiveRun {
     /// The key, and what it opens.
     secret: Option<(TruthKey, Brief)>,
     effects: Option<Effects>,
-    waiting: VecDeque<Taken>,
+    waiting: VecDeque<Moment>,
     tally: Box<Tally>,
     poses: Vec<WeightedPose>,
     allowance: Allowance,
     /// The latest tick, if pages did not get it.
-    skipped: Option<Arc<[u8]>>,
+    skipped: Option<Arc<Moment>>,
     ended: Option<Phase>,
 }
 
@@ -65,15 +65,6 @@ impl Allowance {
         self.ticks -= f64::from(u8::from(is_there));
         is_there
     }
-}
-
-/// What is kept of a frame until its tally comes.
-struct Taken {
-    tick: u64,
-    time_s: f64,
-    truth: Option<SE2>,
-    command: Twist,
-    ranges_m: Option<Vec<f32>>,
 }
 
 impl LiveRun {
@@ -141,6 +132,15 @@ impl LiveRun {
         }
     }
 
+    /// Returns what an app is told of the run: the truth and the answers with the key.
+    #[must_use]
+    pub fn description(&self) -> Description {
+        match self.brief().map(|brief| &brief.header) {
+            Some(header) => Description { truth: !header.is_blind(), ..Description::of(header) },
+            None => Description::of_start(self.observer.start()),
+        }
+    }
+
     /// Shows the run until it ends or `stop` is raised. Returns how it ended; `None` if
     /// its server was killed.
     ///
@@ -154,7 +154,7 @@ impl LiveRun {
             if (is_idle || self.ended.is_some())
                 && let Some(latest) = self.skipped.take()
             {
-                hub.tick(latest, true);
+                hub.tick(&latest, true);
             }
             if self.ended.is_some() || (is_over && is_idle) {
                 return Ok(self.ended);
@@ -180,7 +180,7 @@ impl LiveRun {
         }
         if self.secret.is_none() {
             while let Some(taken) = self.waiting.pop_front() {
-                self.show_tick(hub, moment(&taken, [0; 16], &[]));
+                self.show_tick(hub, taken);
             }
         }
         while let Some(header) = self.observer.next_belief(&mut self.poses) {
@@ -198,13 +198,16 @@ impl LiveRun {
             Some((key, _)) => frame.open_truth(key)?.map(|truth| truth.pose_in_world()),
             None => None,
         };
-        let ranges = frame.ranges_m();
-        self.waiting.push_back(Taken {
+        self.waiting.push_back(Moment {
             tick: frame.tick(),
             time_s: frame.time_s(),
+            counts: frame.encoders(),
             truth,
             command: frame.command(),
-            ranges_m: ranges.map(|ranges| ranges.iter().map(|&range| range as f32).collect()),
+            ranges_m: frame.ranges_m().map(<[f64]>::to_vec),
+            readings: frame.readings().into(),
+            // Until its tally comes.
+            ..Moment::default()
         });
         if self.waiting.len() > MOST_WAITING {
             self.waiting.pop_front();
@@ -218,12 +221,12 @@ impl LiveRun {
         while self.waiting.front().is_some_and(|taken| taken.tick < tally.tick) {
             self.waiting.pop_front();
         }
-        let Some(taken) = self.waiting.pop_front_if(|taken| taken.tick == tally.tick) else {
+        let Some(mut taken) = self.waiting.pop_front_if(|taken| taken.tick == tally.tick) else {
             return;
         };
         let entries = tally.entries();
         effects.close(taken.tick, taken.ranges_m.is_some(), entries.iter().map(|e| e.reply()));
-        let shown: Vec<Shown> = effects
+        taken.shown = effects
             .replies()
             .zip(entries)
             .map(|(reply, entry)| Shown {
@@ -232,16 +235,18 @@ impl LiveRun {
                     .then_some([entry.answer.compute_ns, entry.latency_ns]),
             })
             .collect();
-        let record = moment(&taken, tally.run_digest, &shown);
-        self.show_tick(hub, record);
+        taken.digest = tally.run_digest;
+        self.show_tick(hub, taken);
     }
 
-    fn show_tick(&mut self, hub: &Hub, record: Arc<[u8]>) {
+    fn show_tick(&mut self, hub: &Hub, moment: Moment) {
+        if let Some(passed) = self.skipped.take() {
+            hub.feed.pass(&passed);
+        }
         if self.allowance.take(Instant::now()) {
-            self.skipped = None;
-            hub.tick(record, true);
+            hub.tick(&moment.into(), true);
         } else {
-            self.skipped = Some(record);
+            self.skipped = Some(moment.into());
         }
     }
 
@@ -255,13 +260,6 @@ impl LiveRun {
             hub.belief(index, belief(header.tick, index, (kind, whole), &self.poses).into());
         }
     }
-}
-
-fn moment(taken: &Taken, digest: [u8; 16], shown: &[Shown]) -> Arc<[u8]> {
-    let Taken { tick, time_s, truth, command, ranges_m } = taken;
-    let ranges_m = ranges_m.as_deref().unwrap_or_default();
-    let (tick, time_s, truth, command) = (*tick, *time_s, *truth, *command);
-    Moment { tick, time_s, truth, command, digest, shown, ranges_m }.encode().into()
 }
 
 /// Carries out what pages ask of the time of a run, until no page can ask any more. Others

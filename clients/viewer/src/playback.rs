@@ -4,7 +4,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use crate::hub::Hub;
-use crate::record::has_scan;
 use crate::recording::Recording;
 use crate::scene::{PageRequest, Status};
 
@@ -20,8 +19,9 @@ const FASTEST: f64 = 1e3;
 /// The position in a log. No clock: the caller says how much time has passed.
 pub struct Playback<'a> {
     recording: &'a Recording,
-    /// Index of the tick that is shown.
+    /// Index of the tick that is shown, once one is.
     at: usize,
+    is_shown: bool,
     /// The time of the log that has come, s.
     clock_s: f64,
     is_playing: bool,
@@ -35,7 +35,7 @@ impl<'a> Playback<'a> {
         let last = recording.ticks.len().saturating_sub(1);
         let at = if from_end { last } else { 0 };
         let clock_s = recording.times_s.get(at).copied().unwrap_or(0.0);
-        Self { recording, at, clock_s, is_playing: !from_end, factor: Some(1.0) }
+        Self { recording, at, is_shown: false, clock_s, is_playing: !from_end, factor: Some(1.0) }
     }
 
     /// Plays for as long as it is wanted.
@@ -109,7 +109,9 @@ impl<'a> Playback<'a> {
         let ticks = &self.recording.ticks;
         // The scan that was the latest one there.
         let from = to.saturating_sub(MOST_BACK);
-        if let Some(scan) = (from..to).rev().find(|&at| has_scan(&ticks[at])) {
+        if let Some(scan) = (from..to).rev().find(|&at| ticks[at].ranges_m.is_some())
+            && !(self.is_shown && (scan..=to).contains(&self.at))
+        {
             self.show(hub, scan);
         }
         let beliefs = self.recording.beliefs.range(..=to as u64).next_back();
@@ -122,9 +124,10 @@ impl<'a> Playback<'a> {
     }
 
     fn show(&mut self, hub: &Hub, at: usize) {
-        let Some(record) = self.recording.ticks.get(at) else { return };
-        self.at = at;
-        hub.tick(record.clone(), false);
+        let Some(moment) = self.recording.ticks.get(at) else { return };
+        (self.at, self.is_shown) = (at, true);
+        hub.feed.go_to(&self.recording.ticks[..at]);
+        hub.tick(moment, false);
         for (index, record) in self.recording.beliefs.get(&(at as u64)).into_iter().flatten() {
             hub.belief(*index, record.clone());
         }

@@ -15,8 +15,8 @@
 //!
 //! The ellipse holds 95 % and is what a unit circle becomes: x by x, y by x, y by y.
 
-use rusty_contract::{BeliefKind, Estimate, WeightedPose};
-use rusty_geometry::{SE2, Twist};
+use rusty_contract::{BeliefKind, Estimate, OwnedReadings, WeightedPose};
+use rusty_geometry::{EncoderCounts, SE2, Twist};
 use rusty_metrics::{heading_error_rad, nees, position_error_m};
 use rusty_plot::ellipse::of_pose;
 
@@ -30,11 +30,14 @@ const HISTORY: u32 = 3;
 const MOST_POSES: usize = 3000;
 
 /// One complete tick.
-pub struct Moment<'a> {
+#[derive(Clone, Debug, Default)]
+pub struct Moment {
     /// Index of the tick.
     pub tick: u64,
     /// Time at its end, s.
     pub time_s: f64,
+    /// Cumulative encoder counts.
+    pub counts: EncoderCounts,
     /// True pose, world frame, where known.
     pub truth: Option<SE2>,
     /// Command of the tick, body frame.
@@ -42,13 +45,15 @@ pub struct Moment<'a> {
     /// Run digest up to and with this tick; zeros where not known.
     pub digest: [u8; 16],
     /// The estimators in roster order.
-    pub shown: &'a [Shown],
-    /// Ranges of the scan, m; empty without one.
-    pub ranges_m: &'a [f32],
+    pub shown: Vec<Shown>,
+    /// Ranges of the scan, m, where there is one.
+    pub ranges_m: Option<Vec<f64>>,
+    /// Readings of the small sensors.
+    pub readings: OwnedReadings,
 }
 
 /// One estimator in a tick.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Shown {
     /// Its estimate in effect.
     pub estimate: Option<Estimate>,
@@ -56,23 +61,24 @@ pub struct Shown {
     pub times_ns: Option<[u64; 2]>,
 }
 
-impl Moment<'_> {
+impl Moment {
     /// Returns the record.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
-        let ranges = self.ranges_m.len().div_ceil(2);
+        let ranges_m = self.ranges_m.as_deref().unwrap_or_default();
+        let ranges = ranges_m.len().div_ceil(2);
         let words = HEAD_WORDS + ESTIMATOR_WORDS * self.shown.len() + ranges;
         let mut bytes = head(1, words);
         numbers(&mut bytes, [self.tick as f64, self.time_s]);
         numbers(&mut bytes, pose(self.truth));
         numbers(&mut bytes, [self.command.v_m_s, self.command.omega_rad_s]);
         bytes.extend((self.shown.len() as u32).to_le_bytes());
-        bytes.extend((self.ranges_m.len() as u32).to_le_bytes());
+        bytes.extend((ranges_m.len() as u32).to_le_bytes());
         bytes.extend(self.digest);
-        for shown in self.shown {
+        for shown in &self.shown {
             shown.encode(&mut bytes, self.truth);
         }
-        bytes.extend(self.ranges_m.iter().flat_map(|range| range.to_le_bytes()));
+        bytes.extend(ranges_m.iter().flat_map(|range| (*range as f32).to_le_bytes()));
         bytes.resize(8 * words, 0);
         bytes
     }
@@ -172,15 +178,16 @@ mod tests {
         // Along the body's x 4 m², across 1 m²: in the world along y.
         let covariance = [4.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.25];
         let estimate = Some(Estimate::new(at).with_covariance(covariance));
-        let shown = [Shown { estimate, times_ns: Some([1000, 2000]) }, Shown::default()];
+        let shown = vec![Shown { estimate, times_ns: Some([1000, 2000]) }, Shown::default()];
         let moment = Moment {
             tick: 7,
             time_s: 0.16,
             truth: Some(SE2::new(1.0, 4.0, at.theta())),
             command: Twist { v_m_s: 0.5, omega_rad_s: -1.0 },
             digest: [9; 16],
-            shown: &shown,
-            ranges_m: &[1.5, 2.5, 3.5],
+            shown,
+            ranges_m: Some(vec![1.5, 2.5, 3.5]),
+            ..Moment::default()
         };
         let bytes = moment.encode();
         assert_eq!(bytes.len(), 8 * (11 + 2 * 11 + 2));

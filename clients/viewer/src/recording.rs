@@ -1,8 +1,9 @@
-//! A log, decoded once: all its ticks as records, in memory.
+//! A log, decoded once: all its ticks, in memory.
 
 use std::collections::BTreeMap;
 use std::io::BufReader;
 use std::path::Path;
+use std::sync::Arc;
 
 use rusty_clients::ClientError;
 use rusty_clients::showing::failure;
@@ -10,8 +11,9 @@ use rusty_contract::belief::{BeliefReader, Found, file_name, tidy};
 use rusty_contract::digest::{hex, observable_of};
 use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
 use rusty_contract::{Effects, Frame, LogHeader, errln, input};
+use rusty_ros::Description;
 
-use crate::hub::Bytes;
+use crate::outbox::Bytes;
 use crate::record::{Moment, Shown, belief};
 use crate::scene::{Mode, Scene};
 
@@ -19,8 +21,8 @@ use crate::scene::{Mode, Scene};
 pub struct Recording {
     /// What the log says of its run.
     pub header: LogHeader,
-    /// The record of every tick.
-    pub ticks: Vec<Bytes>,
+    /// Every tick.
+    pub ticks: Vec<Arc<Moment>>,
     /// The time of every tick, s.
     pub times_s: Vec<f64>,
     /// The beliefs at their ticks: index of the estimator, and record.
@@ -61,7 +63,7 @@ impl Recording {
                 beliefs.insert(record.tick, fitting);
             }
             times_s.push(record.time_s(dt_s));
-            ticks.push(encode(&record, &mut effects, dt_s));
+            ticks.push(moment(record, &mut effects, dt_s).into());
         };
         let (digest, cut) = match ending {
             Ending::Complete(trailer) => (Some(hex(&trailer.run_digest)), None),
@@ -80,25 +82,31 @@ impl Recording {
         let scene = Scene::of(&self.header, Mode::Log).with_digest(self.digest.clone());
         scene.with_remark(remark.or_else(|| self.cut.clone()))
     }
+
+    /// Returns what an app is told of the log: the truth, unless the log is blind.
+    #[must_use]
+    pub fn description(&self) -> Description {
+        Description { truth: !self.header.is_blind(), ..Description::of(&self.header) }
+    }
 }
 
-fn encode(record: &TickRecord, effects: &mut Effects, dt_s: f64) -> Bytes {
-    let ranges: Vec<f32> = record.ranges_m.iter().flatten().map(|&range| range as f32).collect();
+fn moment(record: TickRecord, effects: &mut Effects, dt_s: f64) -> Moment {
     effects.close(record.tick, record.ranges_m.is_some(), record.replies.iter().copied());
     let shown: Vec<Shown> = effects
         .replies()
         .map(|reply| Shown { estimate: reply.estimate().copied(), times_ns: None })
         .collect();
-    let moment = Moment {
+    Moment {
         tick: record.tick,
         time_s: record.time_s(dt_s),
+        counts: record.ticks,
         truth: record.pose_in_world().filter(rusty_geometry::SE2::is_finite),
         command: record.command,
         digest: [0; 16],
-        shown: &shown,
-        ranges_m: &ranges,
-    };
-    moment.encode().into()
+        shown,
+        ranges_m: record.ranges_m,
+        readings: record.readings,
+    }
 }
 
 /// The beliefs in the files next to a log. A file that cannot be read is left out.

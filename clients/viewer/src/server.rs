@@ -1,9 +1,9 @@
-//! The server of the page: a thread that accepts, and two for each page that is open.
+//! The server of pages and apps: a thread that accepts, and two for each that is open.
 
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Once};
 use std::time::Duration;
 
 use serde::Deserialize;
@@ -11,15 +11,21 @@ use tungstenite::handshake::derive_accept_key;
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message, WebSocket};
 
+use rusty_contract::errln;
+
 use crate::access::Rights;
-use crate::http::{Head, SOCKET, Status, answer, refusal};
-use crate::hub::{Hub, Outbox, Parcel};
+use crate::command::Command;
+use crate::foxglove::{App, subprotocol};
+use crate::http::{FOXGLOVE, Head, SOCKET, Status, answer, refusal};
+use crate::hub::Hub;
+use crate::outbox::{Outbox, Parcel};
 use crate::scene::PageRequest;
 
 /// Most connections at a time.
 const MOST_CONNECTIONS: usize = 64;
-/// Longest message of a page, bytes.
-const MOST_MESSAGE_BYTES: usize = 1 << 10;
+/// Longest message of a page, and of an app, which describes its messages, bytes.
+const MOST_PAGE_BYTES: usize = 1 << 10;
+const MOST_APP_BYTES: usize = 64 << 10;
 /// Time in which a connection must make its request, and a socket give its token.
 const ASKING_TIME: Duration = Duration::from_secs(5);
 /// Time after which a page that takes nothing is given up.
@@ -27,6 +33,8 @@ const STALLED_TIME: Duration = Duration::from_secs(20);
 
 /// Carries out what a page asks for.
 pub type OnRequest = dyn Fn(PageRequest) + Send + Sync;
+/// Passes on a command of one who may drive.
+pub type OnCommand = dyn Fn(Command) + Send + Sync;
 
 /// What all connections share.
 pub struct Shared {
@@ -34,8 +42,12 @@ pub struct Shared {
     pub hub: Arc<Hub>,
     /// Who may see and drive.
     pub rights: Rights,
-    /// Carries out what a page asks for; driving only for those who may.
+    /// Other sites whose pages may open the socket for apps.
+    pub origins: Vec<String>,
+    /// Carries out what a page asks for.
     pub on_request: Box<OnRequest>,
+    /// Passes commands on.
+    pub on_command: Box<OnCommand>,
 }
 
 /// A port on the loopback address.
@@ -55,10 +67,16 @@ impl Server {
         Ok(Self { listener, port })
     }
 
-    /// The address of the page, with the tokens.
+    /// The address of the page, with the tokens. A browser keeps them to itself.
     #[must_use]
     pub fn address(&self, rights: &Rights) -> String {
-        format!("http://127.0.0.1:{}/{}", self.port, rights.fragment())
+        format!("http://127.0.0.1:{}/#{}", self.port, rights.text())
+    }
+
+    /// The address for apps, with the tokens.
+    #[must_use]
+    pub fn foxglove_address(&self, rights: &Rights) -> String {
+        format!("ws://127.0.0.1:{}{FOXGLOVE}?{}", self.port, rights.text())
     }
 
     /// Serves pages from now on, in threads that end with the process.
@@ -102,24 +120,48 @@ fn converse(mut stream: TcpStream, port: u16, shared: &Shared) -> io::Result<()>
     let Some(head) = Head::read(&mut stream) else {
         return stream.write_all(&refusal(Status::Malformed));
     };
-    if let Err(status) = head.check(port) {
+    if let Err(status) = head.check(port, &shared.origins) {
+        if status == Status::Forbidden {
+            report_origin(&head, shared);
+        }
         return stream.write_all(&refusal(status));
-    }
-    if head.path != SOCKET {
-        return stream.write_all(&answer(&head));
     }
     let is_upgrade =
         head.field("upgrade").is_some_and(|kind| kind.eq_ignore_ascii_case("websocket"));
-    match (is_upgrade, head.field("sec-websocket-key"), head.field("sec-websocket-version")) {
-        (true, Some(key), Some("13")) => {
-            let accept = derive_accept_key(key.as_bytes());
-            let fields = "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\n\
-                          Connection: Upgrade\r\nSec-WebSocket-Accept: ";
-            stream.write_all(format!("{fields}{accept}\r\n\r\n").as_bytes())?;
+    let key = head.field("sec-websocket-key").filter(|_| is_upgrade);
+    let key = key.filter(|_| head.field("sec-websocket-version") == Some("13"));
+    match (&*head.path, key) {
+        (SOCKET, Some(key)) => {
+            accept(&mut stream, key, "")?;
             talk(stream, shared)
         }
-        _ => stream.write_all(&refusal(Status::Malformed)),
+        (FOXGLOVE, Some(key)) => talk_to_app(stream, &head, key, shared),
+        (SOCKET | FOXGLOVE, None) => stream.write_all(&refusal(Status::Malformed)),
+        _ => stream.write_all(&answer(&head)),
     }
+}
+
+/// Prints the remedy once for one who knows the secret, because an app shows no reason.
+fn report_origin(head: &Head, shared: &Shared) {
+    static REPORTED: Once = Once::new();
+    let knows = |token| shared.rights.view.is(token);
+    if let (true, Some(origin)) = (head.parameter("view").is_some_and(knows), head.field("origin"))
+    {
+        REPORTED.call_once(|| {
+            errln!(
+                "view: connecting an app failed: {FOXGLOVE}: expected a known Origin, got \
+                 {origin:?}; if you trust it, add --allow-origin {origin:?}"
+            );
+        });
+    }
+}
+
+/// Accepts a WebSocket, with more fields of the head.
+fn accept(stream: &mut TcpStream, key: &str, more: &str) -> io::Result<()> {
+    let accept = derive_accept_key(key.as_bytes());
+    let fields = "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\n\
+                  Connection: Upgrade\r\nSec-WebSocket-Accept: ";
+    stream.write_all(format!("{fields}{accept}\r\n{more}\r\n").as_bytes())
 }
 
 /// The first message of a page.
@@ -149,12 +191,17 @@ impl Write for ReadHalf {
     }
 }
 
-fn talk(stream: TcpStream, shared: &Shared) -> io::Result<()> {
+/// Returns the half of a socket that reads messages of at most this length.
+fn reading(stream: &TcpStream, most_bytes: usize) -> io::Result<WebSocket<ReadHalf>> {
     let mut config = WebSocketConfig::default();
-    config.max_message_size = Some(MOST_MESSAGE_BYTES);
-    config.max_frame_size = Some(MOST_MESSAGE_BYTES);
+    config.max_message_size = Some(most_bytes);
+    config.max_frame_size = Some(most_bytes);
     let half = ReadHalf(stream.try_clone()?);
-    let mut pages = WebSocket::from_raw_socket(half, Role::Server, Some(config));
+    Ok(WebSocket::from_raw_socket(half, Role::Server, Some(config)))
+}
+
+fn talk(stream: TcpStream, shared: &Shared) -> io::Result<()> {
+    let mut pages = reading(&stream, MOST_PAGE_BYTES)?;
     let first = pages.read().ok().and_then(|message| message.into_text().ok());
     let first = first.and_then(|text| serde_json::from_str::<Introduction>(&text).ok());
     let Some(first) = first.filter(|first| shared.rights.view.is(&first.view)) else {
@@ -164,38 +211,110 @@ fn talk(stream: TcpStream, shared: &Shared) -> io::Result<()> {
         let _ = socket.close(None);
         return Ok(());
     };
-    let token = first.drive.as_deref().zip(shared.rights.drive);
-    let may_drive = token.is_some_and(|(text, token)| token.is(text));
-    stream.set_read_timeout(None)?;
-    let outbox = shared.hub.open();
-    let (writing, to_write) = (stream.try_clone()?, Arc::clone(&outbox));
-    let writer = std::thread::Builder::new().name("page-out".to_owned());
-    let writer = writer.spawn(move || send_all(writing, may_drive, &to_write))?;
-    while let Ok(message) = pages.read() {
-        let Message::Text(text) = message else { continue };
+    let may_drive = may_drive(shared, first.drive.as_deref());
+    let page = OpenPage { hub: &shared.hub, outbox: shared.hub.open() };
+    let outbox = Arc::clone(&page.outbox);
+    let on_message = move |message| {
+        let _page = &page;
+        let Message::Text(text) = message else { return true };
         match serde_json::from_str(&text) {
             Ok(PageRequest::Drive { .. }) if !may_drive => {}
+            Ok(PageRequest::Drive { ahead, left }) => {
+                (shared.on_command)(Command::Parts { ahead, left });
+            }
             Ok(request) => (shared.on_request)(request),
             // The page of this server sends nothing else.
-            Err(_) => break,
+            Err(_) => return false,
+        }
+        true
+    };
+    let rights = format!(r#"{{"message":"rights","drive":{may_drive}}}"#);
+    exchange(stream, pages, outbox, Some(rights), on_message)
+}
+
+/// A page. Dropped, it is closed.
+struct OpenPage<'a> {
+    hub: &'a Hub,
+    outbox: Arc<Outbox>,
+}
+
+impl Drop for OpenPage<'_> {
+    fn drop(&mut self) {
+        self.hub.close(&self.outbox);
+    }
+}
+
+fn may_drive(shared: &Shared, text: Option<&str>) -> bool {
+    text.zip(shared.rights.drive).is_some_and(|(text, token)| token.is(text))
+}
+
+fn talk_to_app(mut stream: TcpStream, head: &Head, key: &str, shared: &Shared) -> io::Result<()> {
+    if !head.parameter("view").is_some_and(|text| shared.rights.view.is(text)) {
+        return stream.write_all(&refusal(Status::Forbidden));
+    }
+    let Some(spoken) = head.field("sec-websocket-protocol").and_then(subprotocol) else {
+        return stream.write_all(&refusal(Status::Unspoken));
+    };
+    accept(&mut stream, key, &format!("Sec-WebSocket-Protocol: {spoken}\r\n"))?;
+    let messages = reading(&stream, MOST_APP_BYTES)?;
+    let mut app = App::open(&shared.hub.feed, may_drive(shared, head.parameter("drive")));
+    let outbox = Arc::clone(app.outbox());
+    let on_message = move |message| match message {
+        Message::Text(text) => app.request(&text),
+        Message::Binary(bytes) => {
+            app.command(&bytes).into_iter().for_each(&*shared.on_command);
+            true
+        }
+        _ => true,
+    };
+    exchange(stream, messages, outbox, None, on_message)
+}
+
+/// Reads messages until one is not wanted, while another thread sends the outbox: with a
+/// greeting all records of a parcel in one message, as a page reads them, and without one
+/// each in its own.
+fn exchange(
+    stream: TcpStream,
+    mut messages: WebSocket<ReadHalf>,
+    outbox: Arc<Outbox>,
+    greeting: Option<String>,
+    mut on_message: impl FnMut(Message) -> bool,
+) -> io::Result<()> {
+    stream.set_read_timeout(None)?;
+    let (writing, to_write) = (stream.try_clone()?, Arc::clone(&outbox));
+    let writer = std::thread::Builder::new().name("page-out".to_owned());
+    let writer = writer.spawn(move || send_all(writing, greeting, &to_write))?;
+    while let Ok(message) = messages.read() {
+        match message {
+            Message::Ping(content) => outbox.pong(content.to_vec()),
+            message if on_message(message.clone()) => {}
+            _ => break,
         }
     }
-    shared.hub.close(&outbox);
+    // What it belongs to is closed.
+    drop(on_message);
     let _ = stream.shutdown(Shutdown::Read);
     let _ = writer.join();
     Ok(())
 }
 
-/// Sends what is in the outbox until the page is closed, or takes nothing any more.
-fn send_all(stream: TcpStream, may_drive: bool, outbox: &Outbox) {
+/// Sends what is in the outbox until it is closed, or nothing is taken any more.
+fn send_all(stream: TcpStream, greeting: Option<String>, outbox: &Outbox) {
     let ending = stream.try_clone();
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, None);
-    let rights = format!(r#"{{"message":"rights","drive":{may_drive}}}"#);
-    let mut sent = socket.send(Message::text(rights));
+    let is_page = greeting.is_some();
+    let mut sent = greeting.map_or(Ok(()), |text| socket.send(Message::text(text)));
     while sent.is_ok() {
         sent = match outbox.next() {
             Some(Parcel::Text(json)) => socket.send(Message::text(&*json)),
-            Some(Parcel::Records(bytes)) => socket.send(Message::binary(bytes)),
+            Some(Parcel::Pong(content)) => socket.send(Message::Pong(content.into())),
+            Some(Parcel::Records(records)) if is_page => {
+                socket.send(Message::binary(records.concat()))
+            }
+            Some(Parcel::Records(records)) => {
+                let mut records = records.iter().map(|record| Message::binary(record.to_vec()));
+                records.try_for_each(|message| socket.write(message)).and_then(|()| socket.flush())
+            }
             None => break,
         };
     }

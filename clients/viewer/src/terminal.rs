@@ -42,7 +42,7 @@ impl Drop for Terminal {
 
 /// The command of the last key that is one for driving.
 fn command_of(bytes: &[u8]) -> Option<Command> {
-    let command = |ahead, left| Some(Command { ahead, left });
+    let command = |ahead, left| Some(Command::Parts { ahead, left });
     let of = |at: usize| match &bytes[at..] {
         [0x1B, b'[' | b'O', b'A', ..] | [b'w' | b'W', ..] => command(1.0, 0.0),
         [0x1B, b'[' | b'O', b'B', ..] | [b's' | b'S', ..] => command(-1.0, 0.0),
@@ -75,7 +75,7 @@ mod tests {
             (b"\x1B[Z", None),
             (b"", None),
         ] {
-            let expected = expected.map(|(ahead, left)| Command { ahead, left });
+            let expected = expected.map(|(ahead, left)| Command::Parts { ahead, left });
             assert_eq!(command_of(keys), expected, "{keys:?}");
         }
     }

@@ -126,6 +126,13 @@ impl Wall {
         Vector2::new(dx, dy)
     }
 
+    /// Points from one end to the other, equally far apart and at most `step_m`.
+    pub fn points(&self, step_m: f64) -> impl Iterator<Item = Point2<f64>> + use<> {
+        let (from, along) = (self.a, self.b - self.a);
+        let steps = (along.norm() / step_m).ceil().max(1.0);
+        (0..=steps as usize).map(move |k| from + along * (k as f64 / steps))
+    }
+
     /// Length in metres.
     #[must_use]
     pub fn length_m(&self) -> f64 {

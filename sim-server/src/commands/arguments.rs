@@ -67,6 +67,9 @@ pub struct RunArgs {
     /// Show the run in a browser
     #[arg(long)]
     pub watch: bool,
+    /// With --watch, let apps of this site connect
+    #[arg(long, value_name = "ORIGIN", requires = "watch")]
+    pub allow_origin: Vec<String>,
     /// Begin paused
     #[arg(long)]
     pub paused: bool,

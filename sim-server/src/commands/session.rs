@@ -163,7 +163,7 @@ impl RunSession<'_> {
             }
             if self.args.watch {
                 let key = prepared.observer_credentials();
-                viewers.push(Viewer::start(&name, &header, &key)?);
+                viewers.push(Viewer::start(&name, &header, &key, &self.args.allow_origin)?);
             }
             runs.push(prepared.build(source, &out_dir)?);
             made.push((header, name, out_dir, gates));

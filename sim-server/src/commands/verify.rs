@@ -300,6 +300,7 @@ fn play(source: &mut Recording, folder: &Path) -> Result<FinishedRun> {
         force: false,
         pace: Some(Pace::Max),
         watch: false,
+        allow_origin: Vec::new(),
         paused: false,
         no_report: true,
         sandbox: None,

@@ -26,7 +26,12 @@ pub(super) struct Viewer {
 impl Viewer {
     /// Starts the viewer of a run that is about to begin, and prints the address of its
     /// page. Its driver can be driven from the page if it is the program `drive`.
-    pub(super) fn start(run: &RunName, header: &LogHeader, key: &Credentials) -> Result<Self> {
+    pub(super) fn start(
+        run: &RunName,
+        header: &LogHeader,
+        key: &Credentials,
+        origins: &[String],
+    ) -> Result<Self> {
         let is_driven = header.roster.iter().any(|p| {
             let program = p.command.first().map(|word| word.rsplit('/').next());
             p.role == Role::Driver && program.flatten() == Some("drive")
@@ -36,6 +41,7 @@ impl Viewer {
             .args(["--run", run.as_str(), "--key-stdin"])
             .args(["--launcher", &std::process::id().to_string()])
             .args(is_driven.then_some("--drive"))
+            .args(origins.iter().map(|origin| format!("--allow-origin={origin}")))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             // Ctrl-C reaches this process alone.
@@ -47,16 +53,14 @@ impl Viewer {
         let output = viewer.child.stdout.take().context("the viewer has no output")?;
         let (sender, receiver) = channel();
         std::thread::spawn(move || {
-            let mut line = String::new();
-            let _ = BufReader::new(output).read_line(&mut line);
-            let _ = sender.send(line);
+            let lines: Vec<String> = BufReader::new(output).lines().take(2).flatten().collect();
+            let _ = sender.send(lines);
         });
-        let line = receiver.recv_timeout(START_TIME).unwrap_or_default();
-        let address = line.trim();
-        if address.is_empty() {
+        let lines = receiver.recv_timeout(START_TIME).unwrap_or_default();
+        let [address, foxglove] = &lines[..] else {
             return Err(anyhow!("the viewer gave no address; run without --watch"));
-        }
-        errln!("watch {address}");
+        };
+        errln!("watch {address}\n{foxglove}");
         Ok(viewer)
     }
 

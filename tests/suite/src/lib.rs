@@ -16,6 +16,7 @@ mod guard;
 pub mod hand;
 mod live;
 mod logs;
+pub mod npm;
 mod process;
 mod processes;
 pub mod python;

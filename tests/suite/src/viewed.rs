@@ -69,6 +69,11 @@ impl Viewed {
         self.tokens().split('&').next().unwrap().strip_prefix("view=").unwrap()
     }
 
+    /// The address for apps.
+    pub fn foxglove(&self) -> String {
+        format!("ws://127.0.0.1:{}/foxglove?{}", self.port(), self.tokens())
+    }
+
     /// Waits for the end, with this exit code; returns what it printed.
     #[track_caller]
     pub fn ends_with(mut self, code: i32) -> (String, String) {

@@ -14,6 +14,7 @@ use rusty_clients::{ClientError, stop_by_signal};
 use rusty_contract::log::LogReader;
 use rusty_contract::{Brief, Credentials, Exit, Phase, RunName, errln, outln, output};
 use rusty_link::Peer;
+use rusty_ros::Description;
 use tempfile::NamedTempFile;
 
 use crate::access::Rights;
@@ -22,6 +23,7 @@ use crate::drive::Remote;
 use crate::hub::Hub;
 use crate::live::{LiveRun, control};
 use crate::playback::Playback;
+use crate::record::Moment;
 use crate::recording::Recording;
 use crate::scene::{PageRequest, Scene, Status};
 use crate::server::{Server, Shared};
@@ -58,6 +60,10 @@ struct Cli {
     #[arg(long, value_name = "PORT", default_value_t = 0)]
     port: u16,
 
+    /// Let apps of this site connect, as the Origin they send
+    #[arg(long, value_name = "ORIGIN")]
+    allow_origin: Vec<String>,
+
     /// Open no browser
     #[arg(long)]
     no_open: bool,
@@ -79,6 +85,7 @@ Examples:
   view runs/NAME/run.log               play a log
 
 The page is for this machine and this user only: its address has a secret after `#`.
+The second address is for Foxglove and Lichtblick, and has the same secret.
 The viewer ends when the page is closed, or with Ctrl-C. docs/view.md has the keys.";
 
 pub(super) fn main() -> Exit {
@@ -131,24 +138,26 @@ impl Viewer {
     fn serve(&self, cli: &Cli) -> Result<Option<NamedTempFile>, ClientError> {
         let failed = |e| ClientError::Unusable(format!("127.0.0.1:{}: {e}", cli.port));
         let server = Server::bind(cli.port).map_err(failed)?;
-        let address = server.address(&self.rights);
+        let [address, foxglove] =
+            [server.address(&self.rights), server.foxglove_address(&self.rights)];
         let (requests, folder) = (Arc::clone(&self.requests), Arc::clone(&self.folder));
         let remote = Mutex::new(None::<Remote>);
+        let on_command = move |command: DriveCommand| {
+            let mut remote = remote.lock().unwrap_or_else(PoisonError::into_inner);
+            let folder = folder.lock().unwrap_or_else(PoisonError::into_inner);
+            *remote = remote.take().or_else(|| Remote::open(folder.as_ref()?));
+            remote.iter().for_each(|way| way.send(command));
+        };
         let on_request = move |request| {
-            if let PageRequest::Drive { ahead, left } = request {
-                let mut remote = remote.lock().unwrap_or_else(PoisonError::into_inner);
-                let folder = folder.lock().unwrap_or_else(PoisonError::into_inner);
-                *remote = remote.take().or_else(|| Remote::open(folder.as_ref()?));
-                remote.iter().for_each(|way| way.send(DriveCommand { ahead, left }));
-                return;
-            }
             let to = requests.lock().unwrap_or_else(PoisonError::into_inner);
             let _ = to.as_ref().map(|to| to.send(request));
         };
         let (hub, rights) = (Arc::clone(&self.hub), self.rights);
-        let shared = Shared { hub, rights, on_request: Box::new(on_request) };
+        let (on_request, on_command) = (Box::new(on_request), Box::new(on_command));
+        let origins = cli.allow_origin.clone();
+        let shared = Shared { hub, rights, origins, on_request, on_command };
         server.serve(shared).map_err(failed)?;
-        outln!("{address}");
+        outln!("{address}\nfoxglove {foxglove}");
         let has_display =
             ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
         Ok((has_display && !cli.no_open).then(|| open_browser(&address)).flatten())
@@ -165,9 +174,9 @@ impl Viewer {
         self.hub.set_status(&serde_json::to_string(status).unwrap_or_default());
     }
 
-    fn scene(&self, scene: &Scene, recording: Option<&Recording>) {
+    fn scene(&self, scene: &Scene, about: Description, ticks: &[Arc<Moment>]) {
         let json = serde_json::to_string(scene).unwrap_or_default();
-        self.hub.set_scene(&json, recording.iter().flat_map(|r| r.ticks.iter().cloned()));
+        self.hub.set_scene(&json, about, ticks);
     }
 
     fn log(&self, cli: &Cli, log: &Path) -> Result<Exit, ClientError> {
@@ -185,7 +194,7 @@ impl Viewer {
 
     fn play(&self, recording: &Recording, scene: Scene, from_end: bool) {
         let requests = self.take_requests();
-        self.scene(&scene, Some(recording));
+        self.scene(&scene, recording.description(), &recording.ticks);
         let mut page = PageWatch::new(self);
         Playback::new(recording, from_end).run(&requests, &self.hub, || page.is_wanted());
         self.hub.close_all();
@@ -208,7 +217,7 @@ impl Viewer {
         };
         let folder = live.folder().to_owned();
         *self.folder.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.clone());
-        self.scene(&live.scene(), None);
+        self.scene(&live.scene(), live.description(), &[]);
         let ended = Arc::new(AtomicBool::new(false));
         let (requests, hub, name) = (self.take_requests(), Arc::clone(&self.hub), run.clone());
         let is_over = Arc::clone(&ended);

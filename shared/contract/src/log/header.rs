@@ -166,6 +166,16 @@ impl LogHeader {
         }
     }
 
+    /// Whether a robot made the frames.
+    #[must_use]
+    pub fn is_recording(&self) -> bool {
+        match &self.source {
+            Source::Recorded { .. } => true,
+            Source::Blind { of, .. } => of == RECORDING,
+            Source::Simulated | Source::Forked { .. } => false,
+        }
+    }
+
     /// Whether the truth was taken out of this log.
     #[must_use]
     pub fn is_blind(&self) -> bool {
@@ -210,14 +220,9 @@ impl LogHeader {
     /// at the start.
     #[must_use]
     pub fn sheets(&self, sheet: DataSheet) -> (LidarSheet, SensorSheets) {
-        let is_recording = match &self.source {
-            Source::Recorded { .. } => true,
-            Source::Blind { of, .. } => of == RECORDING,
-            Source::Simulated | Source::Forked { .. } => false,
-        };
         // The header of a recording has the figures of its data sheets.
         let sheet = match sheet {
-            DataSheet::Nominal if is_recording => DataSheet::Given,
+            DataSheet::Nominal if self.is_recording() => DataSheet::Given,
             sheet => sheet,
         };
         let told = self.told();

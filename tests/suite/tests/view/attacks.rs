@@ -10,18 +10,26 @@ use rusty_tests::*;
 use tungstenite::Message;
 
 use crate::Page;
+use crate::foxglove::AppClient;
 
-/// The page of another site, which tries the socket and then the page of the viewer.
+/// The page of another site, which tries the sockets and then the page of the viewer.
 fn serve_attacker(port: u16, token: &str) -> u16 {
     let script = format!(
         "const done = [];\n\
+         for (const host of ['127.0.0.1', 'localhost', 'rebind.test']) {{\n\
+           const address = `ws://${{host}}:{port}/foxglove?view={token}`;\n\
+           const app = new WebSocket(address, ['foxglove.sdk.v1']);\n\
+           app.onopen = app.onmessage = () => done.push('app');\n\
+           app.onclose = () => done.push('closed');\n\
+         }}\n\
          const socket = new WebSocket('ws://127.0.0.1:{port}/socket');\n\
          socket.onopen = () => {{ done.push('opened'); socket.send('{{\"view\":\"{token}\"}}'); }};\n\
          socket.onmessage = () => done.push('read');\n\
          socket.onclose = async () => {{\n\
            try {{ await (await fetch('http://127.0.0.1:{port}/')).text(); done.push('fetched'); }}\n\
            catch {{ done.push('no fetch'); }}\n\
-           document.title = 'done: ' + done.join(', ');\n\
+           while (done.length < 4) await new Promise((done) => setTimeout(done, 10));\n\
+           document.title = 'done: ' + done.sort().join(', ');\n\
          }};"
     );
     let html = format!("<!doctype html><title>trying</title><script>{script}</script>");
@@ -47,7 +55,8 @@ fn pages_of_other_ports_and_hosts_and_rebound_names_are_refused() {
     for host in ["127.0.0.1", "localhost", "evil.test"] {
         browser.visit(&format!("http://{host}:{attacker}/"));
         browser.until("document.title.startsWith('done')");
-        assert_eq!(browser.value("document.title"), "done: no fetch", "{host}");
+        let refused = "done: closed, closed, closed, no fetch";
+        assert_eq!(browser.value("document.title"), refused, "{host}");
     }
     // A name of the attacker that leads to the port of the viewer.
     browser.visit(&format!("http://rebind.test:{port}/#{}", viewed.tokens()));
@@ -55,6 +64,11 @@ fn pages_of_other_ports_and_hosts_and_rebound_names_are_refused() {
     // The same browser sees what it may see.
     browser.visit(&viewed.address);
     browser.until("globalThis.rustyView && rustyView.ticks > 0");
+    let own = format!("new WebSocket({:?}, ['foxglove.sdk.v1'])", viewed.foxglove());
+    browser.value(&format!(
+        "{{ const app = {own}; app.onmessage = () => app.isRead = true; globalThis.app = app; }} 0"
+    ));
+    browser.until("app.isRead");
 }
 
 #[test]
@@ -73,6 +87,33 @@ fn a_socket_shows_nothing_without_its_origin_and_its_token() {
         let (refused, bytes) = page.until(|_| true);
         assert_eq!((&refused["message"], bytes), (&json!("refused"), 0));
         assert!(page.0.read().is_ok_and(|m| m.is_close()) || page.0.read().is_err());
+    }
+}
+
+#[test]
+fn an_app_needs_its_token_a_known_site_and_a_subprotocol() {
+    let (_out, log) = logged("apps", &["--ticks", "50"]);
+    let viewed = Viewed::view(&[arg(&log), "--allow-origin", "file://"]);
+    let (address, own) = (viewed.foxglove(), format!("http://127.0.0.1:{}", viewed.port()));
+    let bare = address.split('?').next().unwrap();
+    let other = format!("{bare}?view={}", "0".repeat(32));
+    let (sdk, origin) = ("foxglove.sdk.v1", Some("null"));
+    for (address, origin, protocols, expected) in [
+        (&*address, None, sdk, Ok(sdk)),
+        (&address, Some(&*own), "foxglove.websocket.v1", Ok("foxglove.websocket.v1")),
+        (&address, Some("https://app.foxglove.dev"), "x, foxglove.sdk.v1", Ok(sdk)),
+        (&address, Some("https://lichtblick-suite.github.io"), sdk, Ok(sdk)),
+        (&address, Some("file://"), sdk, Ok(sdk)),
+        (&address, origin, sdk, Err(403)),
+        (&address, Some("https://app.foxglove.dev.evil.test"), sdk, Err(403)),
+        (&address, Some("http://localhost"), sdk, Err(403)),
+        (&address, None, "foxglove.sdk.v2", Err(400)),
+        (bare, None, sdk, Err(403)),
+        (&other, None, sdk, Err(403)),
+        (&address.replace("view=", "drive="), None, sdk, Err(403)),
+    ] {
+        let spoken = AppClient::connect(address, origin, protocols).map(|app| app.subprotocol);
+        assert_eq!(spoken.as_deref().map_err(|e| *e), expected, "{address} {origin:?} {protocols}");
     }
 }
 

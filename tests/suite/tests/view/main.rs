@@ -3,6 +3,7 @@
 mod attacks;
 mod costs;
 mod driving;
+mod foxglove;
 mod page;
 
 use std::net::TcpStream;
