@@ -1,3 +1,5 @@
+//! Ticks in, messages out: the topics of a tick and what is in them.
+
 use rusty_contract::config::sensors::{ImuConfig, SonarConfig};
 use rusty_contract::readings::Present;
 use rusty_contract::{LogHeader, Scenario};

@@ -1,3 +1,5 @@
+//! Messages as bytes, and back.
+
 use serde::de::DeserializeOwned;
 
 use super::*;
