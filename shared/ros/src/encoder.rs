@@ -80,7 +80,7 @@ impl Batch {
         self.ends.clear();
     }
 
-    fn messages(&self, time_ns: u64) -> impl ExactSizeIterator<Item = Encoded<'_>> {
+    fn messages(&self, time_ns: u64) -> impl ExactSizeIterator<Item = Encoded<'_>> + use<'_> {
         self.ends.iter().enumerate().map(move |(k, &(channel, end))| {
             let start = k.checked_sub(1).map_or(0, |before| self.ends[before].1);
             Encoded { channel, time_ns, cdr: &self.bytes[start..end] }
@@ -165,10 +165,10 @@ impl Encoder {
     ///
     /// # Errors
     /// [`CdrError`].
-    pub fn tick(
-        &mut self,
+    pub fn tick<'s>(
+        &'s mut self,
         tick: &Tick<'_>,
-    ) -> Result<impl ExactSizeIterator<Item = Encoded<'_>>, CdrError> {
+    ) -> Result<impl ExactSizeIterator<Item = Encoded<'s>> + use<'s>, CdrError> {
         let stamp = Time::from_ns(nanoseconds(tick.time_s));
         self.batch.clear();
         self.batch.put(Content::Clock, &Clock { clock: stamp })?;

@@ -5,9 +5,10 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use rusty_contract::{Exit, errln, outln};
+use rusty_contract::{Exit, TextTable, errln, outln};
+use rusty_logs::export::mcap::{RosExported, RosOptions};
 use rusty_logs::export::tum::Tum;
-use rusty_logs::export::{Exported, StampOrder, csv, parquet, scenario};
+use rusty_logs::export::{Exported, StampOrder, Walked, csv, mcap, parquet, rosbag, scenario};
 
 use super::arguments::Output;
 use super::stop_flag;
@@ -49,6 +50,17 @@ where it is unknown), landmarks.range_m, landmarks.bearing_rad. Missing values a
   python3 -c \"import pandas; print(pandas.read_parquet('run.parquet'))\"
   duckdb -c \"select tick, list_min(ranges_m) from 'run.parquet'\"";
 
+const AFTER_ROS: &str = "\
+The messages of ROS 2 (CDR) and their topics are in docs/ros.md: /scan, /scan_points,
+/odom, /tf, /map, /NAME/pose of each participant that answers, and more. The frame odom
+moves in map by the estimates of the first of them, or of --estimator NAME; with none it
+does not, which leaves it to a program that reads the bag. The truth is written only
+with --truth, to /truth/pose. One log gives the same bytes on every machine.
+
+  sim-server export mcap runs/NAME/run.log -o run.mcap
+  sim-server export rosbag runs/NAME/run.log -o bag
+  ros2 bag play bag";
+
 const AFTER_SCENARIO: &str = "\
 The folder gets scenario.toml, commands.txt with the commands of a driver, and
 world.toml if the world is not a built-in one. The run of the scenario has the frames of
@@ -73,6 +85,10 @@ pub enum ExportVerb {
     Csv(ExportCsvArgs),
     /// Export all ticks and scans as one table for pandas, polars or DuckDB
     Parquet(ExportParquetArgs),
+    /// Export all ticks as ROS 2 messages in one MCAP file
+    Mcap(ExportMcapArgs),
+    /// Export all ticks as a rosbag2 folder for ros2 bag play
+    Rosbag(ExportRosbagArgs),
     /// Export the scenario with the driver's commands as a script
     Scenario(ExportScenarioArgs),
 }
@@ -140,6 +156,52 @@ pub struct ExportParquetArgs {
     pub output: Output,
 }
 
+#[derive(Args, Clone, Debug)]
+#[command(after_help = AFTER_ROS)]
+pub struct ExportMcapArgs {
+    /// Log to read
+    pub log: PathBuf,
+    /// File to write [default: LOG with the extension .mcap]
+    #[arg(short = 'o', long = "output", value_name = "FILE")]
+    pub path: Option<PathBuf>,
+    #[command(flatten)]
+    pub ros: RosArgs,
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = AFTER_ROS)]
+pub struct ExportRosbagArgs {
+    /// Log to read
+    pub log: PathBuf,
+    /// Folder to write [default: rosbag, next to the log]
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
+    pub path: Option<PathBuf>,
+    #[command(flatten)]
+    pub ros: RosArgs,
+}
+
+#[derive(Args, Clone, Debug)]
+pub struct RosArgs {
+    /// Participant that moves odom in map, or none
+    #[arg(long, value_name = "NAME")]
+    pub estimator: Option<String>,
+    /// Also write the true poses
+    #[arg(long)]
+    pub truth: bool,
+    /// Replace an existing file or bag
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+impl RosArgs {
+    fn options(&self) -> RosOptions {
+        let Self { estimator, truth, force, .. } = self.clone();
+        RosOptions { estimator, truth, force }
+    }
+}
+
 pub fn run(args: &ExportArgs) -> Result<Exit> {
     let stop = stop_flag()?;
     let (exported, output, wants_truth) = match &args.what {
@@ -157,6 +219,14 @@ pub fn run(args: &ExportArgs) -> Result<Exit> {
             (parquet::export(&args.log, &out, args.force, &stop)?, args.output, false)
         }
         ExportVerb::Scenario(args) => return export_scenario(args, &stop),
+        ExportVerb::Mcap(ExportMcapArgs { log, path, ros }) => {
+            let out = path.clone().unwrap_or_else(|| log.with_extension("mcap"));
+            return Ok(print_ros(&mcap::export(log, &out, &ros.options(), &stop)?, ros.output));
+        }
+        ExportVerb::Rosbag(ExportRosbagArgs { log, path, ros }) => {
+            let out = path.clone().unwrap_or_else(|| log.with_file_name("rosbag"));
+            return Ok(print_ros(&rosbag::export(log, &out, &ros.options(), &stop)?, ros.output));
+        }
     };
     report_problems(&exported, wants_truth);
     output.print_with(&exported, || print(&exported, wants_truth));
@@ -184,6 +254,31 @@ fn export_scenario(args: &ExportScenarioArgs, stop: &AtomicBool) -> Result<Exit>
     Ok(if exported.walked.is_whole() { Exit::Done } else { Exit::Lost })
 }
 
+fn print_ros(exported: &RosExported, output: Output) -> Exit {
+    report_losses(&exported.log, &exported.walked);
+    output.print_with(exported, || {
+        let mut table = TextTable::new("topic  type  >messages");
+        for topic in &exported.topics {
+            table.row(&[&topic.name, &topic.type_name, &topic.messages]);
+        }
+        outln!("{table}");
+        exported.findings.iter().for_each(|finding| outln!("finding   {finding}"));
+        outln!("ticks     {}", exported.walked.ticks);
+        outln!("written   {} ({} messages)", exported.path, exported.messages());
+    });
+    if exported.walked.is_whole() { Exit::Done } else { Exit::Lost }
+}
+
+fn report_losses(log: &str, walked: &Walked) {
+    if let Some(cut) = &walked.cut {
+        errln!("{log}: {cut}; its complete ticks are exported");
+    }
+    if walked.damaged_records > 0 {
+        let damaged = walked.damaged_records;
+        errln!("{log}: the checksums of {damaged} records fail; their values are suspect");
+    }
+}
+
 fn report_problems(exported: &Exported, wants_truth: bool) {
     let log = &exported.log;
     if wants_truth && exported.ticks_with_truth == 0 {
@@ -192,13 +287,7 @@ fn report_problems(exported: &Exported, wants_truth: bool) {
     for name in &exported.without {
         errln!("{log}: {name} answered no pose that can be written");
     }
-    if let Some(cut) = &exported.walked.cut {
-        errln!("{log}: {cut}; its complete ticks are exported");
-    }
-    if exported.walked.damaged_records > 0 {
-        let damaged = exported.walked.damaged_records;
-        errln!("{log}: the checksums of {damaged} records fail; their values are suspect");
-    }
+    report_losses(log, &exported.walked);
     let StampOrder { stamps_repeated: repeated, stamps_backwards: backwards, .. } = exported.stamps;
     if wants_truth && repeated > 0 {
         errln!(

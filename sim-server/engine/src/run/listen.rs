@@ -118,10 +118,11 @@ impl Run<'_> {
             ) {
                 continue;
             }
+            // Looked at first: of one that is dead, the child's status is there.
+            let joined_dead = self.participants.peers[slot].as_ref().is_some_and(Peer::is_dead);
             // A slot that was taken again by hand is no longer the child's.
             let pid = self.lockstep.slots()[slot].pid;
             let child = self.participants.children.ended(slot, pid);
-            let joined_dead = self.participants.peers[slot].as_ref().is_some_and(Peer::is_dead);
             if child.is_none() && !joined_dead {
                 continue;
             }

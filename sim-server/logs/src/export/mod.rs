@@ -3,11 +3,14 @@
 //! In reading order: `walk` (the ticks of a log with the answers in effect), `sheet`
 //! (a file that is there when it is complete, or not at all), [`tum`] (trajectories
 //! in the format of the TUM RGB-D benchmark), [`csv`] and [`parquet`] (all ticks as one
-//! table) and [`scenario`] (the run again, without its driver).
+//! table), [`mcap`] and [`rosbag`] (all ticks as messages of ROS 2) and [`scenario`] (the run
+//! again, without its driver).
 
 pub mod csv;
 mod error;
+pub mod mcap;
 pub mod parquet;
+pub mod rosbag;
 pub mod scenario;
 mod sheet;
 pub mod tum;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rusty_contract::log::{Ending, LogReader, Read, TickRecord};
+use rusty_contract::log::{Ending, LogReader, Read, TickRecord, Trailer};
 use rusty_contract::{Effects, Estimate, LogHeader};
 use rusty_geometry::{SE2, Twist};
 use serde::Serialize;
@@ -20,6 +20,8 @@ pub struct Walk<'s> {
     stop: &'s AtomicBool,
     /// How far the walk is, and where it ended.
     pub walked: Walked,
+    /// The last line of a complete log, once the walk is there.
+    pub trailer: Option<Trailer>,
 }
 
 /// Where a walk ended.
@@ -68,7 +70,8 @@ impl<'s> Walk<'s> {
         let header = reader.header().clone();
         let effects = Effects::of(&header);
         let walked = Walked::default();
-        Ok(Self { log: log.display().to_string(), reader, header, effects, stop, walked })
+        let (log, trailer) = (log.display().to_string(), None);
+        Ok(Self { log, reader, header, effects, stop, walked, trailer })
     }
 
     /// Names of those that answer, in roster order.
@@ -91,9 +94,12 @@ impl<'s> Walk<'s> {
             }
             Read::End(ending) => {
                 self.walked.damaged_records = self.reader.damaged();
-                if let Ending::Cut { ticks, at_byte, problem } = ending {
-                    let how = format!("cut after {ticks} complete ticks, at byte {at_byte}");
-                    self.walked.cut = Some(format!("{how}: {problem}"));
+                match ending {
+                    Ending::Complete(trailer) => self.trailer = Some(trailer),
+                    Ending::Cut { ticks, at_byte, problem } => {
+                        let how = format!("cut after {ticks} complete ticks, at byte {at_byte}");
+                        self.walked.cut = Some(format!("{how}: {problem}"));
+                    }
                 }
                 Ok(None)
             }

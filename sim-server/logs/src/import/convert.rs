@@ -9,8 +9,8 @@ use rusty_geometry::Twist;
 
 use super::plan::{Plan, plan};
 use super::preview::Preview;
-use super::recording::{Event, Recording};
-use super::survey::{Survey, drive, look};
+use super::recording::{Event, Events, Recording};
+use super::survey::{Before, Survey, drive, look};
 use super::wheels::{Mount, Tick, Wheels};
 use super::{ImportError, ImportReport, Progress};
 
@@ -51,23 +51,35 @@ pub fn import_carmen(
     options: ImportOptions<'_>,
     progress: &mut dyn FnMut(u64),
 ) -> Result<ImportReport, ImportError> {
-    check_two_files(input, output)?;
     let mut progress = Progress::new(progress);
-
     let preview = Preview::read(input, &mut progress)?;
     progress.pass(preview.lines);
-    let open = || Recording::open(input, preview.has_echoes());
+    let has_echoes = preview.has_echoes();
+    let open = || Ok(Box::new(Recording::open(input, has_echoes)?) as Box<dyn Events>);
+    import(input, output, options, Before::Carmen(preview), &open, &mut progress)
+}
+
+/// Imports a recording whose kind is known, and which `open` opens again for each pass.
+pub(super) fn import(
+    input: &Path,
+    output: &Path,
+    options: ImportOptions<'_>,
+    before: Before,
+    open: &dyn Fn() -> Result<Box<dyn Events>, ImportError>,
+    progress: &mut Progress<'_>,
+) -> Result<ImportReport, ImportError> {
+    check_two_files(input, output)?;
     let mut recording = open()?;
-    let survey = look(&mut recording, &preview, &mut progress)?;
-    progress.pass(recording.lines.line);
+    let survey = look(&mut *recording, before, progress)?;
+    progress.pass(recording.facts().line);
     if !survey.has_odometry() {
         return Err(no_odometry(input, &survey));
     }
 
     let mount = survey.mount();
     let mut recording = open()?;
-    let driven = drive(&mut recording, mount, survey.ranges.max().m, &mut progress)?;
-    progress.pass(recording.lines.line);
+    let driven = drive(&mut *recording, mount, survey.ranges.max().m, progress)?;
+    progress.pass(recording.facts().line);
 
     let plan = plan(input, options.writer, &survey, &driven)?;
     if options.strict && !plan.report.findings.is_empty() {
@@ -75,8 +87,8 @@ pub fn import_carmen(
         return Err(ImportError::Strict { path, findings });
     }
     let mut recording = open()?;
-    write(&mut recording, output, &plan, mount, &mut progress)?;
-    progress.pass(recording.lines.line);
+    write(&mut *recording, output, &plan, mount, progress)?;
+    progress.pass(recording.facts().line);
     Ok(plan.report)
 }
 
@@ -113,7 +125,7 @@ fn no_odometry(input: &Path, survey: &Survey) -> ImportError {
 
 /// Reads the recording once more and writes the run log.
 fn write(
-    recording: &mut Recording,
+    recording: &mut dyn Events,
     output: &Path,
     plan: &Plan,
     mount: Mount,
@@ -140,9 +152,9 @@ fn write(
             ticks.write(&mut log, &tick, ranges_m)?;
         }
     }
-    if ticks.done != plan.header.config.ticks || recording.lines.line != plan.report.lines {
+    if ticks.done != plan.header.config.ticks || recording.facts().line != plan.report.lines {
         let problem = "the file changed while it was read; import it again when it is complete";
-        return Err(ImportError::file(Path::new(&recording.lines.path), problem));
+        return Err(ImportError::file(Path::new(recording.facts().path), problem));
     }
     let buffer = log.finish(ticks.trailer())?;
     let partial = buffer

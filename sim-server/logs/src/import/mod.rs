@@ -9,7 +9,8 @@
 //! (echoes, flat stamps), `recording` (readings, scans, and echoes that are
 //! neither), `wheels` (counts from poses), `ranges` (codes for no return),
 //! `survey` (what must be known before the first tick), `judge` (findings),
-//! `plan` (header and remarks), `convert` (writing), [`report`], [`error`].
+//! `plan` (header and remarks), `convert` (writing), [`report`], [`error`]; then [`ros`]
+//! (MCAP and rosbag2 by the same way).
 //!
 //! Source of the format: the CARMEN logger, see `carmen`. Departures:
 //!
@@ -22,6 +23,7 @@
 
 pub mod error;
 pub mod report;
+pub mod ros;
 
 mod carmen;
 mod convert;

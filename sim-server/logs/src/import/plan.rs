@@ -15,7 +15,7 @@ use super::error::ImportError;
 use super::findings::findings;
 use super::ranges::RangeMax;
 use super::report::ImportReport;
-use super::survey::{Drive, Survey};
+use super::survey::{Drive, Survey, Told};
 use super::wheels::{Mount, WHEELS};
 
 /// Room around the path of the robot, m.
@@ -64,7 +64,7 @@ pub(super) fn plan(
     let header = LogHeader {
         writer: writer.to_owned(),
         source: Source::Recorded {
-            format: "carmen".to_owned(),
+            format: survey.told.as_ref().map_or("carmen", |told| told.format).to_owned(),
             file: file.to_string_lossy().into_owned(),
             remarks: remarks.clone(),
             findings: findings.clone(),
@@ -122,6 +122,9 @@ fn robot() -> RobotConfig {
 /// Beams from −90° over 180°. 181 and 361 beams have one at +90°, other
 /// numbers stop a step before it.
 fn lidar(survey: &Survey) -> LidarConfig {
+    if let Some(lidar) = survey.told.as_ref().and_then(|told| told.lidar) {
+        return lidar;
+    }
     let beams = survey.beams.max(1);
     let fov_rad = match beams {
         181 | 361 => PI * beams as f64 / (beams - 1) as f64,
@@ -187,6 +190,9 @@ fn report(
 
 /// What a reader should know of the conversion, a sentence each.
 fn remarks(survey: &Survey, drive: &Drive) -> Vec<String> {
+    if let Some(told) = &survey.told {
+        return ros_remarks(told, survey, drive);
+    }
     let mut list = vec![counts_remark(), sideways_remark(drive)];
     if survey.anchors > 0 {
         list.push(format!(
@@ -214,6 +220,20 @@ fn remarks(survey: &Survey, drive: &Drive) -> Vec<String> {
     if !survey.skipped.is_empty() {
         let types: Vec<&str> = survey.skipped.keys().map(String::as_str).collect();
         list.push(format!("messages that were not read: {}", types.join(", ")));
+    }
+    list
+}
+
+fn ros_remarks(told: &Told, survey: &Survey, drive: &Drive) -> Vec<String> {
+    let mut list = vec![counts_remark(), sideways_remark(drive)];
+    list.extend(told.remarks.iter().cloned());
+    list.push("lines are the messages of the recording, counted from 1".to_owned());
+    list.push("the commands are unknown; every frame says zero".to_owned());
+    list.push(stamps_remark(survey));
+    list.push("no walls are known; the bounds are the path and 10 m around it".to_owned());
+    if !survey.skipped.is_empty() {
+        let topics: Vec<&str> = survey.skipped.keys().take(64).map(String::as_str).collect();
+        list.push(format!("topics that were not read: {}", topics.join(", ")));
     }
     list
 }
@@ -252,9 +272,11 @@ fn stamps_remark(survey: &Survey) -> String {
             "the log's stamps stand still: ticks are numbered in file order at {NOMINAL_RATE_HZ} Hz"
         );
     }
-    let mut text = "stamps are the log's own (the one before the host's name), ticks stand in \
-                    file order"
-        .to_owned();
+    let which = match survey.told {
+        None => "the one before the host's name",
+        Some(_) => "those of the headers",
+    };
+    let mut text = format!("stamps are the log's own ({which}), ticks stand in file order");
     if survey.stamps_backwards > 0 {
         text += &format!(
             "; {} stamps are earlier than the one before, by at most {:.6} s (line {})",

@@ -74,7 +74,7 @@ pub(super) struct StampIntervals {
 }
 
 impl StampIntervals {
-    fn see(&mut self, stamp_s: f64) {
+    pub(super) fn see(&mut self, stamp_s: f64) {
         if let Some(last_s) = self.last_s.replace(stamp_s) {
             self.intervals += 1;
             self.standing += u64::from(stamp_s == last_s);

@@ -59,6 +59,8 @@ pub(super) struct RangeMax {
 pub(super) struct Ranges {
     /// The recording's own maximum, m.
     parameter_m: Option<f64>,
+    /// The maximum, where the recording has no codes.
+    fixed_m: Option<f64>,
     last_pose: Option<SE2>,
     pub(super) all: u64,
     moved: u64,
@@ -76,9 +78,14 @@ impl Ranges {
         Self { parameter_m, ..Self::default() }
     }
 
+    /// No ranges yet, of a recording whose scans tell their maximum.
+    pub(super) fn fixed(max_m: f64) -> Self {
+        Self { fixed_m: Some(max_m), ..Self::default() }
+    }
+
     /// Takes a scan with its pose.
-    pub(super) fn take(&mut self, ranges_m: &[f64], pose: &SE2) {
-        let moved = self.last_pose.replace(*pose) != Some(*pose);
+    pub(super) fn take(&mut self, ranges_m: &[f64], pose: Option<SE2>) {
+        let moved = pose.is_none() || std::mem::replace(&mut self.last_pose, pose) != pose;
         self.all += ranges_m.len() as u64;
         self.moved += if moved { ranges_m.len() as u64 } else { 0 };
         let parameter_m = self.parameter_m.unwrap_or(f64::INFINITY);
@@ -133,6 +140,9 @@ impl Ranges {
     /// The maximum: of the log's own parameter, unless it is doubted, and the
     /// codes for *no return* the smaller one; else the largest range there is.
     pub(super) fn max(&self) -> RangeMax {
+        if let Some(m) = self.fixed_m {
+            return RangeMax { m, known_from: "the scans' range_max", doubted: None };
+        }
         let codes = self.codes();
         let measured = self.beyond_parameter.saturating_sub(codes.map_or(0, |c| c.1));
         let is_doubted = measured as f64 > DOUBTED_PART * self.all as f64;

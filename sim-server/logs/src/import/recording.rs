@@ -31,8 +31,8 @@ pub(super) enum Event<'a> {
     Anchor { pose: SE2, line: u64 },
     /// A scan.
     Scan {
-        /// The first pose of the line: corrected, if anything is.
-        pose: SE2,
+        /// The first pose of the line: corrected, if anything is. `None`: not known.
+        pose: Option<SE2>,
         /// The odometry's own pose, where the line has one that differs.
         odometry: Option<SE2>,
         stamp_s: f64,
@@ -53,17 +53,37 @@ impl Event<'_> {
     }
 }
 
+/// A recording, read event by event.
+pub(super) trait Events {
+    /// The next event, or `None` at the end of the recording.
+    fn next_event(&mut self) -> Result<Option<Event<'_>>, ImportError>;
+
+    /// What was read so far.
+    fn facts(&self) -> Facts<'_>;
+}
+
+/// What was read of a recording so far.
+#[derive(Debug)]
+pub(super) struct Facts<'a> {
+    /// The file, for messages.
+    pub(super) path: &'a str,
+    /// Number of the line just read, from 1; of a recording of ROS, of the message.
+    pub(super) line: u64,
+    /// Readings and scans whose two stamps differ.
+    pub(super) two_times: u64,
+    /// Types of messages that are not read, with their numbers.
+    pub(super) skipped: &'a BTreeMap<String, u64>,
+}
+
 /// A CARMEN log, read event by event.
 pub(super) struct Recording {
-    pub(super) lines: Lines,
+    lines: Lines,
     ranges_m: Vec<f64>,
     /// First pose of the scan before, until an `ODOM` line follows.
     fresh_scan: Option<Triple>,
     has_echoes: bool,
-    /// Types of messages that are not read, with their numbers.
-    pub(super) skipped: BTreeMap<String, u64>,
-    /// Readings and scans whose two stamps differ.
-    pub(super) two_times: u64,
+    skipped: BTreeMap<String, u64>,
+    two_times: u64,
 }
 
 impl Recording {
@@ -79,30 +99,6 @@ impl Recording {
         })
     }
 
-    /// The next event, or `None` at the end of the file.
-    pub(super) fn next_event(&mut self) -> Result<Option<Event<'_>>, ImportError> {
-        while self.lines.advance()? {
-            let (path, line) = (&self.lines.path, self.lines.line);
-            match parse(path, line, &self.lines.text, &mut self.ranges_m)? {
-                Message::Blank | Message::Param { .. } => {}
-                Message::Other(name) => count(&mut self.skipped, name),
-                Message::Odom { pose, stamps } => return self.odom(pose, stamps).map(Some),
-                Message::Flaser { pose, odometry, stamps } => {
-                    self.two_times += u64::from(stamps.measured_s != stamps.logged_s);
-                    self.fresh_scan = Some(pose);
-                    return Ok(Some(Event::Scan {
-                        pose: se2(pose),
-                        odometry: (odometry != pose).then(|| se2(odometry)),
-                        stamp_s: stamps.measured_s,
-                        ranges_m: &self.ranges_m,
-                        line,
-                    }));
-                }
-            }
-        }
-        Ok(None)
-    }
-
     fn odom(&mut self, pose: Triple, stamps: Stamps) -> Result<Event<'static>, ImportError> {
         let (stamp_s, line) = (stamps.measured_s, self.lines.line);
         if self.fresh_scan.take() == Some(pose) && self.has_echoes {
@@ -114,6 +110,40 @@ impl Recording {
         }
         self.two_times += u64::from(stamp_s != stamps.logged_s);
         Ok(Event::Reading { pose: se2(pose), stamp_s, line })
+    }
+}
+
+impl Events for Recording {
+    fn next_event(&mut self) -> Result<Option<Event<'_>>, ImportError> {
+        while self.lines.advance()? {
+            let (path, line) = (&self.lines.path, self.lines.line);
+            match parse(path, line, &self.lines.text, &mut self.ranges_m)? {
+                Message::Blank | Message::Param { .. } => {}
+                Message::Other(name) => count(&mut self.skipped, name),
+                Message::Odom { pose, stamps } => return self.odom(pose, stamps).map(Some),
+                Message::Flaser { pose, odometry, stamps } => {
+                    self.two_times += u64::from(stamps.measured_s != stamps.logged_s);
+                    self.fresh_scan = Some(pose);
+                    return Ok(Some(Event::Scan {
+                        pose: Some(se2(pose)),
+                        odometry: (odometry != pose).then(|| se2(odometry)),
+                        stamp_s: stamps.measured_s,
+                        ranges_m: &self.ranges_m,
+                        line,
+                    }));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            path: &self.lines.path,
+            line: self.lines.line,
+            two_times: self.two_times,
+            skipped: &self.skipped,
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 
+use rusty_contract::config::LidarConfig;
 use rusty_geometry::SE2;
 
 use super::Progress;
@@ -15,8 +16,31 @@ use super::error::ImportError;
 use super::judge::Judge;
 use super::preview::{Params, Preview, StampIntervals};
 use super::ranges::Ranges;
-use super::recording::{Event, Recording};
+use super::recording::{Event, Events};
 use super::wheels::{LeverFit, Mount, Peak, Wheels, distance_m};
+
+/// What a recording of ROS tells of itself.
+#[derive(Debug)]
+pub(super) struct Told {
+    pub(super) format: &'static str,
+    pub(super) flat: Option<StampIntervals>,
+    /// `None`: there are no scans.
+    pub(super) lidar: Option<LidarConfig>,
+    pub(super) remarks: Vec<String>,
+}
+
+/// What is known before the events are read, by the kind of recording.
+#[derive(Debug)]
+pub(super) enum Before {
+    Carmen(Preview),
+    Ros(Told),
+}
+
+impl From<Told> for Before {
+    fn from(told: Told) -> Self {
+        Self::Ros(told)
+    }
+}
 
 /// What a recording holds.
 #[derive(Debug, Default)]
@@ -42,30 +66,40 @@ pub(super) struct Survey {
     pub(super) flat: Option<StampIntervals>,
     pub(super) two_times: u64,
     pub(super) skipped: BTreeMap<String, u64>,
+    /// `None`: it is one of CARMEN.
+    pub(super) told: Option<Told>,
     lever: LeverFit,
 }
 
 /// Reads a recording once, for its facts.
 pub(super) fn look(
-    recording: &mut Recording,
-    preview: &Preview,
+    recording: &mut dyn Events,
+    before: Before,
     progress: &mut Progress<'_>,
 ) -> Result<Survey, ImportError> {
-    let params = preview.params;
-    let mut survey = Survey {
-        params,
-        flat: preview.flat(),
-        ranges: Ranges::new(params.laser_max_m),
-        ..Survey::default()
+    let mut survey = match before {
+        Before::Carmen(preview) => Survey {
+            params: preview.params,
+            flat: preview.flat(),
+            ranges: Ranges::new(preview.params.laser_max_m),
+            ..Survey::default()
+        },
+        Before::Ros(told) => Survey {
+            flat: told.flat,
+            ranges: told.lidar.map_or_else(Ranges::default, |l| Ranges::fixed(l.range_max_m)),
+            told: Some(told),
+            ..Survey::default()
+        },
     };
-    let path = recording.lines.path.clone();
+    let path = recording.facts().path.to_owned();
     while let Some(event) = recording.next_event()? {
         progress.at(event.line());
         survey.take(&event, &path)?;
     }
-    survey.lines = recording.lines.line;
-    survey.two_times = recording.two_times;
-    survey.skipped = recording.skipped.clone();
+    let facts = recording.facts();
+    survey.lines = facts.line;
+    survey.two_times = facts.two_times;
+    survey.skipped = facts.skipped.clone();
     Ok(survey)
 }
 
@@ -83,7 +117,7 @@ impl Survey {
                 self.scans_with_odometry += u64::from(odometry.is_some());
                 self.stamp(*stamp_s, *line);
                 self.scan(ranges_m, *line, path)?;
-                self.ranges.take(ranges_m, pose);
+                self.ranges.take(ranges_m, *pose);
             }
         }
         Ok(())
@@ -110,7 +144,7 @@ impl Survey {
         }
         if ranges_m.len() != self.beams {
             let problem = format!(
-                "FLASER has {} beams, the first scan (line {}) has {}; a run has one LiDAR: split \
+                "the scan has {} beams, the first scan (line {}) has {}; a run has one LiDAR: split \
                  the recording where the number changes",
                 ranges_m.len(),
                 self.first_scan_line,
@@ -174,7 +208,7 @@ pub(super) struct Drive {
 
 /// Reads a recording once, turning the wheels.
 pub(super) fn drive(
-    recording: &mut Recording,
+    recording: &mut dyn Events,
     mount: Mount,
     range_max_m: f64,
     progress: &mut Progress<'_>,

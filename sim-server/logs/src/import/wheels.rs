@@ -127,7 +127,7 @@ impl Wheels {
                 if let Some(odometry) = odometry {
                     self.go_to(mount.body(*odometry, mount.odometry_is_laser), line);
                 }
-                (*stamp_s, Some(mount.body(*pose, mount.scans_are_laser)))
+                (*stamp_s, pose.map(|pose| mount.body(pose, mount.scans_are_laser)))
             }
         };
         Some(Tick { stamp_s, counts: self.counts, truth })

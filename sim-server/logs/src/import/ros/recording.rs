@@ -1,0 +1,169 @@
+//! Messages as events: odometry, and scans with the odometry of their time.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::rc::Rc;
+
+use rusty_geometry::SE2;
+use rusty_ros::messages::{LaserScan, Odometry, TfMessage};
+
+use super::files::{Files, Message};
+use super::survey::{Beams, OdometrySource, decode, frame, stamp_s, truth_at};
+use crate::import::ImportError;
+use crate::import::recording::{Event, Events, Facts};
+
+/// What is read of a recording.
+#[derive(Debug)]
+pub(super) struct Choice {
+    pub(super) odometry: OdometrySource,
+    pub(super) beams: Option<Beams>,
+    pub(super) truth: Vec<(f64, SE2)>,
+}
+
+/// A stamp and the number of its message.
+type Moment = (f64, u64);
+
+/// A recording of ROS, read event by event.
+pub(super) struct RosRecording {
+    files: Files,
+    choice: Rc<Choice>,
+    ranges_m: Vec<f64>,
+    /// Odometry that waits for a scan of its time.
+    reading: Option<(SE2, Moment)>,
+    /// A scan that waits for odometry before it.
+    scan: Option<Moment>,
+    two_times: u64,
+    skipped: BTreeMap<String, u64>,
+}
+
+impl RosRecording {
+    pub(super) fn open(paths: &[PathBuf], choice: Rc<Choice>) -> Self {
+        Self {
+            files: Files::open(paths),
+            choice,
+            ranges_m: Vec::new(),
+            reading: None,
+            scan: None,
+            two_times: 0,
+            skipped: BTreeMap::new(),
+        }
+    }
+
+    fn scan(&self, (stamp_s, line): Moment, odometry: Option<SE2>) -> Event<'_> {
+        let pose = truth_at(&self.choice.truth, stamp_s);
+        Event::Scan { pose, odometry, stamp_s, ranges_m: &self.ranges_m, line }
+    }
+}
+
+impl Events for RosRecording {
+    fn next_event(&mut self) -> Result<Option<Event<'_>>, ImportError> {
+        if let Some(scan) = self.scan.take() {
+            return Ok(Some(self.scan(scan, None)));
+        }
+        loop {
+            let path = self.files.path.clone();
+            let choice = Rc::clone(&self.choice);
+            let Some(message) = self.files.advance()? else {
+                let last = self.reading.take();
+                return Ok(last.map(|(pose, (stamp_s, line))| Event::Reading {
+                    pose,
+                    stamp_s,
+                    line,
+                }));
+            };
+            let topic = &message.channel.topic;
+            let mut ready = None;
+            match &choice.beams {
+                Some(beams) if beams.topic == *topic => {
+                    let moment = ranges(&path, &message, beams, &mut self.ranges_m)?;
+                    self.two_times += u64::from(moment.0 != message.log_s);
+                    match self.reading.take() {
+                        Some((pose, of)) if of.0 == moment.0 => {
+                            return Ok(Some(self.scan(moment, Some(pose))));
+                        }
+                        None => return Ok(Some(self.scan(moment, None))),
+                        before => (ready, self.scan) = (before, Some(moment)),
+                    }
+                }
+                _ if choice.odometry.topic() == topic => {
+                    if let Some(reading) = odometry(&path, &message, &choice.odometry)? {
+                        self.two_times += u64::from(reading.1.0 != message.log_s);
+                        ready = self.reading.replace(reading);
+                    }
+                }
+                _ => *self.skipped.entry(topic.clone()).or_default() += 1,
+            }
+            if let Some((pose, (stamp_s, line))) = ready {
+                return Ok(Some(Event::Reading { pose, stamp_s, line }));
+            }
+        }
+    }
+
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            path: &self.files.path,
+            line: self.files.number,
+            two_times: self.two_times,
+            skipped: &self.skipped,
+        }
+    }
+}
+
+/// The pose of a message of the odometry; `None`: it has other frames.
+fn odometry(
+    path: &str,
+    message: &Message<'_>,
+    source: &OdometrySource,
+) -> Result<Option<(SE2, Moment)>, ImportError> {
+    let found = match source {
+        OdometrySource::Topic(_) => {
+            let odometry: Odometry = decode(path, message)?;
+            Some((SE2::from(odometry.pose.pose), odometry.header.stamp))
+        }
+        OdometrySource::Frames(_, child) => {
+            let frames: TfMessage = decode(path, message)?;
+            let mut moved = frames.transforms.into_iter();
+            let moved = moved.find(|moved| frame(&moved.child_frame_id) == child);
+            moved.map(|moved| (SE2::from(moved.transform), moved.header.stamp))
+        }
+    };
+    let Some((pose, stamp)) = found else { return Ok(None) };
+    // As far out as a pose of CARMEN may be.
+    if !pose.is_finite() || pose.x().abs().max(pose.y().abs()) > 9e5 {
+        let problem =
+            format!("the odometry is at {pose:?}; shift the origin, or mend the recording");
+        return Err(ImportError::line(path, message.number, problem));
+    }
+    Ok(Some((pose, (stamp_s(stamp, message), message.number))))
+}
+
+/// The ranges of a scan, m: the greatest range where nothing came back, and where there
+/// is no valid range.
+fn ranges(
+    path: &str,
+    message: &Message<'_>,
+    beams: &Beams,
+    ranges_m: &mut Vec<f64>,
+) -> Result<Moment, ImportError> {
+    let scan: LaserScan = decode(path, message)?;
+    ranges_m.clear();
+    let max_m = beams.lidar.range_max_m;
+    let valid = |range_m: &f32| {
+        let range_m = f64::from(*range_m);
+        if range_m >= beams.range_min_m && range_m > 0.0 && range_m < max_m {
+            range_m
+        } else {
+            max_m
+        }
+    };
+    if scan.ranges.len() == beams.given {
+        ranges_m.extend(scan.ranges[..beams.taken].iter().step_by(beams.every).map(valid));
+    } else {
+        // The survey refuses a scan of another length.
+        ranges_m.extend(scan.ranges.iter().map(valid));
+    }
+    if beams.is_reversed {
+        ranges_m.reverse();
+    }
+    Ok((stamp_s(scan.header.stamp, message), message.number))
+}
