@@ -56,6 +56,11 @@ impl Ros {
         command
     }
 
+    /// The Python with rclpy.
+    pub fn python(&self) -> Command {
+        self.command(self.python)
+    }
+
     /// The words that start the bridge.
     pub fn bridge(&self, options: &[&str]) -> Vec<String> {
         let python = self.python.to_str().unwrap();

@@ -3,4 +3,5 @@
 mod models;
 mod package;
 mod ros2;
+mod ros2_bytes;
 mod sensed;

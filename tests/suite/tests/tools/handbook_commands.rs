@@ -4,7 +4,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{PermissionsExt as _, symlink};
 
 use rusty_tests::*;
 
@@ -88,7 +88,8 @@ impl Help {
             return false;
         }
         let verb = [path, &[word]].concat();
-        self.of(&verb).contains(&format!("Usage: {}", verb.join(" ")))
+        let usage = [format!("Usage: {}", verb.join(" ")), format!("Usage: {word} ")];
+        usage.iter().any(|usage| self.of(&verb).contains(usage))
     }
 
     /// Says why a command cannot be right.
@@ -218,10 +219,12 @@ fn prepare(place: &Path, page: &str) {
         symlink(binary(to), release.join(name)).unwrap();
     };
     PROGRAMS.iter().for_each(|name| link(name, name));
-    for mine in ["my-filter", "mine"] {
-        link(mine, "dead-reckoning");
+    let script = format!("#!/bin/sh\nexec {} \"$@\"\n", binary("dead-reckoning").display());
+    for mine in ["target/release/my-filter", "target/release/mine", "my-client"] {
+        write(place, mine, &script);
+        let mode = fs::Permissions::from_mode(0o755);
+        fs::set_permissions(place.join(mine), mode).unwrap();
     }
-    symlink(binary("dead-reckoning"), place.join("my-client")).unwrap();
     symlink(repository().join("clients"), place.join("clients")).unwrap();
     launch("named", &place.join("runs/NAME"), &["--ticks", "300"]);
     if page == "docs/worlds.md" {
