@@ -281,6 +281,7 @@ pages! {
     first_filter_rust: "docs/first-filter-rust.md",
     install: "docs/install.md",
     protocol: "docs/protocol.md",
+    ros: "docs/ros.md",
     ros2_bridge: "docs/ros2-bridge.md",
     scenarios: "docs/scenarios.md",
     sensors: "docs/sensors.md",
