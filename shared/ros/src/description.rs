@@ -1,7 +1,7 @@
 //! The robot and its run, as far as a stream of messages tells of them.
 
 use rusty_contract::data_sheet::{DataSheet, LidarSheet, SensorSheets};
-use rusty_contract::{LogHeader, Start};
+use rusty_contract::{LogHeader, Role, Start};
 use rusty_geometry::{DiffDrive, SE2, WorldSpec};
 
 /// A robot and its run.
@@ -34,12 +34,13 @@ pub struct Description {
 
 impl Description {
     /// Returns what a log with this header tells, without true poses. The first
-    /// participant that answers is the localizer.
+    /// estimator is the localizer.
     #[must_use]
     pub fn of(header: &LogHeader) -> Self {
         let (lidar, sensors) = header.sheets(DataSheet::Given);
         let config = header.told();
         let estimators: Vec<String> = header.answering().map(|p| p.name.clone()).collect();
+        let localizer = header.answering().position(|p| p.role == Role::Estimator);
         Self {
             drive: config.robot.nominal().drive,
             dt_s: config.dt_s,
@@ -49,7 +50,7 @@ impl Description {
             start: header.known_start(),
             world: header.known_world().cloned(),
             has_commands: !header.is_recording(),
-            localizer: Some(0),
+            localizer: localizer.or(Some(0)),
             estimators,
             truth: false,
         }

@@ -60,10 +60,10 @@ pub(super) struct Files {
 }
 
 impl Files {
-    pub(super) fn open(paths: &[PathBuf]) -> Self {
+    pub(super) fn open(paths: Vec<PathBuf>) -> Self {
         Self {
             path: paths.first().map(|path| path.display().to_string()).unwrap_or_default(),
-            paths: paths.to_vec().into_iter(),
+            paths: paths.into_iter(),
             file: None,
             types: BTreeMap::new(),
             channels: BTreeMap::new(),

@@ -39,7 +39,7 @@ pub(super) struct RosRecording {
 impl RosRecording {
     pub(super) fn open(paths: &[PathBuf], choice: Rc<Choice>) -> Self {
         Self {
-            files: Files::open(paths),
+            files: Files::open(paths.to_vec()),
             choice,
             ranges_m: Vec::new(),
             reading: None,
@@ -156,12 +156,17 @@ fn ranges(
             max_m
         }
     };
-    if scan.ranges.len() == beams.given {
-        ranges_m.extend(scan.ranges[..beams.taken].iter().step_by(beams.every).map(valid));
-    } else {
-        // The survey refuses a scan of another length.
-        ranges_m.extend(scan.ranges.iter().map(valid));
+    if scan.ranges.len() != beams.given {
+        let problem = format!(
+            "scan of {}: expected {} ranges, as in the first scan, got {}; convert the scans to \
+             one length first, or name another topic with --scan",
+            beams.topic,
+            beams.given,
+            scan.ranges.len()
+        );
+        return Err(ImportError::line(path, message.number, problem));
     }
+    ranges_m.extend(scan.ranges[..beams.taken].iter().step_by(beams.every).map(valid));
     if beams.is_reversed {
         ranges_m.reverse();
     }

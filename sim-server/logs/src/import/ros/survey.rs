@@ -127,7 +127,7 @@ impl Look {
         options: &RosOptions,
         progress: &mut Progress<'_>,
     ) -> Result<Self, ImportError> {
-        let (mut files, mut look) = (Files::open(paths), Self::default());
+        let (mut files, mut look) = (Files::open(paths.to_vec()), Self::default());
         loop {
             let path = files.path.clone();
             let Some(message) = files.advance()? else { break };
