@@ -84,7 +84,7 @@ fn scans_of_another_size_are_refused() {
         + &flaser(180, HERE, HERE, 1.1)
         + &odom(HERE, 1.2)
         + &flaser(181, HERE, HERE, 1.3);
-    let expected = ["line 4: FLASER has 181 beams", "(line 2) has 180", "split"];
+    let expected = ["line 4: the scan has 181 beams", "(line 2) has 180", "split"];
     assert_message(&text, &expected);
 }
 
