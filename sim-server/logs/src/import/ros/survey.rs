@@ -82,7 +82,7 @@ pub(super) struct Beams {
     pub(super) lidar: LidarConfig,
     /// Number of beams of a scan in the recording.
     pub(super) given: usize,
-    /// Every N-th of the first so many is taken.
+    /// Every N-th of the first `taken` is used.
     pub(super) taken: usize,
     pub(super) every: usize,
     /// The angle falls from beam to beam.
