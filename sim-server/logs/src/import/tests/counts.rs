@@ -90,7 +90,8 @@ fn a_scan_holds_the_counts_and_an_anchor_moves_nothing() {
     let reading = |x: f64| Event::Reading { pose: at(x), stamp_s: 0.0, line: 1 };
     wheels.take(&reading(0.0));
     let moved = wheels.take(&reading(0.5)).unwrap();
-    let scan = Event::Scan { pose: Some(at(0.7)), odometry: None, stamp_s: 0.0, ranges_m: &[], line: 2 };
+    let scan =
+        Event::Scan { pose: Some(at(0.7)), odometry: None, stamp_s: 0.0, ranges_m: &[], line: 2 };
     let held = wheels.take(&scan).unwrap();
     assert_eq!(held.counts, moved.counts);
     assert_eq!(held.truth, Some(at(0.7)));
