@@ -113,7 +113,7 @@ enum Kind {
     List,
 }
 
-/// The cells of a column, with the levels that say where there is none.
+/// The cells of a column, and the levels that mark the null ones.
 struct Column {
     name: String,
     kind: Kind,

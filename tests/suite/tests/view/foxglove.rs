@@ -282,7 +282,7 @@ fn apps_that_read_stand_still_or_are_killed_change_no_bit_of_a_run() {
     };
     let (mut reading, stalled, mut killed) = (open(), open(), open());
     killed.until(|received| received.topic == "/scan");
-    // Without a goodbye of the protocol.
+    // Without a closing frame of the protocol.
     killed.socket.get_mut().shutdown(std::net::Shutdown::Both).unwrap();
     let live = reading.session.clone();
     let mut scans = 0;

@@ -104,7 +104,7 @@ impl Files {
         ImportError::file(Path::new(&self.path), problem)
     }
 
-    /// Begins the next file; `false`: there is none.
+    /// Begins the next file; `false` after the last one.
     fn next_file(&mut self) -> Result<bool, ImportError> {
         let Some(path) = self.paths.next() else { return Ok(false) };
         let io = |error: std::io::Error| {

@@ -28,7 +28,7 @@ pub struct RosOptions {
     pub scan: Option<String>,
     /// Topic of the odometry, or of frames; `None`: the only one.
     pub odom: Option<String>,
-    /// Topic of the true poses; `None`: there are none.
+    /// Topic of the true poses; `None`: the import has no truth.
     pub truth: Option<String>,
     /// Pose of the LiDAR on the body; `None`: that of the static frames.
     pub laser_offset: Option<SE2>,

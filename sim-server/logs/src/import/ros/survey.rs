@@ -224,7 +224,7 @@ impl Look {
         }
     }
 
-    /// The topic of a type that was named, or the only one; `None`: there is none.
+    /// The topic of a type that was named, or the only one; `None`: no topic has the type.
     pub(super) fn choose(
         &self,
         input: &Path,
