@@ -13,6 +13,7 @@ pub const NAMES: &[&str] = &[
     "mcl",
     "scan-match",
     "slam",
+    "trajectory",
     "wander",
     "logger",
     "score",

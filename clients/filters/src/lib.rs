@@ -30,6 +30,8 @@
 //! [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them: [`goto`]
 //! on a map that is given, [`explore`] on one that it makes, to its [`frontiers`].
 //!
+//! [`trajectory`] answers with the poses of an estimator that ran elsewhere.
+//!
 //! The numbers of the models, from logs: [`fit_beam`], [`fit_motion`].
 
 mod numbers;
@@ -91,6 +93,9 @@ pub mod pursuit;
 #[cfg(feature = "link")]
 pub mod explore;
 pub mod frontiers;
+
+#[cfg(feature = "link")]
+pub mod trajectory;
 
 #[cfg(feature = "link")]
 pub mod fit_beam;

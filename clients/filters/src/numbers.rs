@@ -58,6 +58,7 @@ mod tests {
         check::<explore::Options>();
         check::<fit_beam::Options>();
         check::<fit_motion::Options>();
+        check::<trajectory::Options>();
         check::<goto::Options>();
         check::<gridmap::Options>();
         check::<mcl::Options>();

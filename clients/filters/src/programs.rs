@@ -12,6 +12,7 @@ use crate::gridmap::{self, GridMap, GridMapOf, Poses, check_free};
 use crate::mcl::{self, Mcl};
 use crate::scan_match::{ScanMatch, ScanMatchOptions};
 use crate::slam::{Slam, SlamOptions};
+use crate::trajectory::{self, Trajectory};
 use crate::{explore, goto, wander};
 
 /// The programs of this package.
@@ -27,6 +28,7 @@ pub const PROGRAMS: &[Program] = &[
     Program::new("mcl", "localises by particles (Monte Carlo localisation)", mcl),
     Program::new("scan-match", "computes odometry by matching scans", scan_match),
     Program::new("slam", "localises and maps without a given map", slam),
+    Program::new("trajectory", "answers with the poses of a file", trajectory),
     Program::new("wander", "drives through free space by the laser only", wander),
 ];
 
@@ -94,6 +96,10 @@ fn slam() -> Exit {
         options.save_map.iter().try_for_each(|stem| check_free(&args, stem))?;
         Ok(Slam::new(start, &options))
     })
+}
+
+fn trajectory() -> Exit {
+    run(|_, options: trajectory::Options| Trajectory::read(options))
 }
 
 fn wander() -> Exit {

@@ -82,9 +82,11 @@ pub enum ExportVerb {
     /// Export the true and estimated trajectories for evo
     Tum(ExportTumArgs),
     /// Export all ticks as one table
-    Csv(ExportCsvArgs),
+    #[command(after_help = AFTER_CSV)]
+    Csv(ExportTableArgs),
     /// Export all ticks and scans as one table for pandas, polars or DuckDB
-    Parquet(ExportParquetArgs),
+    #[command(after_help = AFTER_PARQUET)]
+    Parquet(ExportTableArgs),
     /// Export all ticks as ROS 2 messages in one MCAP file
     Mcap(ExportMcapArgs),
     /// Export all ticks as a rosbag2 folder for ros2 bag play
@@ -127,26 +129,10 @@ pub struct ExportTumArgs {
 }
 
 #[derive(Args, Clone, Debug)]
-#[command(after_help = AFTER_CSV)]
-pub struct ExportCsvArgs {
+pub struct ExportTableArgs {
     /// Log to read
     pub log: PathBuf,
-    /// File to write [default: LOG with the extension .csv]
-    #[arg(short = 'o', long = "output", value_name = "FILE")]
-    pub path: Option<PathBuf>,
-    /// Replace an existing file
-    #[arg(long)]
-    pub force: bool,
-    #[command(flatten)]
-    pub output: Output,
-}
-
-#[derive(Args, Clone, Debug)]
-#[command(after_help = AFTER_PARQUET)]
-pub struct ExportParquetArgs {
-    /// Log to read
-    pub log: PathBuf,
-    /// File to write [default: LOG with the extension .parquet]
+    /// File to write [default: LOG with the extension of the format]
     #[arg(short = 'o', long = "output", value_name = "FILE")]
     pub path: Option<PathBuf>,
     /// Replace an existing file

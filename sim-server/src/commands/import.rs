@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::{Args, Subcommand};
 use rusty_contract::{Exit, errln, outln};
 use rusty_geometry::SE2;
-use rusty_logs::import::ros::{RosOptions, import_ros};
+use rusty_logs::import::ros::{Poses, RosOptions, TrajectoryReport, import_ros, import_trajectory};
 use rusty_logs::import::{self, ImportOptions, ImportReport};
 
 use super::WRITER;
@@ -32,6 +32,37 @@ pub enum ImportFormat {
     Mcap(RosArgs),
     /// Convert a rosbag2 folder with MCAP files
     Rosbag(RosArgs),
+    /// Take the poses of an estimator from a recording of ROS 2, to score them
+    Trajectory(TrajectoryArgs),
+}
+
+const AFTER_TRAJECTORY: &str = "\
+The trajectory is in TUM format, which evo reads, too; where a message has a covariance,
+six more numbers follow. Score it on the log of the run, or on the import of the
+recording: the stamps must be those of the log.
+  sim-server import trajectory bag --topic /amcl_pose -o amcl.tum
+  sim-server import trajectory bag --frames map,base_link -o slam_toolbox.tum
+  sim-server replay run.log --add amcl=\"trajectory amcl.tum\"";
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = AFTER_TRAJECTORY)]
+pub struct TrajectoryArgs {
+    /// MCAP file or rosbag2 folder to read
+    pub input: PathBuf,
+    /// Trajectory to write
+    #[arg(short = 'o', long = "output", value_name = "FILE")]
+    pub trajectory: PathBuf,
+    /// Topic of poses or odometry [default: the only one with poses and covariances]
+    #[arg(long, value_name = "TOPIC")]
+    pub topic: Option<String>,
+    /// Poses of the frame CHILD in PARENT, from /tf and /tf_static
+    #[arg(long, value_name = "PARENT,CHILD", value_parser = frames, conflicts_with = "topic")]
+    pub frames: Option<Poses>,
+    /// Replace an existing file
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub output: Output,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -89,6 +120,16 @@ fn pose(text: &str) -> Result<SE2, String> {
     }
 }
 
+fn frames(text: &str) -> Result<Poses, String> {
+    let names: Vec<&str> = text.split(',').map(str::trim).collect();
+    match names[..] {
+        [parent, child] if !parent.is_empty() && !child.is_empty() && parent != child => {
+            Ok(Poses::Frames { parent: parent.to_owned(), child: child.to_owned() })
+        }
+        _ => Err("expected two frames such as map,base_link".to_owned()),
+    }
+}
+
 pub fn run(format: &ImportFormat) -> Result<Exit> {
     match format {
         ImportFormat::Carmen(args) => convert(&args.files, |files, options, progress| {
@@ -96,6 +137,34 @@ pub fn run(format: &ImportFormat) -> Result<Exit> {
         }),
         ImportFormat::Mcap(args) => ros(args, false),
         ImportFormat::Rosbag(args) => ros(args, true),
+        ImportFormat::Trajectory(args) => trajectory(args),
+    }
+}
+
+fn trajectory(args: &TrajectoryArgs) -> Result<Exit> {
+    let TrajectoryArgs { input, trajectory, topic, frames, force, output } = args;
+    check_free(trajectory, *force)?;
+    let poses = frames.clone().unwrap_or_else(|| Poses::Topic(topic.clone()));
+    let report = import_trajectory(input, trajectory, &poses, &mut shown("messages", output))?;
+    output.print_with(&report, || {
+        let TrajectoryReport { source, poses, with_covariance, first_stamp_s, last_stamp_s } =
+            &report;
+        outln!("{poses} poses of {source}, {with_covariance} with a covariance");
+        outln!("stamps    {first_stamp_s:?} to {last_stamp_s:?} s");
+        let file = trajectory.display();
+        outln!("file      {file}");
+        outln!("score it  sim-server replay LOG --add NAME=\"trajectory {file}\"");
+    });
+    Ok(Exit::Done)
+}
+
+/// Shows how far the reading of many `lines` is, to a person.
+fn shown(lines: &'static str, output: &Output) -> impl FnMut(u64) + use<> {
+    let is_shown = std::io::stderr().is_terminal() && !output.json;
+    move |done: u64| {
+        if is_shown && done.is_multiple_of(PROGRESS_LINES) {
+            errln!("  {done} {lines}");
+        }
     }
 }
 
@@ -114,14 +183,8 @@ fn convert(
     import: impl FnOnce(&Files, ImportOptions<'_>, &mut dyn FnMut(u64)) -> Imported,
 ) -> Result<Exit> {
     check_free(&args.log, args.force)?;
-    let is_shown = std::io::stderr().is_terminal() && !args.output.json;
-    let mut progress = |lines: u64| {
-        if is_shown && lines.is_multiple_of(PROGRESS_LINES) {
-            errln!("  {lines} lines");
-        }
-    };
     let options = ImportOptions { writer: WRITER, strict: args.strict };
-    let report = import(args, options, &mut progress)?;
+    let report = import(args, options, &mut shown("lines", &args.output))?;
     args.output.print_with(&report, || {
         outln!("{report}");
         outln!("log       {}", args.log.display());

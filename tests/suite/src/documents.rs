@@ -5,6 +5,18 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::repository;
+
+/// The pages of the handbook, relative to the repository.
+pub fn handbook_pages() -> Vec<String> {
+    let folder = fs::read_dir(repository().join("docs")).unwrap().flatten();
+    let names = folder.map(|entry| entry.file_name().into_string().unwrap());
+    let pages = names.filter(|n| n.ends_with(".md")).map(|n| format!("docs/{n}"));
+    let mut pages: Vec<String> = pages.collect();
+    pages.sort();
+    pages
+}
+
 /// A JSON file.
 #[track_caller]
 pub fn json_file(path: &Path) -> Value {

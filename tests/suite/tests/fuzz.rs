@@ -110,8 +110,8 @@ macro_rules! targets {
 }
 
 targets!(
-    log, score, scenario, world, carmen, join, reply, brief, answer, answers, frame, tally, texts,
-    table, map, svg
+    log, score, scenario, world, carmen, mcap, join, reply, brief, answer, answers, frame, tally,
+    texts, table, map, svg
 );
 
 #[test]

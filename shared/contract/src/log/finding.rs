@@ -33,6 +33,22 @@ pub enum Finding {
         /// Length of that interval, s; unknown where the stamps stand still.
         gap_s: Option<f64>,
     },
+    /// The odometry is absent for a while in which the robot moves, in a recording without
+    /// true poses.
+    OdometryGap {
+        /// Number of such intervals.
+        gaps: u64,
+        /// All intervals between readings.
+        intervals: u64,
+        /// Line of the reading that ends the interval with the largest turn.
+        line: u64,
+        /// Turn of the odometry's pose in that interval, rad.
+        turn_rad: f64,
+        /// Distance between the odometry's poses of that interval, m.
+        distance_m: f64,
+        /// Length of that interval, s.
+        gap_s: f64,
+    },
     /// The odometry covers a fraction of the corrected path.
     ShortOdometry {
         /// Length of the odometry, m.
@@ -84,6 +100,13 @@ impl fmt::Display for Finding {
                 let turn_deg = turn_rad.to_degrees();
                 write!(f, "the pose turns by {turn_deg:.1}° and moves by {distance_m:.2} m")
             }
+            Self::OdometryGap { gaps, intervals, line, turn_rad, distance_m, gap_s } => write!(
+                f,
+                "{gaps} of {intervals} intervals between readings have motion and no odometry; the \
+                 worst ends at line {line}: {gap_s:.1} s, the odometry's pose turns by {:.1}° and \
+                 moves by {distance_m:.2} m",
+                turn_rad.to_degrees()
+            ),
             Self::ShortOdometry { odometry_m, path_m } => write!(
                 f,
                 "the odometry covers {odometry_m:.1} m, the corrected path is {path_m:.1} m long"
@@ -134,6 +157,14 @@ mod tests {
         let findings = [
             Finding::FlatStamps { standing: 404, intervals: 405, nominal_rate_hz: 10.0 },
             none,
+            Finding::OdometryGap {
+                gaps: 2,
+                intervals: 900,
+                line: 77,
+                turn_rad: 80.6_f64.to_radians(),
+                distance_m: 0.25,
+                gap_s: 3.1,
+            },
             Finding::ShortOdometry { odometry_m: 39.9, path_m: 221.4 },
             Finding::Sideways { total_m: 25.45, odometry_m: 372.0, max_m: 0.387, line: 2690 },
             Finding::RangeMaxDoubted {
@@ -146,6 +177,7 @@ mod tests {
         for (finding, numbers) in findings.iter().zip([
             ["404", "405", "10 Hz"],
             ["219 of 236", "3.1 s", "80.6°"],
+            ["2 of 900", "3.1 s", "80.6°"],
             ["39.9 m", "221.4 m", "path"],
             ["25.45 m", "0.387 m", "line 2690"],
             ["10 m", "17844 of 61200", "51.09 m"],

@@ -9,8 +9,8 @@ use rusty_geometry::SE2;
 
 use super::error::ExportError;
 use super::sheet::Sheet;
-use super::walk::{StampOrder, Walk, truth};
-use super::{Exported, Written};
+use super::walk::{Walk, truth};
+use super::{Exported, Rows};
 
 const TICK: &str = "tick,time_s,left_ticks,right_ticks,v_m_s,omega_rad_s,\
                     truth.x_m,truth.y_m,truth.theta_rad";
@@ -30,40 +30,25 @@ pub fn export(
     stop: &AtomicBool,
 ) -> Result<Exported, ExportError> {
     let mut walk = Walk::open(log, stop)?;
-    let names = walk.names();
     let mut sheet = Sheet::create(out, force)?;
     // The truth's columns are called so already.
-    let owner = |n: &String| if n == "truth" { "truth.estimate".to_owned() } else { n.clone() };
-    let columns = names.iter().map(owner).flat_map(|n| OF_EACH.map(|c| format!(",{n}.{c}")));
+    let owner = |n: String| if n == "truth" { "truth.estimate".to_owned() } else { n };
+    let columns =
+        walk.names().into_iter().map(owner).flat_map(|n| OF_EACH.map(|c| format!(",{n}.{c}")));
     let sensors = walk.header.config.sensors.clone();
     let sensors = Sensing(&sensors);
     sheet.head(format_args!("{TICK}{}{}", columns.collect::<String>(), sensors.head()))?;
-    let (dt_s, mut ticks_with_truth) = (walk.header.config.dt_s, 0);
-    let mut stamps = StampOrder::default();
-    let mut said = vec![false; names.len()];
+    let (dt_s, mut rows) = (walk.header.config.dt_s, Rows::of(&walk));
     while let Some(record) = walk.tick()? {
-        let truth = truth(&record);
-        ticks_with_truth += u64::from(truth.is_some());
-        stamps.see(record.time_s(dt_s));
-        let mut line = of_tick(&record, dt_s) + &pose(truth.as_ref());
-        for (said, estimate) in said.iter_mut().zip(walk.estimates()) {
-            *said |= estimate.is_some();
+        rows.see(&record, &walk);
+        let mut line = of_tick(&record, dt_s) + &pose(truth(&record).as_ref());
+        for estimate in walk.estimates() {
             line += &pose(estimate.as_ref().map(|e| &e.pose_in_world));
             line += &variances(estimate.as_ref());
         }
         sheet.line(format_args!("{line}{}", sensors.line(&record)))?;
     }
-    let lines = sheet.lines;
-    let files = vec![Written { estimator: None, lines, path: sheet.finish()? }];
-    let silent = names.into_iter().zip(said).filter(|(_, said)| !said);
-    Ok(Exported {
-        log: log.display().to_string(),
-        walked: walk.walked.clone(),
-        ticks_with_truth,
-        stamps,
-        files,
-        without: silent.map(|(name, _)| name).collect(),
-    })
+    Ok(rows.exported(walk, sheet.finish()?))
 }
 
 /// The columns of the small sensors that a robot has, the last of a line: doors as

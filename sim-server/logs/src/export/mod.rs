@@ -19,7 +19,10 @@ mod walk;
 pub use error::ExportError;
 pub use walk::{StampOrder, Walked};
 
+use rusty_contract::log::TickRecord;
 use serde::Serialize;
+
+use walk::Walk;
 
 /// What an export came to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -50,4 +53,41 @@ pub struct Written {
     pub path: String,
     /// Lines of poses, or of ticks.
     pub lines: u64,
+}
+
+/// What the rows of a table came to, tick by tick.
+struct Rows {
+    ticks_with_truth: u64,
+    stamps: StampOrder,
+    /// Which participants had a pose.
+    said: Vec<bool>,
+}
+
+impl Rows {
+    fn of(walk: &Walk<'_>) -> Self {
+        let said = vec![false; walk.header.answering().count()];
+        Self { ticks_with_truth: 0, stamps: StampOrder::default(), said }
+    }
+
+    /// Takes the tick that was walked last.
+    fn see(&mut self, record: &TickRecord, walk: &Walk<'_>) {
+        self.ticks_with_truth += u64::from(walk::truth(record).is_some());
+        self.stamps.see(record.time_s(walk.header.config.dt_s));
+        for (said, estimate) in self.said.iter_mut().zip(walk.estimates()) {
+            *said |= estimate.is_some();
+        }
+    }
+
+    fn exported(self, walk: Walk<'_>, path: String) -> Exported {
+        let lines = walk.walked.ticks;
+        let silent = walk.names().into_iter().zip(self.said).filter(|(_, said)| !said);
+        Exported {
+            ticks_with_truth: self.ticks_with_truth,
+            stamps: self.stamps,
+            files: vec![Written { estimator: None, lines, path }],
+            without: silent.map(|(name, _)| name).collect(),
+            log: walk.log,
+            walked: walk.walked,
+        }
+    }
 }

@@ -17,8 +17,8 @@ use rusty_geometry::SE2;
 
 use super::error::ExportError;
 use super::sheet::Sheet;
-use super::walk::{StampOrder, Walk, truth};
-use super::{Exported, Written};
+use super::walk::{Walk, truth};
+use super::{Exported, Rows};
 
 /// Rows of a group: as many as are held in memory.
 const GROUP_ROWS: usize = 4096;
@@ -43,18 +43,15 @@ pub fn export(
 ) -> Result<Exported, ExportError> {
     let mut walk = Walk::open(log, stop)?;
     let failed = ExportError::parquet(out);
-    let (names, dt_s) = (walk.names(), walk.header.config.dt_s);
+    let dt_s = walk.header.config.dt_s;
     let mut sheet = Sheet::create(out, force)?;
-    let mut table = Table::of(&walk.header, &names);
+    let mut table = Table::of(&walk.header, &walk.names());
     let mut writer = writer(&mut sheet, &table, &walk.header).map_err(&failed)?;
-    let (mut stamps, mut ticks_with_truth) = (StampOrder::default(), 0);
-    let mut said = vec![false; names.len()];
+    let mut rows = Rows::of(&walk);
     while let Some(record) = walk.tick()? {
-        ticks_with_truth += u64::from(truth(&record).is_some());
-        stamps.see(record.time_s(dt_s));
+        rows.see(&record, &walk);
         table.tick(&record, dt_s);
-        for (said, estimate) in said.iter_mut().zip(walk.estimates()) {
-            *said |= estimate.is_some();
+        for estimate in walk.estimates() {
             table.pose(estimate.as_ref().map(|e| &e.pose_in_world));
             let covariance = estimate.and_then(|e| e.covariance);
             table.numbers(covariance.map(|c| [c[0], c[4], c[8]]));
@@ -68,17 +65,7 @@ pub fn export(
         table.write(&mut writer).map_err(&failed)?;
     }
     writer.close().map_err(&failed)?;
-    let lines = walk.walked.ticks;
-    let files = vec![Written { estimator: None, lines, path: sheet.finish()? }];
-    let silent = names.into_iter().zip(said).filter(|(_, said)| !said);
-    Ok(Exported {
-        log: log.display().to_string(),
-        walked: walk.walked.clone(),
-        ticks_with_truth,
-        stamps,
-        files,
-        without: silent.map(|(name, _)| name).collect(),
-    })
+    Ok(rows.exported(walk, sheet.finish()?))
 }
 
 type Writer<'a> = SerializedFileWriter<&'a mut std::io::BufWriter<tempfile::NamedTempFile>>;

@@ -13,7 +13,7 @@ use super::error::ExportError;
 /// A walk along a log. Which answers are in effect is the rule of the scorer:
 /// one whose compute time is modelled counts when that is over.
 pub struct Walk<'s> {
-    log: String,
+    pub log: String,
     reader: LogReader,
     pub header: LogHeader,
     effects: Effects,

@@ -92,11 +92,11 @@ pub(super) fn import(
     Ok(plan.report)
 }
 
-fn check_two_files(input: &Path, output: &Path) -> Result<(), ImportError> {
+pub(super) fn check_two_files(input: &Path, output: &Path) -> Result<(), ImportError> {
     // A path that cannot be resolved is told where it is opened.
     match (input.canonicalize(), output.canonicalize()) {
         (Ok(from), Ok(to)) if from == to => {
-            let problem = "input and output are the same file; give the run log another name";
+            let problem = "input and output are the same file; give the output another name";
             Err(ImportError::file(output, problem))
         }
         _ => Ok(()),

@@ -31,6 +31,16 @@ pub(super) fn findings(survey: &Survey, drive: &Drive) -> Vec<Finding> {
         distance_m: worst.distance_m,
         gap_s: Some(worst.gap_s).filter(|s| survey.flat.is_none() && s.is_finite()),
     });
+    // Without true poses, what the odometry itself says of its gaps is all there is.
+    let without_truth = judge.worst_gap.filter(|_| judge.intervals == 0 && survey.flat.is_none());
+    let own_gaps = without_truth.map(|worst| Finding::OdometryGap {
+        gaps: judge.gaps,
+        intervals: judge.readings,
+        line: worst.line,
+        turn_rad: worst.turn_rad,
+        distance_m: worst.distance_m,
+        gap_s: worst.gap_s,
+    });
     let short = (odometry_m < COVERED_PART * path_m)
         .then_some(Finding::ShortOdometry { odometry_m, path_m });
     let (total_m, max) = (wheels.lateral_total_m, wheels.lateral);
@@ -48,5 +58,5 @@ pub(super) fn findings(survey: &Survey, drive: &Drive) -> Vec<Finding> {
         ranges: survey.ranges.all,
         used_m: range_max.m,
     });
-    [gaps, short, flat, sideways, doubted].into_iter().flatten().collect()
+    [gaps, own_gaps, short, flat, sideways, doubted].into_iter().flatten().collect()
 }

@@ -1,4 +1,5 @@
-//! Odometry compared with the corrected poses of a recording.
+//! Odometry compared with the corrected poses of a recording, and gaps in it where there
+//! are none.
 
 use rusty_geometry::SE2;
 
@@ -10,13 +11,29 @@ const MOVED_M: f64 = 0.05;
 /// Angle from which a pose has turned, rad.
 const TURNED_RAD: f64 = 0.05;
 
-/// An interval between scans without odometry.
+/// Time without odometry from which it is a gap, s. ROS drivers send 10 readings a second
+/// and more.
+const GAP_S: f64 = 1.0;
+
+/// An interval between scans without odometry; or between two readings.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gap {
     pub(super) line: u64,
     pub(super) turn_rad: f64,
     pub(super) distance_m: f64,
     pub(super) gap_s: f64,
+}
+
+impl Gap {
+    fn moves(&self) -> bool {
+        self.distance_m > MOVED_M || self.turn_rad.abs() > TURNED_RAD
+    }
+
+    fn keep_worse_in(self, worst: &mut Option<Self>) {
+        if worst.is_none_or(|worst| self.turn_rad.abs() > worst.turn_rad.abs()) {
+            *worst = Some(self);
+        }
+    }
 }
 
 /// Odometry compared with the corrected poses of the scans.
@@ -32,6 +49,12 @@ pub(super) struct Judge {
     /// The pose from which the path goes on.
     path_from: Option<SE2>,
     pub(super) path_m: f64,
+    /// Pose and stamp of the last reading.
+    last_reading: Option<(SE2, f64)>,
+    /// Intervals between readings, and those in which the robot moves for long enough.
+    pub(super) readings: u64,
+    pub(super) gaps: u64,
+    pub(super) worst_gap: Option<Gap>,
 }
 
 impl Judge {
@@ -39,12 +62,15 @@ impl Judge {
     pub(super) fn take(&mut self, event: &Event<'_>, truth: Option<SE2>) {
         let (stamp_s, odometry, line) = match event {
             Event::Anchor { .. } => return,
-            Event::Reading { .. } => {
+            Event::Reading { pose, stamp_s, line } => {
                 self.has_odometry = true;
-                return;
+                return self.reading(*pose, *stamp_s, *line);
             }
             Event::Scan { stamp_s, odometry, line, .. } => (*stamp_s, odometry, *line),
         };
+        if let Some(pose) = odometry {
+            self.reading(*pose, stamp_s, line);
+        }
         let Some(pose) = truth else { return };
         let has_odometry = std::mem::take(&mut self.has_odometry) || odometry.is_some();
         let step_m = distance_m(self.path_from.get_or_insert(pose), &pose);
@@ -54,19 +80,31 @@ impl Judge {
         }
         if let Some((last, last_s)) = self.last.replace((pose, stamp_s)) {
             self.intervals += 1;
-            let turn_rad = pose.boxminus(&last).z;
             let gap = Gap {
                 line,
-                turn_rad,
+                turn_rad: pose.boxminus(&last).z,
                 distance_m: distance_m(&last, &pose),
                 gap_s: stamp_s - last_s,
             };
-            if !has_odometry && (gap.distance_m > MOVED_M || turn_rad.abs() > TURNED_RAD) {
+            if !has_odometry && gap.moves() {
                 self.missing += 1;
-                if self.worst.is_none_or(|worst| turn_rad.abs() > worst.turn_rad.abs()) {
-                    self.worst = Some(gap);
-                }
+                gap.keep_worse_in(&mut self.worst);
             }
+        }
+    }
+    /// Takes a reading of the odometry.
+    fn reading(&mut self, pose: SE2, stamp_s: f64, line: u64) {
+        let Some((last, last_s)) = self.last_reading.replace((pose, stamp_s)) else { return };
+        self.readings += 1;
+        let gap = Gap {
+            line,
+            turn_rad: pose.boxminus(&last).z,
+            distance_m: distance_m(&last, &pose),
+            gap_s: stamp_s - last_s,
+        };
+        if gap.gap_s > GAP_S && gap.moves() {
+            self.gaps += 1;
+            gap.keep_worse_in(&mut self.worst_gap);
         }
     }
 }

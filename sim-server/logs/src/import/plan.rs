@@ -23,6 +23,11 @@ const MARGIN_M: f64 = 10.0;
 /// Spread of a range, m: the class of a SICK LMS 200. No log says it.
 const RANGE_STD_M: f64 = 0.01;
 
+const START_BY_TRUTH: &str =
+    "the start is set so that dead reckoning meets the corrected pose at the first scan";
+const START_BY_ODOMETRY: &str = "the start is the first pose of the odometry";
+const NO_LIDAR: &str = "the LiDAR's configuration is a placeholder";
+
 /// Everything that is said about a recording.
 pub(super) struct Plan {
     pub(super) header: LogHeader,
@@ -205,14 +210,11 @@ fn remarks(survey: &Survey, drive: &Drive) -> Vec<String> {
     list.push(stamps_remark(survey));
     if survey.scans == 0 {
         list.push("no scans (FLASER), hence no true pose anywhere".to_owned());
-        list.push("the start is the first pose of the odometry".to_owned());
-        list.push("the LiDAR's configuration is a placeholder".to_owned());
+        list.push(START_BY_ODOMETRY.to_owned());
+        list.push(NO_LIDAR.to_owned());
     } else {
         list.push(truth_remark(survey, drive));
-        list.push(
-            "the start is set so that dead reckoning meets the corrected pose at the first scan"
-                .to_owned(),
-        );
+        list.push(START_BY_TRUTH.to_owned());
         list.push(lidar_remark(survey, drive));
         list.extend(mount_remark(survey.mount(), survey.arm_m()));
     }
@@ -230,6 +232,11 @@ fn ros_remarks(told: &Told, survey: &Survey, drive: &Drive) -> Vec<String> {
     list.push("lines are the messages of the recording, counted from 1".to_owned());
     list.push("the commands are unknown; every frame says zero".to_owned());
     list.push(stamps_remark(survey));
+    let by_truth = drive.end_error_m.is_some();
+    list.push(if by_truth { START_BY_TRUTH } else { START_BY_ODOMETRY }.to_owned());
+    if told.lidar.is_none() {
+        list.push(NO_LIDAR.to_owned());
+    }
     list.push("no walls are known; the bounds are the path and 10 m around it".to_owned());
     if !survey.skipped.is_empty() {
         let topics: Vec<&str> = survey.skipped.keys().take(64).map(String::as_str).collect();

@@ -13,8 +13,10 @@ pub mod answers;
 pub mod carmen;
 pub mod floorplan;
 pub mod frame;
+mod imported;
 pub mod join;
 pub mod log;
+pub mod mcap;
 pub mod memory;
 pub mod mutate;
 pub mod scenario;
@@ -65,7 +67,7 @@ impl Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 16] = [
+pub const TARGETS: [Target; 17] = [
     Target {
         mend: Some(log::mend),
         words: &["null", "1e999", "nan", "\"kind\":", "simulated", "recorded"],
@@ -75,6 +77,12 @@ pub const TARGETS: [Target; 16] = [
     Target { words: &scenario::WORDS, ..Target::new("scenario", scenario::scenario, 3600) },
     Target { words: &world::WORDS, ..Target::new("world", world::world, 7500) },
     Target { words: &carmen::WORDS, ..Target::new("carmen", carmen::carmen, 1200) },
+    Target {
+        words: &mcap::WORDS,
+        // A packed chunk may have 64 MiB, in a vector that doubles.
+        bytes_beside: 256 << 20,
+        ..Target::new("mcap", mcap::mcap, 1200)
+    },
     Target { words: &join::WORDS, ..Target::new("join", join::request, 15000) },
     Target { words: &join::WORDS, ..Target::new("reply", join::reply, 7500) },
     Target { words: &join::WORDS, ..Target::new("brief", join::brief, 4500) },

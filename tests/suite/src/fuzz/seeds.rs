@@ -120,6 +120,9 @@ pub fn made() -> Vec<(&'static str, String, Vec<u8>)> {
     for target in ["log", "score"] {
         add(target, "run", log.clone());
     }
+    for (name, bytes) in super::mcap::seeds(&log) {
+        add("mcap", name, bytes);
+    }
     for (name, text) in BUILT_IN {
         add("scenario", name, text.as_bytes().to_vec());
     }

@@ -2,27 +2,16 @@
 //! code.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::Scenario;
 use rusty_engine::scenario_file::{self, Loaded};
 use rusty_geometry::WorldSpec;
-use rusty_tests::repository;
+use rusty_tests::{handbook_pages, repository};
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use crate::read;
-
-/// The pages of the handbook, relative to the repository.
-fn pages() -> Vec<String> {
-    let folder = fs::read_dir(repository().join("docs")).unwrap().flatten();
-    let names = folder.map(|entry| entry.file_name().into_string().unwrap());
-    let mut pages: Vec<String> =
-        names.filter(|n| n.ends_with(".md")).map(|n| format!("docs/{n}")).collect();
-    pages.sort();
-    pages
-}
 
 /// The text without fenced blocks.
 fn prose(text: &str) -> String {
@@ -51,7 +40,7 @@ fn anchors(text: &str) -> BTreeSet<String> {
 #[test]
 fn every_link_of_readme_and_handbook_has_a_target() {
     let mut broken = Vec::new();
-    for page in pages().into_iter().chain(["README.md".to_owned()]) {
+    for page in handbook_pages().into_iter().chain(["README.md".to_owned()]) {
         for link in links(&read(&page)) {
             let (file, anchor) = link.split_once('#').unwrap_or((&link, ""));
             let target = match file {
@@ -74,7 +63,7 @@ fn every_page_is_in_the_table_of_contents_once_and_the_readme_names_the_first() 
     let contents = links(&read("docs/SUMMARY.md"));
     let mut listed: Vec<String> = contents.iter().map(|name| format!("docs/{name}")).collect();
     listed.sort();
-    let mut expected = pages();
+    let mut expected = handbook_pages();
     expected.retain(|page| page != "docs/SUMMARY.md");
     assert_eq!(listed, expected, "left: docs/SUMMARY.md, right: docs/");
     assert!(links(&read("README.md")).contains(&format!("docs/{}", contents[0])));

@@ -158,6 +158,84 @@ fn what_is_exported_comes_back() {
     assert_eq!(named(&report, "participants", "ekf")["answers"], 300);
 }
 
+/// The estimates of a participant in a log, by tick.
+fn estimates(log: &Path, name: &str) -> Vec<Option<rusty_contract::Estimate>> {
+    let (header, ticks) = load(log);
+    let slot = header.answering().position(|p| p.name == name).unwrap();
+    ticks.iter().map(|tick| tick.replies[slot].estimate().copied()).collect()
+}
+
+#[test]
+fn poses_of_a_recording_are_scored_like_a_participant() {
+    let (place, log) = logged("poses", &["--ticks", "300", "--add", "ekf=ekf"]);
+    let (file, tum) = (place.at("run.mcap"), place.at("ekf.tum"));
+    export("mcap", &log, &["--estimator", "ekf"], 0);
+    let wanted = estimates(&log, "ekf");
+    let topic = ["--topic", "/ekf/pose"];
+    let frames = ["--frames", "map,base_link"];
+    for (poses, with_covariance) in [(topic, 300), (frames, 0)] {
+        let read =
+            import("trajectory", &file, &tum, &[&poses[..], &["--json", "--force"]].concat(), 0);
+        assert_eq!(read.json()["poses"], 300);
+        assert_eq!(read.json()["with_covariance"], with_covariance);
+        let (out, again) = (place.at(poses[0]), format!("again=trajectory {}", arg(&tum)));
+        let report = replay(&log, &out, &["--add", &again]).expect(0).json();
+        let found = estimates(&out.join("run.log"), "again");
+        for (tick, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
+            let (found, wanted) = (found.unwrap(), wanted.unwrap());
+            let off = found.pose_in_world.boxminus(&wanted.pose_in_world);
+            assert!(off.norm() < 1e-9, "tick {tick}: {off:?}");
+            if with_covariance > 0 {
+                let both = found.covariance.unwrap().into_iter().zip(wanted.covariance.unwrap());
+                assert!(both.into_iter().all(|(a, b)| (a - b).abs() < 1e-12), "tick {tick}");
+            }
+        }
+        let [theirs, ours] = ["again", "ekf"].map(|name| score_of(&report, name));
+        let ate = [theirs, ours].map(|score| number(score, "ate_rmse_m"));
+        assert!((ate[0] - ate[1]).abs() < 1e-9, "{ate:?}");
+    }
+
+    // What fits no tick says which times there are.
+    let away = format!("again=trajectory {} --t-offset 1e9", arg(&tum));
+    replay(&log, &place.at("away"), &["--add", &away]).expect(3).prints("--t-offset");
+    import("trajectory", &file, &place.at("x.tum"), &["--topic", "/scan"], 1).says("/scan");
+    import("trajectory", &file, &place.at("x.tum"), &["--frames", "map,arm"], 1)
+        .says("odom in map");
+    import("trajectory", &file, &place.at("x.tum"), &[], 1).says("--topic");
+    import("trajectory", &file, &tum, &topic, 2).says("--force");
+    assert!(!place.at("x.tum").exists());
+}
+
+#[test]
+fn a_gap_in_the_odometry_is_found_without_true_poses() {
+    let (place, log) = logged("gap", &["--ticks", "500"]);
+    let (file, cut) = (place.at("run.mcap"), place.at("cut.mcap"));
+    export("mcap", &log, &[], 0);
+    // Without the odometry of three seconds.
+    let bytes = fs::read(&file).unwrap();
+    let mut writer = mcap::Writer::new(fs::File::create(&cut).unwrap()).unwrap();
+    for message in MessageStream::new(&bytes).unwrap().map(Result::unwrap) {
+        let is_odometry = message.channel.topic == "/odom";
+        if !is_odometry || !(4_000_000_000..7_000_000_000).contains(&message.log_time) {
+            writer.write(&message).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    let (whole, holed) = (place.at("whole.log"), place.at("cut.log"));
+    let report = import("mcap", &file, &whole, &["--json"], 0).json();
+    assert_eq!(report["findings"], json!([]));
+    let report = import("mcap", &cut, &holed, &["--json"], 0).json();
+    let found = &report["findings"][0];
+    assert_eq!((&found["kind"], &found["gaps"]), (&json!("odometry-gap"), &json!(1)), "{report}");
+    assert!((number(found, "gap_s") - 3.0).abs() < 0.05, "{found}");
+    let (_, ticks) = load(&log);
+    let true_pose =
+        |time_s: f64| ticks[(time_s * 50.0).round() as usize - 1].pose_in_world().unwrap();
+    let off = true_pose(7.0).boxminus(&true_pose(3.98));
+    assert!((number(found, "turn_rad") - off.z).abs() < 0.1, "{found} {off:?}");
+    import("mcap", &cut, &place.at("x.log"), &["--strict"], 1).says("3.0 s");
+}
+
 #[test]
 fn what_is_no_recording_is_refused_with_a_remedy() {
     let (place, log) = logged("refused", &["--ticks", "60"]);

@@ -5,37 +5,23 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use std::os::unix::fs::{PermissionsExt as _, symlink};
+use std::sync::OnceLock;
 
 use rusty_tests::*;
 
 /// Programs of a build that the pages name.
-const PROGRAMS: [&str; 18] = [
-    "sim-server",
-    "bayes-hallway",
-    "belief",
-    "dead-reckoning",
-    "drive",
-    "ekf",
-    "explore",
-    "fit-beam",
-    "fit-motion",
-    "goto",
-    "gridmap",
-    "logger",
-    "mcl",
-    "scan-match",
-    "score",
-    "slam",
-    "view",
-    "wander",
-];
+fn programs() -> &'static [String] {
+    static PROGRAMS: OnceLock<Vec<String>> = OnceLock::new();
+    PROGRAMS.get_or_init(|| {
+        let all = sim_server(&["programs", "--json"]).expect(0).json();
+        let names = all.as_array().unwrap().iter().map(|p| text(p, "name").to_owned());
+        names.chain(["sim-server".to_owned()]).collect()
+    })
+}
 
 /// README and the pages of the handbook.
 fn pages() -> Vec<String> {
-    let docs = fs::read_dir(repository().join("docs")).unwrap().flatten();
-    let names = docs.map(|entry| entry.file_name().into_string().unwrap());
-    let pages = names.filter(|n| n.ends_with(".md")).map(|n| format!("docs/{n}"));
-    pages.chain(["README.md".to_owned()]).collect()
+    handbook_pages().into_iter().chain(["README.md".to_owned()]).collect()
 }
 
 fn read(page: &str) -> String {
@@ -67,7 +53,7 @@ fn words(command: &str) -> Vec<String> {
 
 fn program(word: &str) -> Option<&'static str> {
     let name = word.rsplit('/').next()?;
-    PROGRAMS.into_iter().find(|program| *program == name)
+    programs().iter().map(String::as_str).find(|program| *program == name)
 }
 
 #[derive(Default)]
@@ -194,9 +180,9 @@ fn renamed(word: &str, runs: &BTreeSet<String>) -> String {
     }
 }
 
-/// The line with two seeds, and sweeps of a hundred ticks.
+/// The line with two seeds, sweeps of a hundred ticks, and poses that are there.
 fn small(line: &str) -> String {
-    let mut small = line.to_owned();
+    let mut small = line.replace("/amcl_pose", "/dead_reckoning/pose");
     if let Some(seeds) = after(line, "--seeds")
         && let Some((from, _)) = seeds.split_once("..")
     {
@@ -218,7 +204,7 @@ fn prepare(place: &Path, page: &str) {
     let link = |name: &str, to: &str| {
         symlink(binary(to), release.join(name)).unwrap();
     };
-    PROGRAMS.iter().for_each(|name| link(name, name));
+    programs().iter().for_each(|name| link(name, name));
     let script = format!("#!/bin/sh\nexec {} \"$@\"\n", binary("dead-reckoning").display());
     for mine in ["target/release/my-filter", "target/release/mine", "my-client"] {
         write(place, mine, &script);

@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use lz4_flex::frame::FrameDecoder;
-use mcap::records::{ChunkHeader, Record, op};
+use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ruzstd::decoding::StreamingDecoder;
 
@@ -187,9 +187,17 @@ impl Files {
                 let found = (u16::from_le_bytes([*a, *b]), u64::from_le_bytes(*time));
                 return Ok(Some((found.0, found.1, start + MESSAGE_HEAD_BYTES..start + length)));
             }
-            op::SCHEMA | op::CHANNEL => {
-                let record = mcap::parse_record(opcode, body).map_err(|e| e.to_string())?;
-                define(&mut self.types, &mut self.channels, &record);
+            op::SCHEMA => {
+                let mut fields = Fields(body);
+                let id = fields.u16()?;
+                self.types.insert(id, fields.text()?);
+            }
+            op::CHANNEL => {
+                let mut fields = Fields(body);
+                let (id, schema) = (fields.u16()?, fields.u16()?);
+                let type_name = self.types.get(&schema).cloned().unwrap_or_default();
+                let (topic, encoding) = (fields.text()?, fields.text()?);
+                self.channels.insert(id, Channel { topic, type_name, encoding });
             }
             _ => {}
         }
@@ -197,43 +205,61 @@ impl Files {
     }
 }
 
-fn define(
-    types: &mut BTreeMap<u16, String>,
-    channels: &mut BTreeMap<u16, Channel>,
-    record: &Record<'_>,
-) {
-    match record {
-        Record::Schema { header, .. } => {
-            types.insert(header.id, header.name.clone());
-        }
-        Record::Channel(channel) => {
-            let of_channel = Channel {
-                topic: channel.topic.clone(),
-                type_name: types.get(&channel.schema_id).cloned().unwrap_or_default(),
-                encoding: channel.message_encoding.clone(),
-            };
-            channels.insert(channel.id, of_channel);
-        }
-        _ => {}
+/// The fields of a record that are not read yet. `parse_record` of the crate reserves
+/// what a damaged length says.
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        let (field, rest) = self.0.split_first_chunk().ok_or(SHORT)?;
+        self.0 = rest;
+        Ok(*field)
+    }
+
+    fn u16(&mut self) -> Result<u16, String> {
+        self.take().map(u16::from_le_bytes)
+    }
+
+    fn u32(&mut self) -> Result<u32, String> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Result<u64, String> {
+        self.take().map(u64::from_le_bytes)
+    }
+
+    fn bytes(&mut self, length: u64) -> Result<&'a [u8], String> {
+        let length = usize::try_from(length).map_err(|_| SHORT)?;
+        let (field, rest) = self.0.split_at_checked(length).ok_or(SHORT)?;
+        self.0 = rest;
+        Ok(field)
+    }
+
+    fn text(&mut self) -> Result<String, String> {
+        let length = self.u32()?;
+        let text = String::from_utf8(self.bytes(length.into())?.to_vec());
+        text.map_err(|error| error.utf8_error().to_string())
     }
 }
 
+const SHORT: &str = "a record is shorter than its fields";
+
 /// Unpacks the records of a chunk.
 fn unpack(chunk: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
-    let parsed = mcap::parse_record(op::CHUNK, chunk).map_err(|e| e.to_string())?;
-    let Record::Chunk { header, data } = parsed else { return Ok(()) };
-    let ChunkHeader { uncompressed_size: size, uncompressed_crc: crc, .. } = header;
+    let mut fields = Fields(chunk);
+    let (_begin_ns, _end_ns) = (fields.u64()?, fields.u64()?);
+    let (size, crc, compression) = (fields.u64()?, fields.u32()?, fields.text()?);
+    let packed = fields.u64()?;
+    let data = fields.bytes(packed)?;
     if size > MAX_CHUNK_BYTES {
         return Err(format!("a chunk of {size} bytes (at most {MAX_CHUNK_BYTES} are unpacked)"));
     }
     // A byte more, so that one that is longer than it says is found out.
     let most = size + 1;
-    let unpacked = match header.compression.as_str() {
-        "" => (&*data).take(most).read_to_end(records).map_err(|e| e.to_string()),
-        "lz4" => {
-            FrameDecoder::new(&*data).take(most).read_to_end(records).map_err(|e| e.to_string())
-        }
-        "zstd" => StreamingDecoder::new(&*data)
+    let unpacked = match compression.as_str() {
+        "" => data.take(most).read_to_end(records).map_err(|e| e.to_string()),
+        "lz4" => FrameDecoder::new(data).take(most).read_to_end(records).map_err(|e| e.to_string()),
+        "zstd" => StreamingDecoder::new(data)
             .map_err(|e| e.to_string())
             .and_then(|frame| frame.take(most).read_to_end(records).map_err(|e| e.to_string())),
         other => Err(format!("a chunk is packed with {other:?} (known: lz4, zstd)")),

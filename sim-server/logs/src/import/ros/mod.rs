@@ -1,13 +1,16 @@
 //! Recordings of ROS 2: MCAP files, and folders of rosbag2 with them.
 //!
 //! In reading order: `bag` (which files), `files` (messages), `survey` (topics, LiDAR,
-//! truth), `recording` (messages as events). Departures: a scan and odometry of one stamp
+//! truth), `recording` (messages as events), `pose` (poses with stamps), `trajectory` (the
+//! poses of an estimator alone). Departures: a scan and odometry of one stamp
 //! are one tick; true poses are those of a topic that is named, at the times of the scans.
 
 mod bag;
 mod files;
+mod pose;
 mod recording;
 mod survey;
+mod trajectory;
 
 use std::path::Path;
 use std::rc::Rc;
@@ -20,6 +23,7 @@ use super::survey::Told;
 use super::{ImportError, ImportOptions, ImportReport, Progress};
 use recording::{Choice, RosRecording};
 use survey::{Look, OdometrySource, SCAN};
+pub use trajectory::{Poses, TrajectoryReport, import_trajectory};
 
 /// What is read of a recording of ROS.
 #[derive(Clone, Debug, Default)]

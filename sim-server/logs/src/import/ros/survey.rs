@@ -9,28 +9,25 @@ use rusty_contract::MAX_BEAMS;
 use rusty_contract::config::LidarConfig;
 use rusty_geometry::SE2;
 use rusty_ros::from_cdr;
-use rusty_ros::messages::{
-    LaserScan, Odometry, PoseStamped, PoseWithCovarianceStamped, Quaternion, TfMessage, Time,
-};
+use rusty_ros::messages::{LaserScan, Odometry, Quaternion, TfMessage, Time};
 use serde::de::DeserializeOwned;
 
 use super::RosOptions;
 use super::files::{Files, Message};
+use super::pose::StampedPose;
 use crate::import::preview::StampIntervals;
 use crate::import::{ImportError, Progress};
 
 pub(super) const SCAN: &str = "sensor_msgs/msg/LaserScan";
 pub(super) const ODOMETRY: &str = "nav_msgs/msg/Odometry";
 pub(super) const FRAMES: &str = "tf2_msgs/msg/TFMessage";
-const TRUTHS: [&str; 3] =
-    [ODOMETRY, "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped"];
 
 /// Longest time between two true poses across which they are interpolated, s.
 const TRUTH_GAP_S: f64 = 0.5;
 /// Cosine of the tilt from which a LiDAR is not level: 26°.
 const LEVEL: f64 = 0.9;
 /// Most frames of which one is found in another.
-const MOST_FRAMES: usize = 64;
+pub(super) const MOST_FRAMES: usize = 64;
 
 /// What a topic holds.
 #[derive(Debug, Default)]
@@ -147,7 +144,8 @@ impl Look {
     ) -> Result<(), ImportError> {
         let (name, type_name) = (&message.channel.topic, &message.channel.type_name);
         if options.truth.as_ref() == Some(name) {
-            self.truth.push(true_pose(path, message)?);
+            let found = StampedPose::read(path, message, "--truth")?;
+            self.truth.push((found.stamp_s, found.pose));
         }
         let topic = self.topics.entry(name.clone()).or_default();
         topic.messages += 1;
@@ -335,33 +333,6 @@ impl Look {
             (false, _) => (mount, "by the static frames, which end before the odometry's frame"),
         })
     }
-}
-
-/// Stamp and pose of a message of the truth.
-fn true_pose(path: &str, message: &Message<'_>) -> Result<(f64, SE2), ImportError> {
-    let of = |header: rusty_ros::messages::Header, pose: rusty_ros::messages::Pose| {
-        (stamp_s(header.stamp, message), SE2::from(pose))
-    };
-    let found = match TRUTHS.iter().position(|name| *name == message.channel.type_name) {
-        Some(0) => decode::<Odometry>(path, message).map(|m| of(m.header, m.pose.pose)),
-        Some(1) => decode::<PoseStamped>(path, message).map(|m| of(m.header, m.pose)),
-        Some(_) => {
-            decode::<PoseWithCovarianceStamped>(path, message).map(|m| of(m.header, m.pose.pose))
-        }
-        None => {
-            let problem = format!(
-                "--truth {}: expected one of {}, got {}",
-                message.channel.topic,
-                TRUTHS.join(", "),
-                message.channel.type_name
-            );
-            Err(ImportError::line(path, message.number, problem))
-        }
-    }?;
-    if found.1.is_finite() {
-        return Ok(found);
-    }
-    Err(ImportError::line(path, message.number, "a true pose is not finite; mend the recording"))
 }
 
 /// The true pose at a time, where it is known: between two that are near, the part of the
