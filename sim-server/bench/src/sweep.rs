@@ -16,7 +16,7 @@ use super::report::results_hash;
 use super::results::{Results, Row};
 use crate::error::BenchError;
 use rusty_engine::run::Progress;
-use rusty_study::sweep::{Axis, Plan, Request, Shard, SweepJob};
+use rusty_study::sweep::{Axis, Plan, Request, SweepJob};
 
 /// Seeds of the larger sweep, that of the chapter.
 const SEEDS: u64 = 500;
@@ -103,10 +103,9 @@ fn plan(seeds: u64, scan_every: u64) -> Result<Plan, BenchError> {
     let seeds = format!("0..{seeds}");
     let seeds = seeds.parse().map_err(|why: String| FieldError::new("seeds", &seeds, why, ""))?;
     let axes = vec![Axis::parse("--set", &format!("scan_every={scan_every}"))?];
-    let (ticks, shard) = (Some(TICKS), Shard::WHOLE);
-    let scenario = SCENARIO.to_owned();
+    let (scenario, ticks) = (SCENARIO.to_owned(), Some(TICKS));
     let (clients, add) = (false, Vec::new());
-    let request = Request { scenario, seeds, axes, ticks, shard, clients, add };
+    let request = Request { scenario, seeds, axes, ticks, clients, add };
     Plan::new(request).map_err(BenchError::Sweep)
 }
 

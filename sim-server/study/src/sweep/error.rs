@@ -4,6 +4,8 @@ use rusty_contract::Exit;
 use rusty_engine::run::RunError;
 use thiserror::Error;
 
+use super::incomplete::Incomplete;
+
 /// What a sweep can fail with.
 #[derive(Debug, Error)]
 pub enum SweepError {
@@ -58,6 +60,41 @@ pub enum SweepError {
         /// The library's words.
         problem: String,
     },
+    /// A manifest cannot be used.
+    #[error("{path} {problem}; {remedy}")]
+    Manifest {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        problem: String,
+        /// What helps.
+        remedy: &'static str,
+    },
+    /// This machine makes other settings of the options in a manifest.
+    #[error(
+        "the settings of the sweep differ on this machine: {difference} (manifest and here); use \
+         the sim-server and the files that planned it, or plan again with `sim-server sweep plan`"
+    )]
+    OtherSettings {
+        /// The first field that differs, and both values.
+        difference: String,
+    },
+    /// This machine computes other bits.
+    #[error(
+        "golden run {name} differs on this machine: expected {expected}, got {found}; use the \
+         build that planned the sweep, and check both machines with `sim-server doctor`"
+    )]
+    OtherBits {
+        /// The golden run.
+        name: String,
+        /// Its digest in the manifest.
+        expected: String,
+        /// Its digest here.
+        found: String,
+    },
+    /// Parts of shards are missing or damaged.
+    #[error("{0}")]
+    Incomplete(Incomplete),
     /// A run with clients could not be made.
     #[error("seed {seed}{cell}: the run could not be made: {why}")]
     Launch {
@@ -88,10 +125,16 @@ impl SweepError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::Run(e) => e.exit(),
-            Self::InTheWay { .. } | Self::Other { .. } | Self::NoSweep { .. } => Exit::Usage,
+            Self::InTheWay { .. }
+            | Self::Other { .. }
+            | Self::NoSweep { .. }
+            | Self::Manifest { .. }
+            | Self::OtherSettings { .. } => Exit::Usage,
+            Self::OtherBits { .. } => Exit::NotBitExact,
             Self::Table { .. }
             | Self::Unreadable { .. }
             | Self::Thread(_)
+            | Self::Incomplete(_)
             | Self::Launch { .. } => Exit::Failed,
         }
     }

@@ -36,6 +36,31 @@ impl Axis {
     }
 }
 
+impl std::fmt::Display for Axis {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}={}", self.key, self.values.join(","))
+    }
+}
+
+/// Reads the swept fields: every `--set`, then the `--ab`, which has two values.
+///
+/// # Errors
+/// [`FieldError`] names option, text and form.
+pub fn axes(set: &[String], ab: Option<&str>) -> Result<Vec<Axis>, FieldError> {
+    let axes = set.iter().map(|text| Axis::parse("--set", text));
+    let mut axes: Vec<Axis> = axes.collect::<Result<_, _>>()?;
+    if let Some(text) = ab {
+        let axis = Axis::parse("--ab", text)?;
+        if axis.values.len() != 2 {
+            let problem = format!("has {} values", axis.values.len());
+            let remedy = "give the two to compare: --ab robot.slip_std=0.02,0.03";
+            return Err(FieldError::new("--ab", text, problem, remedy));
+        }
+        axes.push(axis);
+    }
+    Ok(axes)
+}
+
 /// Splits at the commas outside brackets and quotation marks; `None` where one
 /// of those has no partner.
 fn split(list: &str) -> Option<Vec<String>> {

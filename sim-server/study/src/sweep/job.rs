@@ -68,7 +68,7 @@ impl SweepJob {
     /// [`SweepError`]; what is done is in the journal.
     pub fn run(self, stop: &AtomicBool, progress: Progress) -> Result<SweepOutcome, SweepError> {
         let settings = Settings::of(&self.plan, &self.writer)?;
-        let (mut journal, mut records) = match &self.table {
+        let (mut journal, records) = match &self.table {
             None => (None, Vec::new()),
             Some(table) => {
                 if self.is_complete(table, &settings)? {
@@ -79,35 +79,17 @@ impl SweepJob {
                 (Some(journal), records)
             }
         };
-        // A run has one record: a journal does not grow by what is in it.
-        records.sort_by_key(|r| r.run);
-        records.dedup_by_key(|r| r.run);
-        let resumed = records.len() as u64;
-        let began = Instant::now();
-        let ticks_done = AtomicU64::new(0);
-        let mut keeping = Keeping {
-            journal: journal.as_mut(),
-            records,
-            progress,
-            before: 0,
-            ticks_done: &ticks_done,
-        };
-        let made = self.make(stop, &mut keeping);
-        keeping.progress.done();
-        let mut records = keeping.records;
-        made?;
-        records.sort_by_key(|r| r.run);
-        let elapsed_s = began.elapsed().as_secs_f64();
-        let (runs, planned) = (records.len() as u64, self.plan.count());
-        let (swept, lost) = swept(&self.plan, records);
+        let made = self.records(journal.as_mut(), records, stop, progress)?;
+        let (runs, planned) = (made.records.len() as u64, self.plan.count());
+        let (swept, lost) = swept(&self.plan, made.records);
         let mut came = SweepOutcome {
             swept,
             runs,
             planned,
-            resumed,
+            resumed: made.resumed,
             lost,
-            ticks: ticks_done.into_inner(),
-            elapsed_s,
+            ticks: made.ticks,
+            elapsed_s: made.elapsed_s,
             was_complete: false,
             journal: None,
         };
@@ -120,6 +102,38 @@ impl SweepJob {
             journal.remove()?;
         }
         Ok(came)
+    }
+
+    /// Makes the runs that have no record among `records` yet. Returns the records of
+    /// all that are done, in order.
+    ///
+    /// # Errors
+    /// [`SweepError`]; what is done is in the journal, if there is one.
+    pub fn records(
+        &self,
+        journal: Option<&mut Journal>,
+        mut records: Vec<Record>,
+        stop: &AtomicBool,
+        progress: Progress,
+    ) -> Result<Made, SweepError> {
+        // A run has one record: a journal does not grow by what is in it.
+        records.sort_by_key(|r| r.run);
+        records.dedup_by_key(|r| r.run);
+        let resumed = records.len() as u64;
+        let done: BTreeSet<u64> = records.iter().map(|r| r.run).collect();
+        let todo: Vec<u64> = self.plan.runs.clone().filter(|run| !done.contains(run)).collect();
+        let before: u64 = done.iter().map(|run| self.plan.ticks(*run)).sum();
+        let began = Instant::now();
+        let ticks_done = &AtomicU64::new(0);
+        let mut keeping = Keeping { journal, records, progress, before, ticks_done };
+        keeping.progress.goes_on_at(before);
+        let made = self.make(&todo, stop, ticks_done, &mut keeping);
+        keeping.progress.done();
+        let mut records = keeping.records;
+        made?;
+        records.sort_by_key(|r| r.run);
+        let (ticks, elapsed_s) = (ticks_done.load(Ordering::Relaxed), began.elapsed());
+        Ok(Made { records, resumed, ticks, elapsed_s: elapsed_s.as_secs_f64() })
     }
 
     /// Whether there is a table already, and is this one. Without leave, what is
@@ -182,17 +196,17 @@ impl SweepJob {
         }
     }
 
-    /// Makes the runs that have no record yet.
-    fn make(&self, stop: &AtomicBool, keeping: &mut Keeping<'_>) -> Result<(), SweepError> {
-        let done: BTreeSet<u64> = keeping.records.iter().map(|r| r.run).collect();
-        let todo: Vec<u64> = self.plan.runs.clone().filter(|run| !done.contains(run)).collect();
-        let ticks_done = keeping.ticks_done;
-        let before: u64 = done.iter().map(|run| self.plan.ticks(*run)).sum();
-        keeping.before = before;
-        keeping.progress.goes_on_at(before);
+    /// Makes the runs `todo`, and counts their ticks.
+    pub(super) fn make(
+        &self,
+        todo: &[u64],
+        stop: &AtomicBool,
+        ticks_done: &AtomicU64,
+        listener: &mut impl Listener,
+    ) -> Result<(), SweepError> {
         if !self.plan.request.clients {
             let maker = || Inside::new(&self.plan, stop, ticks_done);
-            return work(&todo, self.jobs, stop, maker, keeping);
+            return work(todo, self.jobs, stop, maker, listener);
         }
         let mut own: Option<TempDir> = None;
         let folder = match &self.runs_dir {
@@ -206,8 +220,20 @@ impl SweepJob {
         fs::create_dir_all(&folder).map_err(SweepError::io(&folder))?;
         let how = (own.is_none(), self.force || self.resume);
         let maker = || Clients::new(&self.plan, stop, ticks_done, &folder, how);
-        work(&todo, self.jobs, stop, maker, keeping)
+        work(todo, self.jobs, stop, maker, listener)
     }
+}
+
+/// The runs that are done.
+pub struct Made {
+    /// Their records, in order.
+    pub records: Vec<Record>,
+    /// The number of records that were there before.
+    pub resumed: u64,
+    /// Ticks that were simulated now.
+    pub ticks: u64,
+    /// Time from the first run to the last, s.
+    pub elapsed_s: f64,
 }
 
 /// What is done goes into the journal and into memory.
@@ -236,8 +262,8 @@ impl Listener for Keeping<'_> {
     }
 }
 
-/// Records in order as rows and tracks, and what was lost.
-fn swept(plan: &Plan, records: Vec<Record>) -> (Swept, Vec<(u64, String)>) {
+/// Returns records in order as rows and tracks, and what was lost.
+pub(super) fn swept(plan: &Plan, records: Vec<Record>) -> (Swept, Vec<(u64, String)>) {
     let cells = plan.cells.clone();
     let mut swept = Swept { cells, rows: Vec::new(), tracks: Vec::new() };
     let mut all_lost = Vec::new();

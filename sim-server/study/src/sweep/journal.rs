@@ -51,7 +51,8 @@ impl Journal {
             }
             Err(TryLockError::Error(error)) => return Err(io()(error)),
         }
-        let (mut file, good, records) = read(file, path, settings, runs)?;
+        let (good, records) = read(&file, path, settings, runs)?;
+        let mut file = file;
         file.set_len(good).and_then(|()| file.seek(SeekFrom::Start(good))).map_err(io())?;
         let mut journal = Self { path: path.to_owned(), file: BufWriter::new(file) };
         if good == 0 {
@@ -107,43 +108,60 @@ pub fn encoded(record: &Record) -> Vec<u8> {
     bytes
 }
 
-/// The file again, how many bytes of it are good, and what is in them. A file
+/// What a file has before the first byte that is not good.
+pub(super) struct Contents {
+    /// The first line.
+    pub head: Vec<u8>,
+    /// Number of bytes that are good.
+    pub good: u64,
+    /// The records, in the order of the file.
+    pub records: Vec<Record>,
+}
+
+/// Reads the records of a file; `None` if it was cut in its first line.
+pub(super) fn read_all(file: &File) -> std::io::Result<Option<Contents>> {
+    let mut reader = BufReader::new(file);
+    let mut head = Vec::new();
+    reader.read_until(b'\n', &mut head)?;
+    if head.pop() != Some(b'\n') {
+        return Ok(None);
+    }
+    let (mut good, mut records) = (head.len() as u64 + 1, Vec::new());
+    while let Some((record, bytes)) = next(&mut reader)? {
+        good += bytes;
+        records.push(record);
+    }
+    Ok(Some(Contents { head, good, records }))
+}
+
+/// How many bytes of a journal are good, and the records of `runs` in them. A file
 /// that was cut in its first line holds nothing.
 fn read(
-    file: File,
+    file: &File,
     path: &Path,
     settings: &Settings,
     runs: &Range<u64>,
-) -> Result<(File, u64, Vec<Record>), SweepError> {
-    let mut reader = BufReader::new(file);
-    let mut line = Vec::new();
-    reader.read_until(b'\n', &mut line).map_err(SweepError::io(path))?;
-    if line.pop() != Some(b'\n') {
-        return Ok((reader.into_inner(), 0, Vec::new()));
-    }
+) -> Result<(u64, Vec<Record>), SweepError> {
+    let Some(mut found) = read_all(file).map_err(SweepError::io(path))? else {
+        return Ok((0, Vec::new()));
+    };
     let name = || path.display().to_string();
-    let there = Settings::read(&line).map_err(|e| SweepError::NoSweep {
+    let there = Settings::read(&found.head).map_err(|e| SweepError::NoSweep {
         path: name(),
         problem: format!("its first line is not that of a journal: {e}"),
     })?;
     if let Some(difference) = there.difference(settings) {
         return Err(SweepError::Other { path: name(), difference });
     }
-    let (mut good, mut records) = (line.len() as u64 + 1, Vec::new());
-    while let Some((record, bytes)) = next(&mut reader).map_err(SweepError::io(path))? {
-        good += bytes;
-        if runs.contains(&record.run) {
-            records.push(record);
-        }
-    }
-    Ok((reader.into_inner(), good, records))
+    found.records.retain(|record| runs.contains(&record.run));
+    Ok((found.good, found.records))
 }
 
 /// The next record and its length in bytes; `None` where no good one follows.
-fn next(reader: &mut BufReader<File>) -> std::io::Result<Option<(Record, u64)>> {
+fn next(reader: &mut BufReader<&File>) -> std::io::Result<Option<(Record, u64)>> {
     let mut head = [0; 8];
     let mut body = Vec::new();
-    let mut part = |reader: &mut BufReader<File>| -> std::io::Result<Option<Record>> {
+    let mut part = |reader: &mut BufReader<&File>| -> std::io::Result<Option<Record>> {
         reader.read_exact(&mut head)?;
         let [length, crc] = [0, 4]
             .map(|at| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]));

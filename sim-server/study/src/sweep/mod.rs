@@ -2,13 +2,15 @@
 //!
 //! In reading order:
 //!
-//! * [`seeds`], [`grid`], [`shard`], [`plan`]: what there is to do;
+//! * [`seeds`], [`grid`], [`plan`]: what there is to do;
 //! * [`cell`], [`row`] with its [`client_figures`], [`track`], [`record`]: what
 //!   results from it;
 //! * [`workers`]: runs side by side, made [`inside`] or with [`clients`];
 //! * [`journal`]: what is done, while the rest is not;
 //! * [`table`], [`settings`]: what is written in the end;
 //! * [`job`]: all of it together;
+//! * [`manifest`], [`shard`], [`part`], [`mod@merge`] and the shards that make it
+//!   [`incomplete`], with a [`pilot`] for the size of a shard: the same on many machines;
 //! * [`mod@summary`] with its [`band`]s, [`mod@growth`], [`mod@anees`], [`paired`]: what
 //!   the rows and tracks say: means, spreads over distance ([`growth_text`] for
 //!   people), whether covariances are right, [`mod@overview`] of estimators, differences
@@ -30,12 +32,17 @@ mod fixtures;
 pub mod grid;
 pub mod growth;
 pub mod growth_text;
+pub mod incomplete;
 pub mod inside;
 pub mod job;
 pub mod journal;
 mod lines;
+pub mod manifest;
+pub mod merge;
 pub mod overview;
 pub mod paired;
+pub mod part;
+pub mod pilot;
 pub mod plan;
 pub mod record;
 pub mod report;
@@ -53,12 +60,17 @@ pub use anees::{AneesText, anees};
 pub use bands_text::Bands;
 pub use cell::{Cell, Swept};
 pub use error::SweepError;
-pub use grid::Axis;
+pub use grid::{Axis, axes};
 pub use growth::growth;
 pub use growth_text::GrowthText;
+pub use incomplete::Incomplete;
 pub use job::{SweepJob, SweepOutcome};
+pub use manifest::Manifest;
+pub use merge::merge;
 pub use overview::{OverviewText, overview};
 pub use paired::ab;
+pub use part::{Part, PartFault};
+pub use pilot::run_time_s;
 pub use plan::{Plan, Request};
 pub use report::Report;
 pub use row::Row;

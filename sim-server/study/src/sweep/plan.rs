@@ -15,9 +15,9 @@ use rusty_engine::scenario_file::{self, SetupError};
 
 /// The most cells.
 const MOST_CELLS: usize = 10_000;
-/// The most runs of one shard: their rows are in memory together.
+/// The most runs of a sweep: their rows are in memory together.
 const MOST_RUNS: u64 = 4_000_000;
-/// The most runs that are followed along their way, over all shards.
+/// The most runs that are followed along their way.
 const MOST_TRACKS: u64 = 20_000;
 /// Samples along the way of one run.
 const SAMPLES: u64 = 60;
@@ -33,8 +33,6 @@ pub struct Request {
     pub axes: Vec<Axis>,
     /// Number of ticks, if not the scenario's.
     pub ticks: Option<u64>,
-    /// Which part of it.
-    pub shard: Shard,
     /// Whether the scenario's clients take part, as processes.
     pub clients: bool,
     /// Estimators that take part in every run, as `launch --add` has them.
@@ -52,7 +50,7 @@ pub struct Plan {
     pub rosters: Vec<Vec<Participant>>,
     /// The worlds of the cells before their first tick; none with clients.
     pub worlds: Vec<Sim>,
-    /// The runs of this shard.
+    /// The runs that are made: all of them, or those of one shard.
     pub runs: Range<u64>,
 }
 
@@ -81,17 +79,23 @@ impl Plan {
             cells.push(cell);
         }
         let count = request.seeds.count().checked_mul(cells.len() as u64);
-        let runs = count.map(|count| request.shard.of(count));
-        match runs {
-            Some(runs) if runs.end - runs.start <= MOST_RUNS => {
-                Ok(Self { request, cells, rosters, worlds, runs })
+        match count {
+            Some(count) if count <= MOST_RUNS => {
+                Ok(Self { request, cells, rosters, worlds, runs: 0..count })
             }
             _ => {
-                let problem = format!("makes more than {MOST_RUNS} runs at once");
-                let remedy = "sweep fewer seeds, or a --shard i/n at a time";
+                let problem = format!("makes more than {MOST_RUNS} runs");
+                let remedy = "sweep fewer seeds at once: the others go into another table";
                 Err(FieldError::new("--seeds", request.seeds, problem, remedy).into())
             }
         }
+    }
+
+    /// Returns the plan of one shard.
+    #[must_use]
+    pub fn of_shard(self, shard: Shard) -> Self {
+        let runs = shard.of(self.cells.len() as u64 * self.request.seeds.count());
+        Self { runs, ..self }
     }
 
     /// Index of the cell of a run, and its seed.
@@ -101,7 +105,7 @@ impl Plan {
         ((run / seeds.count()) as usize, seeds.at(run % seeds.count()))
     }
 
-    /// How many runs this shard has.
+    /// Returns the number of runs that are made.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.runs.end - self.runs.start
@@ -230,7 +234,6 @@ mod tests {
             seeds: seeds.parse().unwrap(),
             axes: axes.iter().map(|text| Axis::parse("--set", text).unwrap()).collect(),
             ticks: None,
-            shard: Shard::WHOLE,
             clients: false,
             add: Vec::new(),
         }

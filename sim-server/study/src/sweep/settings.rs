@@ -11,7 +11,7 @@ use crate::documents;
 
 /// The settings of a sweep. Nothing in it depends on the machine, the time or
 /// the number of jobs.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings(Map<String, Value>);
 
 impl Settings {
@@ -41,7 +41,6 @@ impl Settings {
         map.insert("writer".to_owned(), json!(writer));
         map.insert("scenario".to_owned(), json!(plan.request.scenario));
         map.insert("seeds".to_owned(), json!(plan.request.seeds.to_string()));
-        map.insert("shard".to_owned(), json!(plan.request.shard.to_string()));
         map.insert("parameters".to_owned(), json!(parameters));
         let rosters = serde_json::to_value(&plan.rosters).map_err(no_json)?;
         map.insert("rosters".to_owned(), rosters);

@@ -9,5 +9,6 @@ mod manual;
 mod player;
 mod programs;
 mod report;
+mod shards;
 mod sweep;
 mod versus;

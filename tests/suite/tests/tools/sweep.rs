@@ -115,22 +115,6 @@ fn the_number_of_jobs_changes_no_byte() {
     assert_eq!([0, 1, 2, 3].map(cell), cells);
 }
 
-#[test]
-fn the_parts_one_after_the_other_are_the_whole() {
-    let place = folder();
-    let whole = place.at("whole.csv");
-    sweep(&GRID, &whole, 0);
-    let mut lines = Vec::new();
-    for index in 0..3 {
-        let out = place.at(format!("{index}.csv"));
-        sweep(&[&GRID[..], &["--shard", &format!("{index}/3")]].concat(), &out, 0);
-        let part = fs::read_to_string(&out).unwrap();
-        let skip = usize::from(index > 0);
-        lines.extend(part.lines().skip(skip).map(str::to_owned));
-    }
-    assert_eq!(lines, fs::read_to_string(&whole).unwrap().lines().collect::<Vec<_>>());
-}
-
 /// A sweep that is stopped in the middle: it stands still, with something done
 /// and something not.
 fn in_the_middle(args: &[&str], out: &Path) -> Process {
@@ -211,16 +195,15 @@ fn a_table_that_is_there_is_not_written_over() {
 fn what_cannot_be_swept_is_named_with_its_remedy() {
     let place = folder();
     let out = place.at("a.csv");
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 8] = [
         (&["driver", "--seeds", "0..2"], "give --clients"),
         (&["patrol", "--seeds", "3..3"], "0..500"),
-        (&["patrol", "--seeds", "0..2", "--shard", "2/2"], "0 to n - 1"),
         (&["patrol", "--seeds", "0..2", "--set", "seed=1,2"], "give --seeds"),
         (&["patrol", "--seeds", "0..2", "--set", "robot.slip_std=0.1,-1"], "robot.slip_std = -1"),
         (&["patrol", "--seeds", "0..2", "--set", "robot.slip_std=0.1,,1"], "is empty"),
         (&["patrol", "--seeds", "0..2", "--ab", "robot.slip_std=1,2,3"], "has 3 values"),
         (&["patrol", "--seeds", "0..2", "--ab", "a.b=1,2", "--set", "a.b=1"], "given twice"),
-        (&["patrol", "--seeds", "0..9000000000"], "a --shard i/n at a time"),
+        (&["patrol", "--seeds", "0..9000000000"], "fewer seeds"),
     ];
     for (args, words) in cases {
         let said = sweep(args, &out, 2).stderr;

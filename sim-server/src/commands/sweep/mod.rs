@@ -1,21 +1,23 @@
 //! `sweep`: run a scenario with many seeds and settings, a row per run.
 
+mod shards;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context as _, Result};
-use clap::Args;
+use clap::{Args, Subcommand};
 use rusty_bench::machine::cores;
-use rusty_contract::{Exit, FieldError, errln, outln};
+use rusty_contract::{Exit, errln, outln};
 use rusty_engine::run::Progress;
 use rusty_study::sweep::report::{Report, draw};
-use rusty_study::sweep::{Axis, Plan, Request, Seeds, Shard, SweepJob, SweepOutcome, Table};
+use rusty_study::sweep::{Plan, Request, Seeds, SweepJob, SweepOutcome, Table, axes};
 use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-use super::WRITER;
 use super::arguments::Output;
+use super::{WRITER, WrongUsage};
 
 const AFTER_HELP: &str = "\
 Without --clients, dead reckoning is the only participant. It runs inside this
@@ -38,14 +40,8 @@ Ctrl-C keeps the finished rows in FILE.part (exit code 3). --resume continues th
 and writes the same bytes (with --clients except for the compute_* columns, which
 depend on the machine). A complete file is left unchanged.
 
---shard splits a sweep for many machines. Its parts, numbered from 0, have together
-the rows of the whole sweep in the same order:
-  Slurm, #SBATCH --array=0-15:
-    sim-server sweep patrol --seeds 0..100000 --resume \\
-      --shard $SLURM_ARRAY_TASK_ID/16 --out part-$SLURM_ARRAY_TASK_ID.parquet
-  Kubernetes, a Job with completionMode: Indexed and completions: 16:
-    sim-server sweep patrol --seeds 0..100000 --resume \\
-      --shard $JOB_COMPLETION_INDEX/16 --out /data/part-$JOB_COMPLETION_INDEX.parquet
+`sweep plan` splits a sweep into shards for many processes or machines, `sweep run`
+makes one, and `sweep merge` writes the table, which has the same bytes.
 
 Examples:
   sim-server sweep patrol --seeds 0..500                     the table of the chapter
@@ -55,22 +51,12 @@ Examples:
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = AFTER_HELP)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct SweepArgs {
-    /// Built-in (apartment, patrol, office, …) or a file
-    #[arg(default_value = "apartment")]
-    pub scenario: String,
-    /// Seeds A..B (without B), A..=B (with B) or one seed
-    #[arg(long, value_name = "A..B")]
-    pub seeds: Seeds,
-    /// Change a field, or sweep it over a list of values
-    #[arg(long = "set", value_name = "KEY=V1[,V2…]")]
-    pub changes: Vec<String>,
-    /// Compare two values of a field on the same seeds
-    #[arg(long, value_name = "KEY=V1,V2")]
-    pub ab: Option<String>,
-    /// Number of ticks [default: the scenario's]
-    #[arg(long)]
-    pub ticks: Option<u64>,
+    #[command(subcommand)]
+    pub step: Option<Step>,
+    #[command(flatten)]
+    pub what: WhatArgs,
     /// Number of parallel runs [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
@@ -83,15 +69,6 @@ pub struct SweepArgs {
     /// Replace FILE and the remains of an interrupted sweep
     #[arg(long, requires = "out", conflicts_with = "resume")]
     pub force: bool,
-    /// Run only part i of n, with i counted from 0
-    #[arg(long, value_name = "i/n", default_value_t = Shard::WHOLE, hide_default_value = true)]
-    pub shard: Shard,
-    /// Launch complete runs with the programs of the scenario
-    #[arg(long)]
-    pub clients: bool,
-    /// Add an estimator to every run
-    #[arg(long, value_name = "NAME=COMMAND", requires = "clients")]
-    pub add: Vec<String>,
     /// Keep the folders of the runs in this folder
     #[arg(long, value_name = "DIR", requires = "clients")]
     pub runs: Option<PathBuf>,
@@ -102,16 +79,71 @@ pub struct SweepArgs {
     pub quiet: bool,
 }
 
+/// The steps of a sweep in shards.
+#[derive(Subcommand, Clone, Debug)]
+pub enum Step {
+    /// Write the manifest of a sweep in shards
+    Plan(shards::PlanArgs),
+    /// Make the runs of one shard
+    Run(shards::RunArgs),
+    /// Write the table from the parts of all shards
+    Merge(shards::MergeArgs),
+}
+
+/// The runs of a sweep.
+#[derive(Args, Clone, Debug)]
+pub struct WhatArgs {
+    /// Built-in (apartment, patrol, office, …) or a file
+    #[arg(default_value = "apartment")]
+    pub scenario: String,
+    /// Seeds A..B (without B), A..=B (with B) or one seed
+    #[arg(long, value_name = "A..B", required = true)]
+    pub seeds: Option<Seeds>,
+    /// Change a field, or sweep it over a list of values
+    #[arg(long = "set", value_name = "KEY=V1[,V2…]")]
+    pub changes: Vec<String>,
+    /// Compare two values of a field on the same seeds
+    #[arg(long, value_name = "KEY=V1,V2")]
+    pub ab: Option<String>,
+    /// Number of ticks [default: the scenario's]
+    #[arg(long)]
+    pub ticks: Option<u64>,
+    /// Launch complete runs with the programs of the scenario
+    #[arg(long)]
+    pub clients: bool,
+    /// Add an estimator to every run
+    #[arg(long, value_name = "NAME=COMMAND", requires = "clients")]
+    pub add: Vec<String>,
+}
+
+impl WhatArgs {
+    /// Loads the scenario, and checks what can be checked before the first run.
+    fn plan(&self) -> Result<Plan> {
+        let seeds = self.seeds.ok_or_else(|| WrongUsage("give --seeds A..B".to_owned()))?;
+        let request = Request {
+            scenario: self.scenario.clone(),
+            seeds,
+            axes: axes(&self.changes, self.ab.as_deref())?,
+            ticks: self.ticks,
+            clients: self.clients,
+            add: self.add.clone(),
+        };
+        Ok(Plan::new(request)?)
+    }
+}
+
 pub fn run(args: &SweepArgs) -> Result<Exit> {
-    let plan = Plan::new(Request {
-        scenario: args.scenario.clone(),
-        seeds: args.seeds,
-        axes: axes(args)?,
-        ticks: args.ticks,
-        shard: args.shard,
-        clients: args.clients,
-        add: args.add.clone(),
-    })?;
+    match &args.step {
+        None => whole(args),
+        Some(Step::Plan(args)) => shards::plan(args),
+        Some(Step::Run(args)) => shards::run(args),
+        Some(Step::Merge(args)) => shards::merge(args),
+    }
+}
+
+/// A sweep in one process.
+fn whole(args: &SweepArgs) -> Result<Exit> {
+    let plan = args.what.plan()?;
     let table = args.out.as_deref().map(Table::at).transpose()?;
     let ticks = plan.runs.clone().map(|run| plan.ticks(run)).sum();
     let sweeping = SweepJob {
@@ -123,18 +155,11 @@ pub fn run(args: &SweepArgs) -> Result<Exit> {
         force: args.force,
         runs_dir: args.runs.clone(),
     };
-    let stop = Arc::<AtomicBool>::default();
-    for signal in [SIGINT, SIGTERM] {
-        // A second signal ends the process; the journal has what is done.
-        let code = Exit::Lost as i32;
-        signal_hook::flag::register_conditional_shutdown(signal, code, Arc::clone(&stop))
-            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
-            .context("signals")?;
-    }
+    let stop = stop_flag()?;
     let progress = Progress::new(ticks, args.quiet || args.output.json);
     let came = sweeping.run(&stop, progress)?;
     let complete = came.runs == came.planned && !came.was_complete;
-    let report = complete.then(|| Report::of(&came.swept, args.ab.is_some()));
+    let report = complete.then(|| Report::of(&came.swept, args.what.ab.is_some()));
     let pictures = match &args.out {
         Some(out) if complete => draw(&came.swept, out)?,
         _ => Vec::new(),
@@ -142,20 +167,17 @@ pub fn run(args: &SweepArgs) -> Result<Exit> {
     Ok(print(args, &came, report, &pictures))
 }
 
-/// The swept fields: every `--set`, then `--ab`.
-fn axes(args: &SweepArgs) -> Result<Vec<Axis>, FieldError> {
-    let axes = args.changes.iter().map(|text| Axis::parse("--set", text));
-    let mut axes: Vec<Axis> = axes.collect::<Result<_, _>>()?;
-    if let Some(text) = &args.ab {
-        let axis = Axis::parse("--ab", text)?;
-        if axis.values.len() != 2 {
-            let problem = format!("has {} values", axis.values.len());
-            let remedy = "give the two to compare: --ab robot.slip_std=0.02,0.03";
-            return Err(FieldError::new("--ab", text, problem, remedy));
-        }
-        axes.push(axis);
+/// Returns a flag that Ctrl-C and SIGTERM raise. A second signal ends the process; the
+/// journal has what is done.
+fn stop_flag() -> Result<Arc<AtomicBool>> {
+    let stop = Arc::<AtomicBool>::default();
+    for signal in [SIGINT, SIGTERM] {
+        let code = Exit::Lost as i32;
+        signal_hook::flag::register_conditional_shutdown(signal, code, Arc::clone(&stop))
+            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
+            .context("signals")?;
     }
-    Ok(axes)
+    Ok(stop)
 }
 
 /// The document of `--json`.
@@ -163,7 +185,6 @@ fn axes(args: &SweepArgs) -> Result<Vec<Axis>, FieldError> {
 struct Document<'a> {
     scenario: &'a str,
     seeds: String,
-    shard: String,
     /// The swept fields of each cell.
     cells: Vec<&'a [(String, String)]>,
     /// Runs whose rows are in the table.
@@ -197,9 +218,8 @@ fn print(
     let shown = |path: &Path| path.display().to_string();
     let per_s = if came.elapsed_s > 0.0 { came.ticks as f64 / came.elapsed_s } else { 0.0 };
     let document = Document {
-        scenario: &args.scenario,
-        seeds: args.seeds.to_string(),
-        shard: args.shard.to_string(),
+        scenario: &args.what.scenario,
+        seeds: args.what.seeds.map_or_else(String::new, |s| s.to_string()),
         cells: came.swept.cells.iter().map(|c| &*c.parameters).collect(),
         runs: came.runs,
         runs_planned: came.planned,
