@@ -20,6 +20,7 @@ pub mod npm;
 mod process;
 mod processes;
 pub mod python;
+pub mod ray;
 pub mod ros;
 mod scenarios;
 pub mod viewed;

@@ -51,6 +51,7 @@ from ._rusty import (
     odometry_delta,
     wrap_angle,
 )
+from ._sweep import kubernetes_job, sweep
 
 if _typing.TYPE_CHECKING:
     #: The start of the session that joined last.
@@ -78,9 +79,11 @@ __all__ = [
     "World",
     "__version__",
     "join",
+    "kubernetes_job",
     "launch",
     "odometry_delta",
     "read_log",
+    "sweep",
     "wrap_angle",
 ]
 

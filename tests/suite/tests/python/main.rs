@@ -5,3 +5,4 @@ mod package;
 mod ros2;
 mod ros2_bytes;
 mod sensed;
+mod sweeps;

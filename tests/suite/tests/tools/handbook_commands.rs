@@ -192,8 +192,11 @@ fn small(line: &str) -> String {
     if let Some(ticks) = after(line, "--ticks") {
         return small.replace(&format!("--ticks {ticks}"), "--ticks 100");
     }
+    // The steps after `sweep plan` have the ticks from the manifest.
+    let has_ticks = line.contains("sweep run ") || line.contains("sweep merge ");
     let more = [("sim-server sweep ", " --ticks 100"), ("sim-server budget ", " --seeds 0..20")];
-    more.iter().filter(|(verb, _)| line.contains(verb)).fold(small, |line, (_, more)| line + more)
+    let more = more.iter().filter(|(verb, _)| line.contains(verb) && !has_ticks);
+    more.fold(small, |line, (_, more)| line + more)
 }
 
 /// A reader's folder: the programs on the path and in `target/release`, a filter, a run
@@ -272,6 +275,7 @@ pages! {
     scenarios: "docs/scenarios.md",
     sensors: "docs/sensors.md",
     start: "docs/start.md",
+    sweeps: "docs/sweeps.md",
     tour: "docs/tour.md",
     view: "docs/view.md",
     widgets: "docs/widgets.md",
