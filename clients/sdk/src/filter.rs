@@ -12,6 +12,12 @@ pub trait Filter: Sized {
     /// refused at once.
     const SHOWS_BELIEF: bool = false;
 
+    /// Waits before a tick is updated, for a driver that answers late on purpose; returns
+    /// whether it did. The time is not reported as compute time.
+    fn wait(&mut self) -> bool {
+        false
+    }
+
     /// Answers one tick: a pose, an `Estimate`, a command, or `Reply::Abstain`.
     fn update(&mut self, tick: &Tick<'_>) -> Reply;
 

@@ -78,7 +78,13 @@ fn drive<F: Filter>(
         let Some(mut tick) = session.next()? else { break };
         // A panic is the filter's own failure: it is reported to the server at once,
         // and this process ends with a message and a code.
-        let Ok(reply) = catch_unwind(AssertUnwindSafe(|| filter.update(&tick))) else {
+        let update = || {
+            if filter.wait() {
+                tick.restart_clock();
+            }
+            filter.update(&tick)
+        };
+        let Ok(reply) = catch_unwind(AssertUnwindSafe(update)) else {
             let number = tick.index();
             tick.fail();
             return Err(ClientError::Panicked { tick: number });

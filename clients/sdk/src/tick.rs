@@ -105,6 +105,14 @@ impl<'a> Tick<'a> {
         }
     }
 
+    /// Counts the compute time of the answer from now.
+    #[cfg(feature = "link")]
+    pub(crate) fn restart_clock(&mut self) {
+        if let FrameHandle::Live(frame) = &mut self.frame {
+            frame.restart_clock();
+        }
+    }
+
     pub(crate) fn reply(&mut self, reply: Reply) -> Result<(), ClientError> {
         if let Some(session) = &mut self.session {
             session.reply(&self.frame, reply)?;

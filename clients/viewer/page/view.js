@@ -3,6 +3,7 @@
 import { MapView, Track, mark } from './draw.js';
 import { Chart } from './charts.js';
 import { Driver } from './drive.js';
+import { drawSensors } from './sensors.js';
 
 const byId = (id) => document.getElementById(id);
 const HEAD = 11, EACH = 11; // words of a tick, and of an estimator in it
@@ -21,13 +22,14 @@ let now = null; // the words of the latest tick
 let chosen = null; // the words of an earlier tick of a run, while it is looked at
 let hovered = null;
 let truthTrack = new Track(), tracked = 0, jumps = []; // jumps: kidnappings, for the map
+let readings = { sonars: null, sectors: null }; // of the small sensors, the latest
 let scan = null, bearings = []; // scan: the ranges of the latest, and the true pose at it
 let digest = ''; // a text, or bytes
 let isFollowing = false, isLog = false, mayDrive = false;
 let isMapOld = true, areChartsOld = true;
 let tries = 0, socket = null;
 // For measurements.
-const counts = { ticks: 0, gaps: 0, draws: 0, drawMs: 0, lastTick: -1, firstMs: NaN };
+const counts = { ticks: 0, gaps: 0, draws: 0, drawMs: 0, lastTick: -1, drawnTick: -1, firstMs: NaN };
 globalThis.rustyView = counts;
 
 const tickOf = (row) => row[1], timeOf = (row) => row[2], truthOf = (row) => row.subarray(3, 6);
@@ -101,7 +103,9 @@ function setScene(message) {
   }));
   [rows, shift, seen, now, chosen, hovered] = [[], 0, 0, null, null, null];
   [truthTrack, tracked, jumps, scan, digest] = [new Track(), 0, [], null, scene.digest ?? ''];
-  Object.assign(counts, { ticks: 0, gaps: 0, lastTick: -1 });
+  readings = { sonars: null, sectors: null };
+  Object.assign(counts, { ticks: 0, gaps: 0, lastTick: -1, drawnTick: -1 });
+  [drawnTicks, runTick] = [0, -1];
   bearings = Array.from({ length: scene.beams }, (_, k) => {
     const bearing = scene.sensor_in_body[2] + scene.first_bearing_rad + scene.fov_rad * k / scene.beams;
     return [Math.cos(bearing), Math.sin(bearing)];
@@ -145,6 +149,7 @@ function read(buffer) {
   for (let at = 0; at < words.length;) {
     const [kind, length] = [whole[2 * at], whole[2 * at + 1]];
     if (kind === 2) readBelief(buffer, at, whole);
+    else if (kind === 4) readReadings(buffer, at, whole);
     else readTick(buffer, at, words, whole, kind);
     at += Math.max(1, length);
   }
@@ -203,6 +208,12 @@ function readBelief(buffer, at, whole) {
   of.belief = { kind, poses: new Float32Array(buffer.slice(8 * (at + 4), 8 * (at + 4) + 16 * count)) };
 }
 
+function readReadings(buffer, at, whole) {
+  const [sectors, count] = whole.subarray(2 * at + 4, 2 * at + 6);
+  if (sectors !== 0xFFFFFFFF) readings.sectors = sectors;
+  if (count > 0) readings.sonars = new Float32Array(buffer, 8 * (at + 3), count);
+}
+
 // ---- What is shown ----------------------------------------------------------------
 
 function retrack() {
@@ -248,6 +259,7 @@ function drawMap() {
     truth: at, truthTrack, jumps, scan: old ? [] : echoes(),
     estimators: old ? estimators.map((of) => ({ ...of, belief: null })) : estimators,
   }, inks);
+  if (scene && !old) drawSensors(map, at, scene, readings, inks);
 }
 
 // Where no motion is wanted, what is shown jumps when the robot comes to its rim.
@@ -347,6 +359,13 @@ function drawKeys() {
   const has = (kind) => scene.walls.some((wall) => wall[4] === kind);
   const key = [
     [scene.truth, 'true path', dash(inks.truth, 5)],
+    [scene.sonar, 'sonar', (ctx) => {
+      ctx.strokeStyle = inks.scan;
+      ctx.beginPath();
+      ctx.arc(2, 8.8, 14, -0.5, 0.5);
+      ctx.stroke();
+    }],
+    [scene.bumper, 'bumper in contact', dash(inks.scan, 5)],
     [true, 'scan', (ctx) => [3, 9, 15].forEach((x) => {
       for (const [size, ink] of [[5, inks.rim], [3, inks.scan]]) {
         ctx.fillStyle = ink;
@@ -364,13 +383,13 @@ function drawKeys() {
 }
 
 // The map with every frame of the screen, the rest ten times a second; less often while
-// ticks come fast, whose run may wait for the core, and once a second where no motion is
-// wanted. Nothing is drawn again that has not changed.
-let mapTime = 0, chartTime = 0, drawnTicks = 0, isScheduled = false;
-function pauses(time) {
-  if (still.matches) return [1000, 1000];
-  const isFast = counts.ticks - drawnTicks > 0.8 * Math.max(time - mapTime, 16);
-  return isFast ? [100, 400] : [0, 100];
+// the ticks of a run come fast, because it may wait for the core, and once a second where
+// no motion is wanted. Nothing is drawn again that has not changed.
+let mapTime = 0, chartTime = 0, drawnTicks = 0, runTick = -1, isScheduled = false, timer = 0;
+const SLACK_MS = 300; // for charts, which then share a frame with a map
+function isFast(time) {
+  const ticks = scene?.mode === 'run' && now && runTick >= 0 ? tickOf(now) - runTick : counts.ticks - drawnTicks;
+  return ticks > 0.8 * Math.max(time - mapTime, 16);
 }
 function schedule() {
   if (isScheduled) return;
@@ -383,7 +402,9 @@ function refresh() {
 }
 function paint(time) {
   isScheduled = false;
-  const [mapPause, chartPause] = pauses(time);
+  const isHasty = isFast(time);
+  let [mapPause, chartPause] = isHasty ? [100, 1000] : [0, 100];
+  if (still.matches) mapPause = chartPause = 1000;
   if (areChartsOld && time - chartTime >= chartPause) {
     drawCharts();
     [areChartsOld, chartTime] = [false, time];
@@ -391,14 +412,17 @@ function paint(time) {
   if (isMapOld && time - mapTime >= mapPause) {
     const begun = performance.now();
     drawMap();
-    counts.draws += 1;
     counts.drawMs += performance.now() - begun;
+    counts.drawnTick = now ? tickOf(shownRow()) : -1;
+    counts.draws += 1;
     if (now && !(counts.firstMs > 0)) counts.firstMs = performance.now();
-    [isMapOld, mapTime, drawnTicks] = [false, time, counts.ticks];
+    [isMapOld, mapTime, drawnTicks, runTick] = [false, time, counts.ticks, now ? tickOf(now) : -1];
   }
-  const waits = [isMapOld && mapPause + mapTime - time, areChartsOld && chartPause + chartTime - time];
+  const waits = [isMapOld && mapPause + mapTime - time,
+    areChartsOld && chartPause + chartTime - time + (isHasty ? SLACK_MS : 0)];
   const wait = Math.min(...waits.filter((left) => left !== false));
-  if (wait < Infinity) setTimeout(schedule, wait);
+  clearTimeout(timer);
+  if (wait < Infinity) timer = setTimeout(schedule, wait);
 }
 // What a person does shows at once.
 const touch = () => { mapTime = chartTime = -1e4; refresh(); };

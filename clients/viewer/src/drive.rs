@@ -5,18 +5,25 @@
 //! which this user alone can open. A command that is not renewed counts for a number of
 //! *ticks*: a page that is closed or a key that is stuck stops the robot at the same tick
 //! however fast the run goes.
+//!
+//! At a pace the driver answers shortly before the next tick is due, so that its command
+//! is a new one; see [`Hold`]. A command that differs from the last is answered at once,
+//! and so is the tick that carries it, whose picture a person waits for.
 
 use std::io;
 use std::os::unix::net::UnixDatagram;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use clap::Args;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rusty_clients::dead_reckoning::DeadReckoning;
 use rusty_clients::{Filter, Tick};
 use rusty_contract::{Reply, Start};
 use rusty_geometry::Twist;
 
 use crate::command::Command;
+use crate::hold::Hold;
 use crate::terminal::Terminal;
 
 /// Drive the robot with the arrow keys
@@ -79,6 +86,13 @@ pub struct Drive {
     command: Command,
     /// Ticks for which it still counts.
     left_ticks: u64,
+    /// The command that came last, until a tick takes it.
+    news: Option<Command>,
+    hold: Hold,
+    /// When the latest tick came.
+    came: Option<Instant>,
+    /// The latest answer had another command than the one before.
+    has_changed: bool,
 }
 
 impl Drive {
@@ -102,30 +116,67 @@ impl Drive {
             terminal: folder.and_then(|_| Terminal::open()),
             command: Command::default(),
             left_ticks: 0,
+            news: None,
+            hold: Hold::new(start.dt_s),
+            came: None,
+            has_changed: false,
         })
+    }
+
+    /// Takes the commands that have come.
+    fn receive(&mut self) {
+        let mut bytes = [0; Command::BYTES + 1];
+        while let Some(Ok(n)) = self.remote.as_ref().map(|remote| remote.recv(&mut bytes)) {
+            self.news = Command::from_bytes(&bytes[..n]).or(self.news);
+        }
     }
 
     /// The command for the next tick, from what came since the last one.
     fn next_command(&mut self) -> Twist {
         self.left_ticks = self.left_ticks.saturating_sub(1);
-        let mut bytes = [0; Command::BYTES + 1];
-        while let Some(Ok(n)) = self.remote.as_ref().map(|remote| remote.recv(&mut bytes)) {
-            if let Some(command) = Command::from_bytes(&bytes[..n]) {
-                (self.command, self.left_ticks) = (command, self.options.dead_man);
-            }
-        }
-        if let Some(command) = self.terminal.as_mut().and_then(Terminal::command) {
+        self.receive();
+        let typed = self.terminal.as_mut().and_then(Terminal::command);
+        let before = self.command;
+        if let Some(command) = typed.or(self.news.take()) {
             (self.command, self.left_ticks) = (command, self.options.dead_man);
         }
         if self.left_ticks == 0 {
             self.command = Command::default();
         }
+        self.has_changed = self.command != before;
         let Options { speed, turn, .. } = self.options;
         self.command.velocity(Twist { v_m_s: speed, omega_rad_s: turn })
+    }
+
+    /// Waits for this long for another command than the present one.
+    fn wait_for_news(&mut self, time: Duration) {
+        let begun = Instant::now();
+        while !self.news.is_some_and(|news| news != self.command) {
+            let left = time.saturating_sub(begun.elapsed());
+            let Some(remote) = self.remote.as_ref().filter(|_| !left.is_zero()) else { return };
+            let mut fds = [PollFd::new(remote, PollFlags::IN)];
+            // A signal ends the wait: the session then looks at what it was asked.
+            let at_most = Timespec { tv_sec: 0, tv_nsec: i64::from(left.subsec_nanos()) };
+            if !poll(&mut fds, Some(&at_most)).is_ok_and(|ready| ready > 0) {
+                return;
+            }
+            self.receive();
+        }
     }
 }
 
 impl Filter for Drive {
+    fn wait(&mut self) -> bool {
+        let now = Instant::now();
+        let interval = self.came.replace(now).map_or(Duration::ZERO, |before| now - before);
+        let held = self.hold.after(interval);
+        let is_held = !held.is_zero() && !self.has_changed;
+        if is_held {
+            self.wait_for_news(held);
+        }
+        is_held
+    }
+
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
         let pose = self.odometry.advance(tick.encoders());
         Reply::Both(pose.into(), self.next_command())
@@ -138,9 +189,7 @@ mod tests {
     use rusty_contract::{LogHeader, Participant, Role, Scenario};
     use rusty_geometry::WorldSpec;
 
-    #[test]
-    fn a_command_counts_until_it_is_replaced_or_the_dead_man_s_ticks_are_over() {
-        let folder = tempfile::tempdir().unwrap();
+    fn driver(folder: &Path, options: Options) -> Drive {
         let world = WorldSpec {
             name: "w".to_owned(),
             bounds: [0.0, 0.0, 1.0, 1.0],
@@ -149,8 +198,14 @@ mod tests {
         };
         let header = LogHeader::simulated("test", &Scenario::default(), world);
         let start = Start::new(&header, 0, &Participant::new("drive", Role::Driver));
+        Drive::new(&start, options, Some(folder)).unwrap()
+    }
+
+    #[test]
+    fn a_command_counts_until_it_is_replaced_or_the_dead_man_s_ticks_are_over() {
+        let folder = tempfile::tempdir().unwrap();
         let options = Options { speed: 0.5, turn: 2.0, dead_man: 3 };
-        let mut drive = Drive::new(&start, options, Some(folder.path())).unwrap();
+        let mut drive = driver(folder.path(), options);
         let stand = Twist::default();
         assert_eq!(drive.next_command(), stand);
         let remote = Remote::open(folder.path()).unwrap();
@@ -172,5 +227,36 @@ mod tests {
             assert_eq!(drive.next_command(), given);
         }
         assert!(Remote::open(&folder.path().join("other")).is_none());
+    }
+
+    #[test]
+    fn another_command_ends_the_wait_and_the_tick_that_carries_it_is_not_held_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut drive = driver(folder.path(), Options { speed: 1.0, turn: 1.0, dead_man: 3 });
+        let remote = Remote::open(folder.path()).unwrap();
+        // A tick that came a minute after the one before would be held back for long.
+        drive.hold = Hold::new(f64::MAX);
+        let a_minute_ago = |drive: &mut Drive| {
+            drive.came = Instant::now().checked_sub(Duration::from_secs(60));
+        };
+        assert!(!drive.wait(), "the first tick");
+        a_minute_ago(&mut drive);
+        let ahead = Command::Parts { ahead: 1.0, left: 0.0 };
+        remote.send(ahead);
+        assert!(drive.wait());
+        assert_eq!(drive.news, Some(ahead), "it is there after the wait");
+        // The dead man's ticks count from the answer.
+        let stand = Twist::default();
+        assert_ne!(drive.next_command(), stand);
+        a_minute_ago(&mut drive);
+        assert!(!drive.wait(), "the tick that carries the command");
+        let commands = [(); 3].map(|()| drive.next_command());
+        assert_eq!(commands.map(|command| command == stand), [false, false, true]);
+        // What is sent again is no other command: the wait lasts.
+        remote.send(Command::default());
+        let begun = Instant::now();
+        drive.has_changed = false;
+        a_minute_ago(&mut drive);
+        assert!(drive.wait() && begun.elapsed() >= Duration::from_millis(50));
     }
 }

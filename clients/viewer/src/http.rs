@@ -151,13 +151,14 @@ impl Status {
 }
 
 /// The parts of the page: path, type, content.
-const PARTS: [(&str, &str, &str); 7] = [
+const PARTS: [(&str, &str, &str); 8] = [
     ("/", "text/html; charset=utf-8", include_str!("../page/index.html")),
     ("/look.css", "text/css; charset=utf-8", rusty_plot::assets::LOOK_CSS),
     ("/view.css", "text/css; charset=utf-8", rusty_plot::assets::VIEW_CSS),
     ("/draw.js", "text/javascript; charset=utf-8", rusty_plot::assets::DRAW_JS),
     ("/charts.js", "text/javascript; charset=utf-8", rusty_plot::assets::CHARTS_JS),
     ("/drive.js", "text/javascript; charset=utf-8", rusty_plot::assets::DRIVE_JS),
+    ("/sensors.js", "text/javascript; charset=utf-8", include_str!("../page/sensors.js")),
     ("/view.js", "text/javascript; charset=utf-8", include_str!("../page/view.js")),
 ];
 

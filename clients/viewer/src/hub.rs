@@ -4,13 +4,14 @@
 //! page that is slow the oldest ticks are dropped. Scene and state are never dropped.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rusty_ros::Description;
 
 use crate::foxglove::Feed;
 use crate::outbox::{Bytes, Outbox};
-use crate::record::{Moment, has_scan, history};
+use crate::record::{Moment, has_scan, has_sonars, history};
 
 /// Most ticks of the history.
 const MOST_TICKS: usize = 4096;
@@ -21,6 +22,8 @@ pub struct Hub {
     pages: Mutex<State>,
     /// The same for apps with the protocol of Foxglove.
     pub feed: Feed,
+    /// Whether the run goes as fast as its participants answer.
+    is_at_full_speed: AtomicBool,
 }
 
 #[derive(Default)]
@@ -30,6 +33,8 @@ struct State {
     history: History,
     /// The latest tick, and the latest one with a scan.
     now: [Option<Bytes>; 2],
+    /// The latest readings of bumper and sonars, and the latest ones with sonars.
+    readings: [Option<Bytes>; 2],
     /// The latest belief of each estimator.
     beliefs: BTreeMap<usize, Bytes>,
     pages: Vec<Arc<Outbox>>,
@@ -48,6 +53,7 @@ impl Hub {
         let mut state = self.lock();
         state.scene = Some(json.into());
         (state.history, state.now) = (History::default(), [None, None]);
+        state.readings = [None, None];
         state.beliefs.clear();
         ticks.iter().for_each(|moment| state.history.push(&moment.encode()));
         let (pages, history) = (state.pages.clone(), state.history.to_bytes());
@@ -72,11 +78,37 @@ impl Hub {
         if is_new {
             state.history.push(&record);
         }
+        if let Some(readings) = moment.encode_readings().map(Bytes::from) {
+            state.pages.iter().for_each(|page| page.record_later(&readings));
+            if has_sonars(&readings) {
+                state.readings[0] = Some(Arc::clone(&readings));
+            }
+            state.readings[1] = Some(readings);
+        }
         state.pages.iter().for_each(|page| page.record(&record));
         if has_scan(&record) {
             state.now[0] = Some(Arc::clone(&record));
         }
         state.now[1] = Some(record);
+    }
+
+    /// Adds a tick to the history, and shows it with the next tick, without its scan.
+    pub fn trace(&self, moment: &Moment) {
+        let record: Bytes = history(&moment.encode()).into();
+        let mut state = self.lock();
+        state.history.push(&record);
+        state.pages.iter().for_each(|page| page.record_later(&record));
+    }
+
+    /// Notes whether the run goes as fast as its participants answer.
+    pub fn set_full_speed(&self, is_at_full_speed: bool) {
+        self.is_at_full_speed.store(is_at_full_speed, Ordering::Relaxed);
+    }
+
+    /// Whether the run was last known to go as fast as its participants answer.
+    #[must_use]
+    pub fn is_at_full_speed(&self) -> bool {
+        self.is_at_full_speed.load(Ordering::Relaxed)
     }
 
     /// Shows the belief of an estimator.
@@ -92,7 +124,8 @@ impl Hub {
         let page = Arc::new(Outbox::default());
         state.scene.iter().chain(&state.status).for_each(|json| page.text(Arc::clone(json)));
         page.record(&state.history.to_bytes());
-        state.now.iter().flatten().chain(state.beliefs.values()).for_each(|r| page.record(r));
+        let latest = state.readings.iter().chain(&state.now).flatten();
+        latest.chain(state.beliefs.values()).for_each(|record| page.record(record));
         state.pages.push(Arc::clone(&page));
         state.opened += 1;
         page
@@ -195,6 +228,22 @@ mod tests {
         hub.close(&page);
         assert_eq!(records(page.next()), &tick(4)[..]);
         assert_eq!((page.next(), hub.counts()), (None, (0, 1)));
+    }
+
+    #[test]
+    fn traces_go_with_the_next_tick_and_have_no_scan() {
+        let hub = Hub::default();
+        let page = hub.open();
+        hub.tick(&moment(0), true);
+        assert_eq!(records(page.next()), tick(0));
+        [2, 4].iter().for_each(|&k| hub.trace(&moment(k)));
+        hub.tick(&moment(5), true);
+        let traces = [history(&tick(2)), history(&tick(4))].concat();
+        assert_eq!(records(page.next()), [traces, tick(5)].concat());
+        // Whoever comes later gets them, too.
+        let late = records(hub.open().next());
+        let all = [0, 2, 4, 5].map(|k| history(&tick(k))).concat();
+        assert_eq!((&late[..all.len()], hub.is_at_full_speed()), (&all[..], false));
     }
 
     #[test]

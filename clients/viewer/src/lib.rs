@@ -7,8 +7,10 @@
 //! * [`outbox`], [`hub`]: the pages that are open, and what a page that opens later gets;
 //! * [`foxglove`]: the same for Foxglove and Lichtblick, as messages of ROS 2;
 //! * [`access`], [`http`], [`server`]: the page and its socket, on loopback only;
-//! * [`live`]: a run that goes on; [`recording`], [`playback`]: a log;
-//! * [`command`], [`drive`]: commands from a page or a terminal to the driver of a run.
+//! * [`live`], [`flow`]: a run that goes on, and the part of it that pages get;
+//!   [`recording`], [`playback`]: a log;
+//! * [`command`], [`hold`], [`drive`]: commands from a page or a terminal to the driver of
+//!   a run.
 //!
 //! The viewer has no part in a run: no process waits for it, and of what it is too
 //! slow for it misses ticks. A page that is too slow misses ticks in turn.
@@ -16,7 +18,9 @@
 pub mod access;
 pub mod command;
 pub mod drive;
+pub mod flow;
 pub mod foxglove;
+pub mod hold;
 pub mod http;
 pub mod hub;
 pub mod live;

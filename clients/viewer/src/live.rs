@@ -1,6 +1,6 @@
 //! A run that goes on: reads its frames and answers, and controls its time.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -16,23 +16,24 @@ use rusty_contract::{
 use rusty_link::{LinkError, Observer, Peer};
 use rusty_ros::Description;
 
+use crate::flow::{Flow, Share};
 use crate::hub::Hub;
 use crate::record::{Moment, Shown, belief};
 use crate::scene::{Mode, PageRequest, Scene, Status};
 
-/// Time between two looks at the run while ticks come, and while none do.
+/// Time between two looks at the run: while ticks come, while none do, and while pages get
+/// a few of them only.
 const LOOK: Duration = Duration::from_millis(1);
 const IDLE_LOOK: Duration = Duration::from_millis(2);
+const REDUCED_LOOK: Duration = Duration::from_millis(4);
+/// Time between two beliefs of an estimator on pages: that between two pictures.
+const BELIEF_TIME: Duration = Duration::from_millis(16);
 /// Time that a run may take to appear and to reply.
 const JOIN_TIME: Duration = Duration::from_secs(20);
 /// Time for the reply to a control request: steps may take as long as they want.
 const CONTROL_TIME: Duration = Duration::from_secs(3600);
 /// Time between two requests for the state of the run.
 const STATUS_TIME: Duration = Duration::from_secs(1);
-/// Most ticks that pages get in a second, and at once: a page that draws more takes the
-/// time of the run.
-const MOST_PER_S: f64 = 2000.0;
-const MOST_AT_ONCE: f64 = 64.0;
 /// Frames that wait for their tally.
 const MOST_WAITING: usize = 24;
 
@@ -45,27 +46,17 @@ pub struct LiveRun {
     waiting: VecDeque<Moment>,
     tally: Box<Tally>,
     poses: Vec<WeightedPose>,
-    allowance: Allowance,
-    /// The latest tick, if pages did not get it.
-    skipped: Option<Arc<Moment>>,
+    /// The latest belief of each estimator, if pages did not get it.
+    beliefs: BTreeMap<usize, Held>,
+    beliefs_at: Option<Instant>,
+    flow: Flow,
+    /// The latest tick, if pages did not get all of it, and whether they got its trace.
+    skipped: Option<(Arc<Moment>, bool)>,
     ended: Option<Phase>,
 }
 
-/// How many ticks pages may get now.
-struct Allowance {
-    ticks: f64,
-    at: Instant,
-}
-
-impl Allowance {
-    fn take(&mut self, now: Instant) -> bool {
-        let more = MOST_PER_S * (now - self.at).as_secs_f64();
-        (self.ticks, self.at) = ((self.ticks + more).min(MOST_AT_ONCE), now);
-        let is_there = self.ticks >= 1.0;
-        self.ticks -= f64::from(u8::from(is_there));
-        is_there
-    }
-}
+/// A belief: its tick, its kind and the number of all its poses, and those that came.
+type Held = (u64, (BeliefKind, u32), Vec<WeightedPose>);
 
 impl LiveRun {
     /// Observes a run, with the key of `credentials` or the one that its server left for
@@ -93,6 +84,8 @@ impl LiveRun {
             _ => None,
         };
         let effects = secret.as_ref().map(|(_, brief)| Effects::of(&brief.header));
+        let participants = secret.as_ref().map_or(1, |(_, brief)| brief.header.roster.len());
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Ok(Self {
             observer,
             secret,
@@ -100,7 +93,9 @@ impl LiveRun {
             waiting: VecDeque::new(),
             tally: Box::default(),
             poses: Vec::new(),
-            allowance: Allowance { ticks: MOST_AT_ONCE, at: Instant::now() },
+            beliefs: BTreeMap::new(),
+            beliefs_at: None,
+            flow: Flow::new(participants, cores, Instant::now()),
             skipped: None,
             ended: None,
         })
@@ -151,15 +146,21 @@ impl LiveRun {
             // Before the look, so that the last frames of a run are seen.
             let is_over = self.observer.is_over();
             let is_idle = !self.look(hub)?;
-            if (is_idle || self.ended.is_some())
-                && let Some(latest) = self.skipped.take()
-            {
-                hub.tick(&latest, true);
+            if is_idle || self.ended.is_some() {
+                if let Some((latest, is_traced)) = self.skipped.take() {
+                    hub.tick(&latest, !is_traced);
+                }
+                self.show_beliefs(hub);
             }
             if self.ended.is_some() || (is_over && is_idle) {
                 return Ok(self.ended);
             }
-            std::thread::sleep(if is_idle { IDLE_LOOK } else { LOOK });
+            let is_reduced = self.flow.is_reduced(hub.is_at_full_speed());
+            std::thread::sleep(match is_idle {
+                true => IDLE_LOOK,
+                false if is_reduced => REDUCED_LOOK,
+                false => LOOK,
+            });
         }
         Ok(None)
     }
@@ -184,7 +185,11 @@ impl LiveRun {
             }
         }
         while let Some(header) = self.observer.next_belief(&mut self.poses) {
-            self.show_belief(hub, &header);
+            self.hold_belief(&header);
+        }
+        let is_time = self.beliefs_at.is_none_or(|at| at.elapsed() >= BELIEF_TIME);
+        if is_time && !self.flow.is_reduced(hub.is_at_full_speed()) {
+            self.show_beliefs(hub);
         }
         Ok(came)
     }
@@ -240,24 +245,43 @@ impl LiveRun {
     }
 
     fn show_tick(&mut self, hub: &Hub, moment: Moment) {
-        if let Some(passed) = self.skipped.take() {
+        if let Some((passed, _)) = self.skipped.take() {
             hub.feed.pass(&passed);
         }
-        if self.allowance.take(Instant::now()) {
-            hub.tick(&moment.into(), true);
-        } else {
-            self.skipped = Some(moment.into());
+        let moment = Arc::new(moment);
+        match self.flow.share(moment.tick, hub.is_at_full_speed(), Instant::now()) {
+            Share::Whole => {
+                if self.flow.is_reduced(hub.is_at_full_speed()) {
+                    self.show_beliefs(hub);
+                }
+                hub.tick(&moment, true);
+            }
+            Share::Trace => {
+                hub.trace(&moment);
+                self.skipped = Some((moment, true));
+            }
+            Share::Nothing => self.skipped = Some((moment, false)),
         }
     }
 
-    fn show_belief(&mut self, hub: &Hub, header: &BeliefHeader) {
+    /// Keeps a belief until pages get it, or the next one comes.
+    fn hold_belief(&mut self, header: &BeliefHeader) {
         let Some((_, brief)) = &self.secret else { return };
         let is_it = |name: &str| brief.header.answering().position(|p| p.name == name);
         let kind = BeliefKind::of_number(header.kind);
         let (Some(index), Some(kind)) = (header.name().and_then(is_it), kind) else { return };
         if header.run_id == self.observer.start().run_id && tidy(&mut self.poses) > 0 {
             let whole = header.whole.max(header.count);
-            hub.belief(index, belief(header.tick, index, (kind, whole), &self.poses).into());
+            let held = self.beliefs.entry(index).or_insert((0, (kind, 0), Vec::new()));
+            (held.0, held.1) = (header.tick, (kind, whole));
+            std::mem::swap(&mut held.2, &mut self.poses);
+        }
+    }
+
+    fn show_beliefs(&mut self, hub: &Hub) {
+        while let Some((index, (tick, kind, poses))) = self.beliefs.pop_first() {
+            hub.belief(index, belief(tick, index, kind, &poses).into());
+            self.beliefs_at = Some(Instant::now());
         }
     }
 }
@@ -269,6 +293,7 @@ pub fn control(run: &RunName, requests: &Receiver<PageRequest>, hub: &Hub, ended
     let mut ask = |request: ControlRequest| {
         let status = match rusty_link::control(run, request, CONTROL_TIME) {
             Ok(ControlReply::Status(status)) => {
+                hub.set_full_speed(status.pace.is_none());
                 let state = if status.paused { "paused" } else { "running" };
                 Status::new(state, status.pace, "")
             }
@@ -299,25 +324,5 @@ pub fn control(run: &RunName, requests: &Receiver<PageRequest>, hub: &Hub, ended
             Err(RecvTimeoutError::Timeout) => ask(ControlRequest::Status),
             Err(RecvTimeoutError::Disconnected) => return,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pages_get_two_thousand_ticks_a_second_and_some_at_once() {
-        let start = Instant::now();
-        let mut allowance = Allowance { ticks: MOST_AT_ONCE, at: start };
-        let taken = |allowance: &mut Allowance, at_ms: u64, wanted: usize| {
-            let now = start + Duration::from_millis(at_ms);
-            (0..wanted).filter(|_| allowance.take(now)).count()
-        };
-        assert_eq!(taken(&mut allowance, 0, 100), 64);
-        assert_eq!(taken(&mut allowance, 10, 100), 20);
-        assert_eq!(taken(&mut allowance, 1010, 100), 64);
-        // 500 a second are never too many.
-        assert!((1..=1000).all(|k| taken(&mut allowance, 1010 + 2 * k, 1) == 1));
     }
 }

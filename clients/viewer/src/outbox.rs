@@ -27,6 +27,8 @@ struct Waiting {
     items: VecDeque<Item>,
     /// Of all records among them.
     bytes: usize,
+    /// Whether anything among them is to be sent now.
+    is_due: bool,
     is_closed: bool,
     /// When the latest parcel of records was sent, and the pause after it.
     paused: Option<(Instant, Duration)>,
@@ -56,6 +58,12 @@ impl Outbox {
 
     fn push(&self, item: Item) {
         self.lock().items.push_back(item);
+        self.send();
+    }
+
+    /// Sends all that waits.
+    fn send(&self) {
+        self.lock().is_due = true;
         self.news.notify_one();
     }
 
@@ -71,6 +79,12 @@ impl Outbox {
 
     /// Adds a record, and drops the oldest ones if too many bytes wait.
     pub fn record(&self, record: &Bytes) {
+        self.record_later(record);
+        self.send();
+    }
+
+    /// Adds a record that is sent with the next one, so that nothing wakes up for it.
+    pub fn record_later(&self, record: &Bytes) {
         let mut waiting = self.lock();
         waiting.bytes += record.len();
         waiting.items.push_back(Item::Record(Arc::clone(record)));
@@ -81,13 +95,12 @@ impl Outbox {
                 waiting.bytes -= dropped.len();
             }
         }
-        self.news.notify_one();
     }
 
     /// Ends it once all is sent.
     pub fn close(&self) {
         self.lock().is_closed = true;
-        self.news.notify_one();
+        self.send();
     }
 
     /// Waits for something to send, in order; `None` once the page is closed and all is
@@ -99,6 +112,9 @@ impl Outbox {
         }
         let mut waiting = self.lock();
         loop {
+            while !waiting.is_due {
+                waiting = self.news.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+            }
             let mut records = Vec::new();
             while let Some(Item::Record(record)) =
                 waiting.items.pop_front_if(|item| matches!(item, Item::Record(_)))
@@ -112,6 +128,7 @@ impl Outbox {
                 let pause =
                     if records.len() as u128 > since.as_millis() { LONG_PAUSE } else { PAUSE };
                 waiting.paused = Some((now, pause));
+                waiting.is_due = waiting.is_closed || !waiting.items.is_empty();
                 return Some(Parcel::Records(records));
             }
             match waiting.items.pop_front() {
@@ -120,9 +137,41 @@ impl Outbox {
                 // Records were taken above.
                 Some(Item::Record(_)) => continue,
                 None if waiting.is_closed => return None,
-                None => {}
+                None => waiting.is_due = false,
             }
-            waiting = self.news.wait(waiting).unwrap_or_else(PoisonError::into_inner);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn records(outbox: &Outbox) -> Vec<u8> {
+        match outbox.next() {
+            Some(Parcel::Records(records)) => records.concat(),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn records_for_later_wake_nobody_and_go_with_the_next_item() {
+        let outbox = Outbox::default();
+        let record = |k: u8| Bytes::from([k]);
+        outbox.record_later(&record(1));
+        assert!(!outbox.lock().is_due);
+        outbox.record(&record(2));
+        assert_eq!(records(&outbox), [1, 2]);
+        assert!(!outbox.lock().is_due);
+        // Nothing is due after all was sent, also where more waits for later.
+        outbox.text("status".into());
+        assert_eq!(outbox.next(), Some(Parcel::Text("status".into())));
+        outbox.record_later(&record(3));
+        outbox.text("status".into());
+        assert_eq!(records(&outbox), [3]);
+        assert_eq!(outbox.next(), Some(Parcel::Text("status".into())));
+        outbox.record_later(&record(4));
+        outbox.close();
+        assert_eq!((records(&outbox), outbox.next()), (vec![4], None));
     }
 }

@@ -12,6 +12,8 @@
 //! | 2 | 1 to 3 | tick (f64), index of the estimator, kind of the belief, number of poses that follow and of all poses (u32) |
 //! | | rest | x, y, heading, weight of each pose (f32) |
 //! | 3 | as 1 | a tick without ranges, for charts and paths |
+//! | 4 | 1 to 2 | tick (f64), sectors of the bumper that touch something as bits, or all 32 bits without a bumper reading, number of sonars (u32); before the record of its tick |
+//! | | rest | range of each sonar (f32) |
 //!
 //! The ellipse holds 95 % and is what a unit circle becomes: x by x, y by x, y by y.
 
@@ -26,6 +28,9 @@ const HEAD_WORDS: usize = 11;
 const ESTIMATOR_WORDS: usize = 11;
 /// Kind of a tick without ranges.
 const HISTORY: u32 = 3;
+/// Kind of the readings of bumper and sonars, and what stands for no bumper reading.
+const READINGS: u32 = 4;
+const NO_BUMPER: u32 = u32::MAX;
 /// Most poses of a belief that go to a page.
 const MOST_POSES: usize = 3000;
 
@@ -81,6 +86,27 @@ impl Moment {
         bytes.extend(ranges_m.iter().flat_map(|range| (*range as f32).to_le_bytes()));
         bytes.resize(8 * words, 0);
         bytes
+    }
+}
+
+impl Moment {
+    /// Returns the record of the readings of bumper and sonars; `None` of a tick without.
+    #[must_use]
+    pub fn encode_readings(&self) -> Option<Vec<u8>> {
+        let readings = self.readings.get();
+        let (bumper, ranges_m) = (readings.bumper(), readings.sonar_ranges_m());
+        if bumper.is_none() && ranges_m.is_none() {
+            return None;
+        }
+        let ranges_m = ranges_m.unwrap_or_default();
+        let words = 3 + ranges_m.len().div_ceil(2);
+        let mut bytes = head(READINGS, words);
+        numbers(&mut bytes, [self.tick as f64]);
+        bytes.extend(bumper.map_or(NO_BUMPER, u32::from).to_le_bytes());
+        bytes.extend((ranges_m.len() as u32).to_le_bytes());
+        bytes.extend(ranges_m.iter().flat_map(|range| (*range as f32).to_le_bytes()));
+        bytes.resize(8 * words, 0);
+        Some(bytes)
     }
 }
 
@@ -141,6 +167,12 @@ pub fn history(tick: &[u8]) -> Vec<u8> {
     bytes.extend(tick.get(8..8 * words).unwrap_or_default());
     bytes[68..72].fill(0);
     bytes
+}
+
+/// Whether the record of readings has ranges of sonars.
+#[must_use]
+pub fn has_sonars(readings: &[u8]) -> bool {
+    readings.get(20..24).is_some_and(|count| count != [0; 4])
 }
 
 /// Whether the record of a tick has ranges.
@@ -206,6 +238,30 @@ mod tests {
         let past = history(&bytes);
         assert!(has_scan(&bytes) && !has_scan(&past));
         assert_eq!((past[0], past.len(), &past[72..]), (3, 8 * 33, &bytes[72..8 * 33]));
+    }
+
+    #[test]
+    fn bumper_and_sonars_are_where_the_table_has_them() {
+        use rusty_contract::{Present, Readings};
+
+        let of = |bumper: bool, sonars: Option<u8>, numbers: &[f64]| {
+            let present = Present { bumper, sonars, ..Present::default() };
+            let readings = Readings::new(present, numbers).into();
+            Moment { tick: 9, readings, ..Moment::default() }.encode_readings()
+        };
+        let words = |bytes: &[u8]| -> Vec<u32> {
+            bytes.chunks(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect()
+        };
+        assert_eq!(of(false, None, &[]), None);
+        let both = of(true, Some(3), &[5.0, 0.5, 1.5, 10.7]).unwrap();
+        assert_eq!((both.len(), number(&both, 1)), (8 * 5, 9.0));
+        assert_eq!(words(&both)[..2], [4, 5]);
+        let ranges = [0.5, 1.5, 10.7].map(|range_m: f32| range_m.to_bits());
+        assert_eq!(words(&both)[4..], [&[5, 3], &ranges[..], &[0]].concat());
+        let bumper = of(true, None, &[5.0]).unwrap();
+        assert_eq!((&words(&bumper)[4..], has_sonars(&bumper)), (&[5, 0][..], false));
+        let sonar = of(false, Some(1), &[0.5]).unwrap();
+        assert_eq!((words(&sonar)[4], has_sonars(&sonar)), (u32::MAX, true));
     }
 
     #[test]

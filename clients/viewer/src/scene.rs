@@ -1,8 +1,9 @@
 //! What a page is told in JSON: the scene once, the state whenever it changes; and what
 //! it asks for.
 
+use rusty_contract::config::sensors::BumperConfig;
 use rusty_contract::{LogHeader, Role, Start};
-use rusty_geometry::{Material, WorldSpec};
+use rusty_geometry::{Material, SE2, WorldSpec};
 use rusty_plot::style::Look;
 use serde::{Deserialize, Serialize};
 
@@ -40,11 +41,22 @@ pub struct Scene {
     fov_rad: f64,
     range_max_m: f64,
     sensor_in_body: [f64; 3],
+    bumper: Option<BumperConfig>,
+    sonar: Option<Sonar>,
     estimators: Vec<Named>,
     /// Of a whole log, 32 hexadecimal digits.
     digest: Option<String>,
     /// For people: what is not shown, or how the run ended.
     remark: Option<String>,
+}
+
+/// The geometry of the sonars.
+#[derive(Clone, Debug, Serialize)]
+struct Sonar {
+    /// x, y and axis of each, body frame, m and rad.
+    mounts: Vec<[f64; 3]>,
+    aperture_rad: f64,
+    range_max_m: f64,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -103,7 +115,7 @@ impl Scene {
     pub fn of_start(start: &Start, mode: Mode) -> Self {
         let (lidar, robot) = (&start.lidar, &start.robot);
         let reach_m = lidar.range_max_m;
-        let at = lidar.sensor_in_body;
+        let at = &lidar.sensor_in_body;
         Self {
             message: "scene",
             mode,
@@ -122,12 +134,22 @@ impl Scene {
             first_bearing_rad: lidar.first_bearing_rad,
             fov_rad: lidar.fov_rad,
             range_max_m: lidar.range_max_m,
-            sensor_in_body: [at.x(), at.y(), at.theta()],
+            sensor_in_body: pose(at),
+            bumper: start.sensors.bumper,
+            sonar: start.sensors.sonar.as_ref().map(|sonar| Sonar {
+                mounts: sonar.mounts.iter().map(pose).collect(),
+                aperture_rad: sonar.aperture_rad,
+                range_max_m: sonar.range_max_m,
+            }),
             estimators: Vec::new(),
             digest: None,
             remark: None,
         }
     }
+}
+
+fn pose(pose: &SE2) -> [f64; 3] {
+    [pose.x(), pose.y(), pose.theta()]
 }
 
 fn walls(world: &WorldSpec) -> Vec<(f64, f64, f64, f64, &'static str)> {

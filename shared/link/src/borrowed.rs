@@ -6,6 +6,7 @@ use iceoryx2::sample::Sample;
 use rusty_contract::{Frame, Tally};
 
 use crate::services::{Ipc, WireFrame, WireTally};
+use crate::wait::monotonic_ns;
 
 /// A frame where it lies. It stays valid for as long as it is held.
 pub struct BorrowedFrame {
@@ -26,6 +27,12 @@ impl BorrowedFrame {
     #[must_use]
     pub fn taken_ns(&self) -> u64 {
         self.taken_ns
+    }
+
+    /// Counts as taken now: for a participant that holds its answer back and does not
+    /// compute meanwhile.
+    pub fn restart_clock(&mut self) {
+        self.taken_ns = monotonic_ns();
     }
 }
 

@@ -32,8 +32,11 @@ export class Chart {
   draw(rows, time, estimators, { isLog, cursor, inks, to }) {
     const { canvas, ctx } = this, ratio = globalThis.devicePixelRatio || 1;
     const width = canvas.clientWidth, height = canvas.clientHeight;
-    [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+    const [columns, lines] = [Math.round(width * ratio), Math.round(height * ratio)];
+    // Another size also clears it.
+    if (columns !== canvas.width || lines !== canvas.height) [canvas.width, canvas.height] = [columns, lines];
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    ctx.clearRect(0, 0, width, height);
     const from = rows.length ? time(rows[0]) : 0;
     this.times = [from, Math.max(to, from + 1e-9)];
     const shown = estimators.map((of, i) => ({ ...of, i })).filter((of) => of.isShown);

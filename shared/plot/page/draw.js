@@ -32,19 +32,70 @@ export function mark(ctx, index, [x, y], size, ink, rim) {
 // A path that grows. Points that are close to the last one are left out, and one that is
 // farther than `leap` metres does not continue it.
 export class Track {
-  constructor(leap = 1) { Object.assign(this, { path: new Path2D(), last: null, leap }); }
+  constructor(leap = 1) {
+    Object.assign(this, { path: new Path2D(), news: null, last: null, leap });
+  }
 
   add(x, y) {
     if (!Number.isFinite(x + y)) { this.last = null; return; }
     const moved = this.last ? Math.hypot(x - this.last[0], y - this.last[1]) : Infinity;
     if (moved < 0.02) return;
-    if (!this.last || moved > this.leap) this.path.moveTo(x, y);
-    else this.path.lineTo(x, y);
+    const goesOn = this.last && moved <= this.leap;
+    if (!this.news) {
+      this.news = new Path2D();
+      if (goesOn) this.news.moveTo(...this.last);
+    }
+    for (const path of [this.path, this.news]) {
+      if (goesOn) path.lineTo(x, y);
+      else path.moveTo(x, y);
+    }
     this.last = [x, y];
   }
 
   // The next point does not continue the path.
   cut() { this.last = null; }
+
+  // The part that was added since the last call; null without any.
+  takeNews() {
+    const { news } = this;
+    this.news = null;
+    return news;
+  }
+}
+
+// Paths on a separate canvas, to which only their new parts are added: the whole of long
+// paths takes longer to draw than all the rest of a map.
+class Paths {
+  constructor() {
+    this.canvas = document.createElement('canvas');
+    Object.assign(this, { ctx: this.canvas.getContext('2d'), view: '', tracks: [] });
+  }
+
+  // `lines`: [{ track, ink, width }], with widths in pixels.
+  draw({ canvas, ctx: to, centre, scale, ratio }, lines) {
+    const { ctx } = this, { width, height } = canvas;
+    const inks = lines.map((line) => `${line.ink} ${line.width}`);
+    const view = [width, height, ratio, scale, ...centre, ...inks].join();
+    const isOld = view === this.view && lines.every(({ track }, k) => track === this.tracks[k]);
+    if (!isOld) {
+      // Also clears it.
+      [this.canvas.width, this.canvas.height] = [width, height];
+      [this.view, this.tracks] = [view, lines.map(({ track }) => track)];
+      ctx.setTransform(to.getTransform());
+      ctx.lineJoin = ctx.lineCap = 'round';
+    }
+    for (const line of lines) {
+      const news = line.track.takeNews(), path = isOld ? news : line.track.path;
+      if (!path) continue;
+      ctx.strokeStyle = line.ink;
+      ctx.lineWidth = line.width * ratio / scale;
+      ctx.stroke(path);
+    }
+    to.save();
+    to.setTransform(1, 0, 0, 1, 0, 0);
+    to.drawImage(this.canvas, 0, 0);
+    to.restore();
+  }
 }
 
 // Corners of the bars of a histogram along a corridor, up for one heading
@@ -88,6 +139,7 @@ export class MapView {
     this.scale = 50;
     this.ratio = 1;
     this.isFitted = true;
+    [this.truthPath, this.paths] = [new Paths(), new Paths()];
     this.setScene({ bounds_m: [0, 0, 1, 1], walls: [], body_radius_m: 0.2 });
   }
 
@@ -207,8 +259,8 @@ export class MapView {
     if (now.whole) stroke(now.whole.path, inks.truth, 5);
     for (const { whole, ink, width } of shown) if (whole) stroke(whole.path, ink, width);
     ctx.globalAlpha = 1;
-    stroke(now.truthTrack.path, inks.truth, 5);
-    for (const { track, ink, width } of shown) stroke(track.path, ink, width);
+    this.truthPath.draw(this, [{ track: now.truthTrack, ink: inks.truth, width: 5 }]);
+    this.paths.draw(this, shown);
     for (const jump of now.jumps ?? []) this.jump(jump, inks);
     if (now.start) this.start(now.start, inks);
     this.scan(now.scan, inks);

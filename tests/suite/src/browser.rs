@@ -11,6 +11,7 @@ use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
+use std::time::Instant;
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
@@ -121,8 +122,9 @@ impl Browser {
         if let Err(why) = self.input.write_all(format!("{message}\0").as_bytes()) {
             self.is_gone(&why);
         }
+        let deadline = Instant::now() + WATCHDOG;
         loop {
-            let mut message = self.next();
+            let mut message = self.next(deadline);
             if message["id"] == self.asked {
                 assert!(message["error"].is_null(), "{method}: {message}");
                 return message["result"].take();
@@ -131,9 +133,10 @@ impl Browser {
         }
     }
 
+    /// The next message; other messages do not put the deadline off.
     #[track_caller]
-    fn next(&mut self) -> Value {
-        match self.messages.recv_timeout(WATCHDOG) {
+    fn next(&mut self, deadline: Instant) -> Value {
+        match self.messages.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
             Ok(message) => message,
             Err(why) => self.is_gone(&why),
         }
@@ -183,13 +186,17 @@ impl Browser {
 
     #[track_caller]
     fn loaded(&mut self) {
-        let is_there = |event: &Value| event["method"] == "Page.loadEventFired";
+        let is_it = |event: &Value| event["method"] == "Page.loadEventFired";
+        if let Some(at) = self.events.iter().position(is_it) {
+            self.events.remove(at);
+            return;
+        }
+        let deadline = Instant::now() + WATCHDOG;
         loop {
-            if let Some(at) = self.events.iter().position(is_there) {
-                self.events.remove(at);
+            let message = self.next(deadline);
+            if is_it(&message) {
                 return;
             }
-            let message = self.next();
             self.events.push_back(message);
         }
     }
@@ -223,6 +230,20 @@ impl Browser {
     pub fn mouse(&mut self, what: &str, [x, y]: [f64; 2]) {
         let event = json!({ "type": what, "x": x, "y": y, "button": "left", "clickCount": 1 });
         self.ask("Input.dispatchMouseEvent", event);
+    }
+
+    /// Reports no longer what pages load and log, for measurements: it copies every
+    /// message of a socket otherwise.
+    pub fn report_nothing(&mut self) {
+        for part in ["Log", "Network"] {
+            self.ask(&format!("{part}.disable"), json!({}));
+        }
+        self.events.clear();
+    }
+
+    /// Its process; those that it starts are below it.
+    pub fn pid(&self) -> u32 {
+        self.child.id()
     }
 
     /// Makes the window so large, in CSS pixels.

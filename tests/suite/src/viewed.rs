@@ -1,8 +1,9 @@
 //! The viewer under test: `view`, or `launch --watch`, and the address it prints.
 
-use std::io::{BufRead as _, BufReader, Read as _};
+use std::io::{BufRead as _, BufReader, Read};
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use rusty_contract::RunName;
@@ -12,26 +13,69 @@ use crate::{arg, binary, until};
 /// A program that prints the address of a page.
 pub struct Viewed {
     pub child: Child,
-    output: Option<BufReader<ChildStdout>>,
-    errors: JoinHandle<String>,
+    output: Printed,
+    errors: Printed,
     pub address: String,
+}
+
+/// What a program has printed up to now. A thread reads it: a pipe that another process
+/// keeps open would otherwise hold up a test for ever.
+struct Printed {
+    text: Arc<Mutex<String>>,
+    reader: JoinHandle<()>,
+}
+
+impl Printed {
+    fn of(pipe: impl Read + Send + 'static) -> Self {
+        let text = Arc::new(Mutex::new(String::new()));
+        let shared = Arc::clone(&text);
+        let reader = std::thread::spawn(move || {
+            let mut lines = BufReader::new(pipe);
+            let mut line = String::new();
+            while lines.read_line(&mut line).is_ok_and(|n| n > 0) {
+                shared.lock().unwrap().push_str(&line);
+                line.clear();
+            }
+        });
+        Self { text, reader }
+    }
+
+    fn text(&self) -> String {
+        self.text.lock().unwrap().clone()
+    }
+
+    /// The rest of the first whole line that begins so.
+    fn line(&self, beginning: &str) -> Option<String> {
+        let text = self.text();
+        let mut whole = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
+        whole.find_map(|line| Some(line.strip_prefix(beginning)?.trim().to_owned()))
+    }
+
+    /// All of it, once the pipe is closed.
+    #[track_caller]
+    fn all(&self) -> String {
+        until("the end of the output", || self.reader.is_finished());
+        self.text()
+    }
 }
 
 impl Viewed {
     /// `view` with these arguments.
+    #[track_caller]
     pub fn view(args: &[&str]) -> Self {
         let mut viewed = Self::start(Command::new(binary("view")).arg("--no-open").args(args));
-        let mut line = String::new();
-        viewed.output.as_mut().unwrap().read_line(&mut line).unwrap();
-        viewed.address = line.trim().to_owned();
+        viewed.address = viewed.first(|viewed| viewed.output.line(""));
         viewed
     }
 
     /// `launch --watch` with these arguments.
+    #[track_caller]
     pub fn launch(run: &RunName, out: &Path, args: &[&[&str]]) -> Self {
         let mut command = Command::new(binary("sim-server"));
         command.args(["launch", "--watch", "--json", "--run", run.as_str(), "--out", arg(out)]);
-        Self::start(command.args(args.concat()))
+        let mut viewed = Self::start(command.args(args.concat()));
+        viewed.address = viewed.first(|viewed| viewed.errors.line("watch "));
+        viewed
     }
 
     fn start(command: &mut Command) -> Self {
@@ -40,19 +84,21 @@ impl Viewed {
         }
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
-        let mut errors = BufReader::new(child.stderr.take().unwrap());
-        let output = child.stdout.take().map(BufReader::new);
-        let (mut address, mut text) = (String::new(), String::new());
-        let is_launch = command.get_args().next() == Some("launch".as_ref());
-        while is_launch && address.is_empty() && errors.read_line(&mut text).unwrap() > 0 {
-            let last = text.lines().next_back().unwrap_or_default();
-            address = last.strip_prefix("watch ").unwrap_or_default().to_owned();
-        }
-        let errors = std::thread::spawn(move || {
-            let _ = errors.read_to_string(&mut text);
-            text
+        let output = Printed::of(child.stdout.take().unwrap());
+        let errors = Printed::of(child.stderr.take().unwrap());
+        Self { child, output, errors, address: String::new() }
+    }
+
+    /// Waits for a line, under the watchdog; empty if the program has ended without it.
+    #[track_caller]
+    fn first(&self, line: impl Fn(&Self) -> Option<String>) -> String {
+        let mut found = None;
+        until("the address of the page", || {
+            let is_over = self.output.reader.is_finished() && self.errors.reader.is_finished();
+            found = line(self);
+            found.is_some() || is_over
         });
-        Self { child, output, errors, address }
+        found.unwrap_or_default()
     }
 
     pub fn port(&self) -> u16 {
@@ -74,6 +120,11 @@ impl Viewed {
         format!("ws://127.0.0.1:{}/foxglove?{}", self.port(), self.tokens())
     }
 
+    /// What it has printed on its standard output up to now.
+    pub fn printed(&self) -> String {
+        self.output.text()
+    }
+
     /// Waits for the end, with this exit code; returns what it printed.
     #[track_caller]
     pub fn ends_with(mut self, code: i32) -> (String, String) {
@@ -82,10 +133,7 @@ impl Viewed {
             status = self.child.try_wait().unwrap();
             status.is_some()
         });
-        let mut output = String::new();
-        self.output.take().unwrap().read_to_string(&mut output).unwrap();
-        let none = std::thread::spawn(String::new);
-        let errors = std::mem::replace(&mut self.errors, none).join().unwrap();
+        let (output, errors) = (self.output.all(), self.errors.all());
         assert_eq!(status.unwrap().code(), Some(code), "{output}\n{errors}");
         (output, errors)
     }
