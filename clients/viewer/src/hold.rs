@@ -8,11 +8,11 @@
 use std::time::Duration;
 
 /// Time between the answer and the next tick: the run needs some of it.
-const REST: Duration = Duration::from_millis(5);
+const REST: Duration = Duration::from_millis(3);
 /// Longest time by which an answer is held back, s.
 const MOST_S: f64 = 0.05;
 /// The same as a part of the duration of a tick.
-const MOST_OF_TICK: f64 = 0.75;
+const MOST_OF_TICK: f64 = 0.85;
 
 /// The time by which the answers of a run are held back at most.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,10 +45,10 @@ mod tests {
             Hold::new(dt_s).after(Duration::from_millis(interval_ms)).as_secs_f64() * 1e3
         };
         // Real time, half of it, twice as fast, ten times as fast.
-        let ms = [20, 40, 10, 2].map(|interval_ms| held_ms(0.02, interval_ms));
-        assert_eq!(ms, [15.0, 15.0, 5.0, 0.0]);
+        let ms = [20, 40, 10, 2].map(|interval_ms| held_ms(0.02, interval_ms).round());
+        assert_eq!(ms, [17.0, 17.0, 7.0, 0.0]);
         // Long ticks, and a pause before the tick.
-        assert_eq!([held_ms(0.1, 100), held_ms(0.02, 60_000)], [50.0, 15.0]);
+        assert_eq!([held_ms(0.1, 100), held_ms(0.02, 60_000)], [50.0, 17.0]);
         assert_eq!(held_ms(1e300, 100), 50.0);
     }
 
@@ -63,6 +63,6 @@ mod tests {
             // Others answer within a millisecond.
             interval = time.max(Duration::from_millis(1));
         }
-        assert_eq!(held, [15, 10, 5, 0, 0, 0]);
+        assert_eq!(held, [17, 14, 11, 8, 5, 2]);
     }
 }

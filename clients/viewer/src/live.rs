@@ -26,6 +26,9 @@ use crate::scene::{Mode, PageRequest, Scene, Status};
 const LOOK: Duration = Duration::from_millis(1);
 const IDLE_LOOK: Duration = Duration::from_millis(2);
 const REDUCED_LOOK: Duration = Duration::from_millis(4);
+/// Time without a tick after which pages get the latest one, while they get a few only: the
+/// processes of such a run wait for each other, and for a core.
+const REDUCED_IDLE: Duration = Duration::from_millis(60);
 /// Time between two beliefs of an estimator on pages: that between two pictures.
 const BELIEF_TIME: Duration = Duration::from_millis(16);
 /// Time that a run may take to appear and to reply.
@@ -142,11 +145,17 @@ impl LiveRun {
     /// # Errors
     /// [`ClientError`] if shared memory fails, or a truth does not open.
     pub fn show(&mut self, hub: &Hub, stop: &AtomicBool) -> Result<Option<Phase>, ClientError> {
+        let mut came_at = Instant::now();
         while !stop.load(Ordering::Relaxed) {
             // Before the look, so that the last frames of a run are seen.
             let is_over = self.observer.is_over();
             let is_idle = !self.look(hub)?;
-            if is_idle || self.ended.is_some() {
+            let is_reduced = self.flow.is_reduced(hub.is_at_full_speed());
+            if !is_idle {
+                came_at = Instant::now();
+            }
+            let is_still = is_idle && (!is_reduced || came_at.elapsed() >= REDUCED_IDLE);
+            if is_still || self.ended.is_some() {
                 if let Some((latest, is_traced)) = self.skipped.take() {
                     hub.tick(&latest, !is_traced);
                 }
@@ -155,11 +164,10 @@ impl LiveRun {
             if self.ended.is_some() || (is_over && is_idle) {
                 return Ok(self.ended);
             }
-            let is_reduced = self.flow.is_reduced(hub.is_at_full_speed());
-            std::thread::sleep(match is_idle {
-                true => IDLE_LOOK,
-                false if is_reduced => REDUCED_LOOK,
-                false => LOOK,
+            std::thread::sleep(match (is_reduced, is_idle) {
+                (true, _) => REDUCED_LOOK,
+                (false, true) => IDLE_LOOK,
+                (false, false) => LOOK,
             });
         }
         Ok(None)
