@@ -403,7 +403,7 @@ function refresh() {
 function paint(time) {
   isScheduled = false;
   const isHasty = isFast(time);
-  let [mapPause, chartPause] = isHasty ? [100, 1000] : [0, 100];
+  let [mapPause, chartPause] = isHasty ? [100, 2000] : [0, 100];
   if (still.matches) mapPause = chartPause = 1000;
   if (areChartsOld && time - chartTime >= chartPause) {
     drawCharts();

@@ -111,10 +111,11 @@ impl Hub {
         self.is_at_full_speed.load(Ordering::Relaxed)
     }
 
-    /// Shows the belief of an estimator.
-    pub fn belief(&self, index: usize, record: Bytes) {
+    /// Shows the belief of an estimator, at once or with the next tick.
+    pub fn belief(&self, index: usize, record: Bytes, is_later: bool) {
         let mut state = self.lock();
-        state.pages.iter().for_each(|page| page.record(&record));
+        let send = if is_later { Outbox::record_later } else { Outbox::record };
+        state.pages.iter().for_each(|page| send(page, &record));
         state.beliefs.insert(index, record);
     }
 
@@ -251,7 +252,7 @@ mod tests {
         let (hub, large) = (Hub::default(), Bytes::from(vec![7; 1 << 20]));
         let page = hub.open();
         hub.set_status("before");
-        (0..20).for_each(|k| hub.belief(k, Arc::clone(&large)));
+        (0..20).for_each(|k| hub.belief(k, Arc::clone(&large), false));
         assert_eq!(page.next(), Some(Parcel::Text("before".into())));
         assert_eq!(records(page.next()).len(), 8 << 20);
     }

@@ -159,7 +159,7 @@ impl LiveRun {
                 if let Some((latest, is_traced)) = self.skipped.take() {
                     hub.tick(&latest, !is_traced);
                 }
-                self.show_beliefs(hub);
+                self.show_beliefs(hub, false);
             }
             if self.ended.is_some() || (is_over && is_idle) {
                 return Ok(self.ended);
@@ -197,7 +197,7 @@ impl LiveRun {
         }
         let is_time = self.beliefs_at.is_none_or(|at| at.elapsed() >= BELIEF_TIME);
         if is_time && !self.flow.is_reduced(hub.is_at_full_speed()) {
-            self.show_beliefs(hub);
+            self.show_beliefs(hub, false);
         }
         Ok(came)
     }
@@ -260,7 +260,7 @@ impl LiveRun {
         match self.flow.share(moment.tick, hub.is_at_full_speed(), Instant::now()) {
             Share::Whole => {
                 if self.flow.is_reduced(hub.is_at_full_speed()) {
-                    self.show_beliefs(hub);
+                    self.show_beliefs(hub, true);
                 }
                 hub.tick(&moment, true);
             }
@@ -286,9 +286,10 @@ impl LiveRun {
         }
     }
 
-    fn show_beliefs(&mut self, hub: &Hub) {
+    /// Shows the beliefs that are kept, at once or with the next tick.
+    fn show_beliefs(&mut self, hub: &Hub, is_later: bool) {
         while let Some((index, (tick, kind, poses))) = self.beliefs.pop_first() {
-            hub.belief(index, belief(tick, index, kind, &poses).into());
+            hub.belief(index, belief(tick, index, kind, &poses).into(), is_later);
             self.beliefs_at = Some(Instant::now());
         }
     }

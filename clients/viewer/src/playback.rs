@@ -116,7 +116,7 @@ impl<'a> Playback<'a> {
         }
         let beliefs = self.recording.beliefs.range(..=to as u64).next_back();
         if let Some((_, found)) = beliefs {
-            found.iter().for_each(|(index, record)| hub.belief(*index, record.clone()));
+            found.iter().for_each(|(index, record)| hub.belief(*index, record.clone(), false));
         }
         self.show(hub, to);
         self.clock_s = self.recording.times_s.get(to).copied().unwrap_or(0.0);
@@ -129,7 +129,7 @@ impl<'a> Playback<'a> {
         hub.feed.go_to(&self.recording.ticks[..at]);
         hub.tick(moment, false);
         for (index, record) in self.recording.beliefs.get(&(at as u64)).into_iter().flatten() {
-            hub.belief(*index, record.clone());
+            hub.belief(*index, record.clone(), false);
         }
     }
 

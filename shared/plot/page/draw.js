@@ -63,38 +63,48 @@ export class Track {
   }
 }
 
-// Paths on a separate canvas, to which only their new parts are added: the whole of long
-// paths takes longer to draw than all the rest of a map.
-class Paths {
+// A separate canvas that is drawn anew only where the view of the map or what is on it has
+// changed: long paths and many walls take longer to draw than all the rest of a map.
+class Layer {
   constructor() {
     this.canvas = document.createElement('canvas');
-    Object.assign(this, { ctx: this.canvas.getContext('2d'), view: '', tracks: [] });
+    Object.assign(this, { ctx: this.canvas.getContext('2d'), view: '', parts: [] });
   }
 
-  // `lines`: [{ track, ink, width }], with widths in pixels.
-  draw({ canvas, ctx: to, centre, scale, ratio }, lines) {
+  // Puts it on the map. `parts` and `inks` are what it shows; `draw` is told whether that
+  // is on it already.
+  show({ canvas, ctx: to, centre, scale, ratio }, parts, inks, draw) {
     const { ctx } = this, { width, height } = canvas;
-    const inks = lines.map((line) => `${line.ink} ${line.width}`);
     const view = [width, height, ratio, scale, ...centre, ...inks].join();
-    const isOld = view === this.view && lines.every(({ track }, k) => track === this.tracks[k]);
+    const isOld = view === this.view && parts.every((part, k) => part === this.parts[k]);
     if (!isOld) {
       // Also clears it.
       [this.canvas.width, this.canvas.height] = [width, height];
-      [this.view, this.tracks] = [view, lines.map(({ track }) => track)];
+      [this.view, this.parts] = [view, parts];
       ctx.setTransform(to.getTransform());
       ctx.lineJoin = ctx.lineCap = 'round';
     }
-    for (const line of lines) {
-      const news = line.track.takeNews(), path = isOld ? news : line.track.path;
-      if (!path) continue;
-      ctx.strokeStyle = line.ink;
-      ctx.lineWidth = line.width * ratio / scale;
+    const stroke = (path, ink, pixels) => {
+      ctx.strokeStyle = ink;
+      ctx.lineWidth = pixels * ratio / scale;
       ctx.stroke(path);
-    }
+    };
+    draw(isOld, stroke);
     to.save();
     to.setTransform(1, 0, 0, 1, 0, 0);
     to.drawImage(this.canvas, 0, 0);
     to.restore();
+  }
+
+  // Adds what is new of paths: [{ track, ink, width }], with widths in pixels.
+  paths(map, lines) {
+    const inks = lines.flatMap(({ ink, width }) => [ink, width]);
+    this.show(map, lines.map(({ track }) => track), inks, (isOld, stroke) => {
+      for (const { track, ink, width } of lines) {
+        const news = track.takeNews(), path = isOld ? news : track.path;
+        if (path) stroke(path, ink, width);
+      }
+    });
   }
 }
 
@@ -139,7 +149,7 @@ export class MapView {
     this.scale = 50;
     this.ratio = 1;
     this.isFitted = true;
-    [this.truthPath, this.paths] = [new Paths(), new Paths()];
+    [this.base, this.truthPath, this.paths] = [new Layer(), new Layer(), new Layer()];
     this.setScene({ bounds_m: [0, 0, 1, 1], walls: [], body_radius_m: 0.2 });
   }
 
@@ -247,20 +257,25 @@ export class MapView {
       ctx.lineWidth = pixels * ratio / scale;
       ctx.stroke(path);
     };
-    this.grid(stroke, inks);
+    const walls = [['wall', 2.5], ['glass', 3], ['door', 4]];
+    const baseInks = [inks.grid, ...walls.map(([kind]) => inks[kind])];
+    this.base.show(this, [this.walls], baseInks, (isOld, strokeBase) => {
+      if (isOld) return;
+      this.grid(strokeBase, inks);
+      for (const [kind, pixels] of walls) {
+        if (this.walls[kind]) strokeBase(this.walls[kind], inks[kind], pixels);
+      }
+    });
     for (const estimator of now.estimators) {
       if (estimator.isShown && estimator.belief) this.belief(estimator);
-    }
-    for (const [kind, pixels] of [['wall', 2.5], ['glass', 3], ['door', 4]]) {
-      if (this.walls[kind]) stroke(this.walls[kind], inks[kind], pixels);
     }
     const shown = now.estimators.filter((estimator) => estimator.isShown);
     ctx.globalAlpha = FADED;
     if (now.whole) stroke(now.whole.path, inks.truth, 5);
     for (const { whole, ink, width } of shown) if (whole) stroke(whole.path, ink, width);
     ctx.globalAlpha = 1;
-    this.truthPath.draw(this, [{ track: now.truthTrack, ink: inks.truth, width: 5 }]);
-    this.paths.draw(this, shown);
+    this.truthPath.paths(this, [{ track: now.truthTrack, ink: inks.truth, width: 5 }]);
+    this.paths.paths(this, shown);
     for (const jump of now.jumps ?? []) this.jump(jump, inks);
     if (now.start) this.start(now.start, inks);
     this.scan(now.scan, inks);
