@@ -150,3 +150,35 @@ fn where_no_motion_is_wanted_a_log_begins_paused() {
     let tick: u64 = text_of(&mut browser, "seek").parse().unwrap_or(0);
     assert!(tick < 199, "{tick}");
 }
+
+#[test]
+fn sonars_are_cones_to_their_echoes_and_the_key_has_them() {
+    let bumper = ["--set", "sensors.bumper.sectors=5", "--ticks", "40"];
+    let (_out, log) = logged("sonars", &[&["sonar-ring"], &bumper[..]].concat());
+    // The sonars are read in one of five ticks.
+    let last = sim_server(&["info", arg(&log), "--tick", "35", "--json"]).expect(0).json();
+    let readings = last["readings"].as_object().unwrap().iter();
+    let ranges_m: Vec<f64> = readings
+        .filter(|(name, _)| name.starts_with("sonar_m"))
+        .filter_map(|(_, range_m)| range_m.as_f64().filter(|range_m| *range_m < 10.0))
+        .collect();
+    assert_eq!(ranges_m.len(), 16, "{last}");
+    let Some(mut browser) = Browser::start() else { return };
+    let viewed = Viewed::view(&[arg(&log)]);
+    browser.visit(&viewed.address);
+    browser.until("document.getElementById('tick').textContent === '39'");
+    browser.until("document.getElementById('state').textContent === 'Paused.'");
+    browser.value(
+        "globalThis.radii = []; const { arc } = CanvasRenderingContext2D.prototype;
+        CanvasRenderingContext2D.prototype.arc = function (x, y, r, ...angles) {
+            if (this.canvas.id === 'map') radii.push(r); arc.call(this, x, y, r, ...angles); };
+        dispatchEvent(new Event('resize'));",
+    );
+    for range_m in ranges_m {
+        browser.until(&format!("radii.some((r) => Math.abs(r - {range_m}) < 1e-5)"));
+    }
+    let key = browser.value("document.getElementById('key').textContent");
+    let key = key.as_str().unwrap();
+    assert!(key.contains("sonar") && key.contains("bumper"), "{key}");
+    assert_eq!(faults(&mut browser), [] as [&str; 0]);
+}
