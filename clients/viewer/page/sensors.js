@@ -10,8 +10,15 @@ export function drawSensors({ ctx, ratio, scale }, [x, y, theta], scene, reading
   ctx.save();
   ctx.translate(x, y);
   ctx.rotate(theta);
-  ctx.lineWidth = 1.5 * ratio / scale;
-  ctx.strokeStyle = ctx.fillStyle = inks.scan;
+  ctx.fillStyle = inks.scan;
+  // On light ground the ink needs its rim, as the scan does.
+  const outlined = (pixels) => {
+    for (const [extra, ink] of [[1.6, inks.rim], [0, inks.scan]]) {
+      ctx.lineWidth = (pixels + extra) * ratio / scale;
+      ctx.strokeStyle = ink;
+      ctx.stroke();
+    }
+  };
   const { sonar, bumper } = scene;
   sonar?.mounts.forEach(([u, v, axis], k) => {
     const range = readings.sonars?.[k], half = sonar.aperture_rad / 2;
@@ -24,17 +31,16 @@ export function drawSensors({ ctx, ratio, scale }, [x, y, theta], scene, reading
     ctx.globalAlpha = 1;
     ctx.beginPath();
     ctx.arc(u, v, range, axis - half, axis + half);
-    ctx.stroke();
+    outlined(1.5);
   });
   ctx.lineCap = 'butt';
-  ctx.lineWidth = CONTACT_PIXELS * ratio / scale;
   const radius = Math.max(scene.body_radius_m, 4 * ratio / scale);
   for (let k = 0; bumper && k < bumper.sectors; k += 1) {
     if (!(readings.sectors & (1 << k))) continue;
     const each = bumper.fov_rad / bumper.sectors, from = bumper.first_bearing_rad + k * each;
     ctx.beginPath();
     ctx.arc(0, 0, radius, from, from + each);
-    ctx.stroke();
+    outlined(CONTACT_PIXELS);
   }
   ctx.restore();
 }

@@ -241,7 +241,7 @@ mod tests {
         hub.tick(&moment(5), true);
         let traces = [history(&tick(2)), history(&tick(4))].concat();
         assert_eq!(records(page.next()), [traces, tick(5)].concat());
-        // Whoever comes later gets them, too.
+        // A page that opens later gets them, too.
         let late = records(hub.open().next());
         let all = [0, 2, 4, 5].map(|k| history(&tick(k))).concat();
         assert_eq!((&late[..all.len()], hub.is_at_full_speed()), (&all[..], false));

@@ -83,7 +83,7 @@ impl Outbox {
         self.send();
     }
 
-    /// Adds a record that is sent with the next one, so that nothing wakes up for it.
+    /// Adds a record that is sent with the next one, so that no process wakes up for it.
     pub fn record_later(&self, record: &Bytes) {
         let mut waiting = self.lock();
         waiting.bytes += record.len();

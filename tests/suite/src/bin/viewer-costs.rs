@@ -107,7 +107,7 @@ fn opening(runs: usize) {
     print("first picture with a tick after the page was opened", "ms", &mut pictures);
 }
 
-/// Ticks that a page misses, and the time of a drawing. The run has no end of its own, so
+/// Ticks that a page misses, and the time of a drawing. The run does not end by itself, so
 /// that the page does not turn to its log while it is measured.
 fn pace(runs: usize, pace: &str) {
     let (mut rates, mut missed, mut drawn) = (Vec::new(), Vec::new(), Vec::new());
