@@ -6,7 +6,7 @@ use rusty_contract::{Exit, Program};
 
 use crate::bayes_hallway::{self, BayesHallway};
 use crate::ekf::{self, Ekf};
-use crate::fit_beam::FitBeam;
+use crate::fit_beam::{self, FitBeam};
 use crate::fit_motion::FitMotion;
 use crate::gridmap::{self, GridMap, GridMapOf, Poses, check_free};
 use crate::mcl::{self, Mcl};
@@ -50,13 +50,13 @@ fn explore() -> Exit {
     let (args, options) = ClientArgs::with_options::<explore::Options>();
     run_from(&args, |start| {
         options.save.iter().try_for_each(|stem| check_free(&args, stem))?;
-        Ok(explore::driver(start, options))
+        Ok(explore::driver(start, options.clone()))
     })
 }
 
 fn fit_beam() -> Exit {
-    let (args, options) = ClientArgs::with_options();
-    run_recorder(&args, |start, brief| FitBeam::new(start, brief, options))
+    let (args, options) = ClientArgs::with_options::<fit_beam::Options>();
+    run_recorder(&args, |start, brief| FitBeam::new(start, brief, options.clone()))
 }
 
 fn fit_motion() -> Exit {

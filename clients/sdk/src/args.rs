@@ -95,13 +95,21 @@ impl ClientArgs {
     /// process as [`from_command_line`](Self::from_command_line).
     #[must_use]
     pub fn with_options<O: Args>() -> (Self, O) {
+        let (args, mut options) = Self::with_options_of_runs();
+        (args, options())
+    }
+
+    /// The same with a function that returns the options for each run.
+    pub(crate) fn with_options_of_runs<O: Args>() -> (Self, impl FnMut() -> O) {
         let mut command = command::<O>(program(std::env::args_os().next()));
         let matches = command.get_matches_mut();
-        let parsed = Self::from_arg_matches(&matches).and_then(|args| {
-            let options = O::from_arg_matches(&matches)?;
-            Ok((args, options))
-        });
-        parsed.unwrap_or_else(|e| e.format(&mut command).exit())
+        let args = Self::from_arg_matches(&matches);
+        let args = args.unwrap_or_else(|e| e.format(&mut command).exit());
+        let options = move || {
+            let options = O::from_arg_matches(&matches);
+            options.unwrap_or_else(|e| e.format(&mut command).exit())
+        };
+        (args, options)
     }
 
     /// Reads a command line that is not this process's own; the first argument

@@ -12,7 +12,7 @@ use rusty_geometry::SE2;
 use rusty_link::{BorrowedTally, LinkError};
 
 use crate::held_frame::FrameHandle;
-use crate::run::conclude;
+use crate::run::{conclude, every_run};
 use crate::tick::Answering as _;
 use crate::{ClientArgs, ClientError, Session};
 
@@ -86,11 +86,12 @@ impl Ending {
     }
 }
 
-/// Runs a recorder to the end of a run or log. `begin` makes it from everything that
+/// Runs a recorder to the end of a run or log, or of the last run where the server offers
+/// several to one process. `begin` makes it, anew for each run, from everything that
 /// is known of the run.
 pub fn run_recorder<W: Recorder>(
     args: &ClientArgs,
-    begin: impl FnOnce(&Start, &Brief) -> Result<W, ClientError>,
+    begin: impl FnMut(&Start, &Brief) -> Result<W, ClientError>,
 ) -> Exit {
     // It will hold the key and the truth: no core dumps, and no other process
     // of this user reads its memory. Where that cannot be had, it goes on.
@@ -100,14 +101,11 @@ pub fn run_recorder<W: Recorder>(
 
 fn drive<W: Recorder>(
     args: &ClientArgs,
-    begin: impl FnOnce(&Start, &Brief) -> Result<W, ClientError>,
+    mut begin: impl FnMut(&Start, &Brief) -> Result<W, ClientError>,
 ) -> Result<Exit, ClientError> {
-    let mut session = Session::enter(args)?;
-    let result = watch(&mut session, args, begin);
-    if result.is_err() {
-        session.fail();
-    }
-    result
+    every_run(&mut Session::enter(args)?, |run| {
+        watch(run, args, &mut begin).inspect_err(|_| run.fail())
+    })
 }
 
 fn watch<W: Recorder>(
@@ -199,7 +197,7 @@ fn complete<W: Recorder>(
         state.replies.clear();
         state.replies.extend_from_slice(recorded);
     } else {
-        let Some(sealed) = tally_of(session, frame.tick())? else {
+        let Some(sealed) = tally_of(session, frame)? else {
             // The run was aborted in the middle of this tick: it does not count.
             return Ok(());
         };
@@ -230,10 +228,10 @@ fn delay_of(entry: &TallyEntry) -> Option<Delay> {
     came.then_some(Delay { reported_ns: entry.answer.compute_ns, observed_ns: entry.latency_ns })
 }
 
-/// The tally of `tick`: it was published before the frame after it.
-fn tally_of(session: &mut Session, tick: u64) -> Result<Option<BorrowedTally>, ClientError> {
+/// The tally of a frame: it was published before the frame after it.
+fn tally_of(session: &mut Session, frame: &Frame) -> Result<Option<BorrowedTally>, ClientError> {
     while let Some(tally) = session.next_tally()? {
-        if tally.tick == tick {
+        if (tally.run_id, tally.tick) == (frame.run_id, frame.tick()) {
             return Ok(Some(tally));
         }
     }

@@ -9,11 +9,12 @@ use crate::showing::Showing;
 use crate::tick::Answering as _;
 use crate::{ClientArgs, ClientError, Filter, Session};
 
-/// Runs a filter: parses the command line, and takes part until the end of the run.
+/// Runs a filter: parses the command line, and takes part until the end of the run, or of
+/// the last run where the server offers several to one process.
 ///
-/// `begin` makes the filter from what a participant may know and from the options
-/// `O` that its command line has in addition to [`ClientArgs`]; `()` for none. The
-/// first lines of `O`'s documentation are the head of `--help`.
+/// `begin` makes the filter, anew for each run, from what a participant may know and from
+/// the options `O` that its command line has in addition to [`ClientArgs`]; `()` for none.
+/// The first lines of `O`'s documentation are the head of `--help`.
 ///
 /// ```no_run
 /// use rusty_clients::clap;
@@ -39,15 +40,17 @@ use crate::{ClientArgs, ClientError, Filter, Session};
 ///     rusty_clients::run(|_, options: Options| Ok(Fixed(SE2::new(options.x_m, 0.0, 0.0))))
 /// }
 /// ```
-pub fn run<F: Filter, O: Args>(begin: impl FnOnce(&Start, O) -> Result<F, ClientError>) -> Exit {
-    let (args, options) = ClientArgs::with_options();
-    run_from(&args, |start| begin(start, options))
+pub fn run<F: Filter, O: Args>(mut begin: impl FnMut(&Start, O) -> Result<F, ClientError>) -> Exit {
+    let (args, mut options) = ClientArgs::with_options_of_runs();
+    // Wrong options end the process before it joins.
+    let mut first = Some(options());
+    run_from(&args, |start| begin(start, first.take().unwrap_or_else(&mut options)))
 }
 
 /// Runs a filter with a command line that was parsed before.
 pub fn run_from<F: Filter>(
     args: &ClientArgs,
-    begin: impl FnOnce(&Start) -> Result<F, ClientError>,
+    begin: impl FnMut(&Start) -> Result<F, ClientError>,
 ) -> Exit {
     conclude(args, drive(args, begin))
 }
@@ -65,12 +68,35 @@ pub(crate) fn conclude(args: &ClientArgs, done: Result<Exit, ClientError>) -> Ex
 
 fn drive<F: Filter>(
     args: &ClientArgs,
-    begin: impl FnOnce(&Start) -> Result<F, ClientError>,
+    mut begin: impl FnMut(&Start) -> Result<F, ClientError>,
 ) -> Result<Exit, ClientError> {
     if !F::SHOWS_BELIEF && !args.beliefs.is_empty() {
         return Err(ClientError::ShowsNone(args.name()));
     }
-    let mut session = Session::enter(args)?;
+    every_run(&mut Session::enter(args)?, |run| drive_one(run, args, &mut begin))
+}
+
+/// Takes part in one run after the other, as long as each ends well: the exit code of this
+/// process is that of its last run.
+pub(crate) fn every_run(
+    session: &mut Session,
+    mut take_part: impl FnMut(&mut Session) -> Result<Exit, ClientError>,
+) -> Result<Exit, ClientError> {
+    let mut exit = Exit::Done;
+    while let Some(run) = session.next_run()? {
+        exit = take_part(run)?;
+        if exit != Exit::Done || run.ending().is_none() || !output::is_open() {
+            break;
+        }
+    }
+    Ok(exit)
+}
+
+fn drive_one<F: Filter>(
+    session: &mut Session,
+    args: &ClientArgs,
+    begin: impl FnOnce(&Start) -> Result<F, ClientError>,
+) -> Result<Exit, ClientError> {
     let mut filter = begin(session.start()).inspect_err(|_| session.fail())?;
     let showing = F::SHOWS_BELIEF.then(|| Showing::new(args, session.start()));
     let mut showing = showing.transpose().inspect_err(|_| session.fail())?;
@@ -99,7 +125,7 @@ fn drive<F: Filter>(
         if let Some(showing) = &mut showing {
             let moment = showing.moment(&tick);
             drop(tick);
-            showing.show(&mut session, moment, &filter);
+            showing.show(session, moment, &filter);
         }
     }
     // The filter's results come first: no belief is worth a map.

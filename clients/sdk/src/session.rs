@@ -21,13 +21,31 @@ mod beliefs;
 /// How long a wait lasts before it looks around; it is repeated for ever.
 const SLICE: Duration = Duration::from_millis(500);
 
-/// One participant's part in a run. Dropped after the last frame, or because
-/// this process was asked to stop, it sends a leave message; dropped for any other
-/// reason it tells the server that it failed.
+/// One participant's part in a run, or in one run after the other:
+///
+/// ```no_run
+/// # use rusty_clients::prelude::*;
+/// let mut session = Session::from_command_line()?;
+/// while let Some(run) = session.next_run()? {
+///     let mut pose = run.start().initial_pose.unwrap_or_default(); // anew for each run
+///     while let Some(tick) = run.next()? {
+///         # let _ = &mut pose;
+///         tick.answer(pose)?;
+///     }
+/// }
+/// # Ok::<(), ClientError>(())
+/// ```
+///
+/// Dropped after the last frame, or because this process was asked to stop, it sends a
+/// leave message; dropped for any other reason it tells the server that it failed.
 pub struct Session {
     source: Source,
     start: Start,
     stop: Arc<AtomicBool>,
+    /// Whether [`next_run`](Self::next_run) has returned the current run.
+    is_begun: bool,
+    /// Whether the leave message of the current run was sent.
+    has_left: bool,
     /// The tick taken last. Ticks of a run only grow.
     last_tick: Option<u64>,
     ending: Option<Phase>,
@@ -138,12 +156,52 @@ impl Session {
             source,
             start,
             stop,
+            is_begun: false,
+            has_left: false,
             last_tick: None,
             ending: None,
             is_behind: false,
             failed: false,
             ends_run: false,
         })
+    }
+
+    /// The run that was joined, then the next run of its series; `None` after the last.
+    /// A server that sweeps many seeds offers more than one run to a process, others and
+    /// logs have one. What a run begins with is in [`start`](Self::start), which is
+    /// another one in each run: a filter that is made from it anew answers as in a
+    /// process that has just been started.
+    ///
+    /// A program that does not call this takes part in one run, and the server starts it
+    /// again for the next.
+    ///
+    /// # Errors
+    /// [`ClientError::Unusable`] if the current run has not ended; [`ClientError::Link`]
+    /// if the server has ended.
+    pub fn next_run(&mut self) -> Result<Option<&mut Self>, ClientError> {
+        if !std::mem::replace(&mut self.is_begun, true) {
+            return Ok(Some(self));
+        }
+        let Source::Live(link) = &mut self.source else { return Ok(None) };
+        if self.ending.is_none() {
+            self.failed = true;
+            let remedy = "take its ticks until there are none, then ask for the next run";
+            return Err(ClientError::Unusable(format!("the run has not ended: {remedy}")));
+        }
+        let stopped = self.stop.load(Ordering::Relaxed);
+        if stopped || self.failed || self.has_left || !self.start.more_runs {
+            return Ok(None);
+        }
+        self.has_left = true;
+        match link.next_run(&self.stop) {
+            Ok(true) => {}
+            Ok(false) | Err(LinkError::Stopped) => return Ok(None),
+            Err(error) => return Err(error.into()),
+        }
+        self.start = link.start().clone();
+        (self.last_tick, self.ending) = (None, None);
+        (self.has_left, self.is_behind, self.ends_run) = (false, false, false);
+        Ok(Some(self))
     }
 
     /// What this participant is told: time step, robot, LiDAR, and map and
@@ -255,7 +313,8 @@ impl Session {
         };
         let key = match &self.source {
             Source::Live(link) => {
-                let key = link.credentials().truth.clone();
+                let key = link.credentials().truth.as_ref();
+                let key = key.map(|series| series.of_run(self.start.run_number));
                 key.ok_or_else(|| ClientError::NoKey(self.start.name.clone()))?
             }
             Source::Log(log) => log.key().clone(),
@@ -320,6 +379,9 @@ impl Answering for Session {
 impl Drop for Session {
     fn drop(&mut self) {
         let Source::Live(link) = &mut self.source else { return };
+        if self.has_left {
+            return;
+        }
         let told = self.ending.is_some() || self.stop.load(Ordering::Relaxed);
         let well = told && !self.failed && !std::thread::panicking();
         let message = if well { Message::Leave } else { Message::Failed };

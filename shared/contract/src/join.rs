@@ -32,6 +32,10 @@ pub struct JoinRequest {
     pub awake_ns: u64,
     /// What it is and which version, for messages.
     pub client: String,
+    /// The run that the process has taken part in to its end, where it asks for the
+    /// next run of a series; 0 for its first.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub after_run: u64,
     /// Shows that it has the participant's key; see [`sign`](Self::sign).
     #[serde(default)]
     pub tag: u64,
@@ -48,8 +52,15 @@ impl JoinRequest {
             pid,
             awake_ns,
             client: client.to_owned(),
+            after_run: 0,
             tag: 0,
         }
+    }
+
+    /// The same process's request for the run after `run_id`. It is not signed yet.
+    #[must_use]
+    pub fn after(&self, run_id: u64) -> Self {
+        Self { after_run: run_id, tag: 0, ..self.clone() }
     }
 
     /// Signs the request with the participant's key. Nothing may be changed
@@ -65,7 +76,8 @@ impl JoinRequest {
     }
 
     /// The bytes that the tag covers: all numbers, then the texts, each with its
-    /// length.
+    /// length, then the run before, if there is one. So an old request of a process that
+    /// stays for many runs gives no access to a later run.
     fn signed(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         for number in [u64::from(self.protocol), self.layout, self.pid.into(), self.awake_ns] {
@@ -74,6 +86,9 @@ impl JoinRequest {
         for text in [&self.name, &self.client] {
             bytes.extend((text.len() as u64).to_le_bytes());
             bytes.extend(text.as_bytes());
+        }
+        if self.after_run != 0 {
+            bytes.extend(self.after_run.to_le_bytes());
         }
         bytes
     }
@@ -147,8 +162,20 @@ pub struct Start {
     /// Whether the participant compares every frame's bytes with its digest: in
     /// a run where a participant is confined, because it is not trusted.
     pub check_frames: bool,
+    /// Whether the process may ask for another run after this one.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub more_runs: bool,
+    /// Number of the run in its series, from 0: each has a separate key to the truth, see
+    /// [`TruthKey::of_run`](crate::TruthKey::of_run).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub run_number: u64,
     /// For scorers and loggers: a [`Brief`] in JSON, sealed with the key.
     pub sealed_brief: Option<Vec<u8>>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(number: &u64) -> bool {
+    *number == 0
 }
 
 impl Start {
@@ -183,6 +210,8 @@ impl Start {
             initial_pose: header.known_start().filter(|_| told(participant.initial_pose)),
             server_awake_ns: u64::MAX,
             check_frames: false,
+            more_runs: false,
+            run_number: 0,
             sealed_brief: None,
         }
     }
@@ -278,4 +307,31 @@ pub enum Refusal {
     /// The run is over.
     #[error("the run has ended")]
     Ended,
+    /// The series of runs is over: the reply to a process that stayed for another one.
+    #[error("the series of runs has ended")]
+    NoMoreRuns,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tag_of_a_request_for_the_next_run_is_for_that_run_alone() {
+        let key = AuthKey::from_bytes([1; 16]);
+        let mut first = JoinRequest::new("ekf", 5, 400, "test");
+        first.sign(&key);
+        let mut next = first.after(7);
+        assert!(!next.is_signed_by(&key));
+        next.sign(&key);
+        assert!(next.is_signed_by(&key) && next.tag != first.tag);
+        let replayed = JoinRequest { after_run: 8, ..next.clone() };
+        assert!(!replayed.is_signed_by(&key));
+        // A client that knows of no series sends and reads the same JSON as before.
+        let json = serde_json::to_string(&first).unwrap();
+        assert!(!json.contains("after_run"));
+        assert_eq!(JoinRequest::from_bytes(json.as_bytes()), Ok(first));
+        let json = serde_json::to_vec(&next).unwrap();
+        assert_eq!(JoinRequest::from_bytes(&json), Ok(next));
+    }
 }

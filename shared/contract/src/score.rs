@@ -16,8 +16,11 @@ pub use numbers::{degrees, duration, metres, seconds};
 pub use table::ScoreTable;
 pub use trajectory::{AbsoluteErrors, Alignment, PoseErrors, RelativeErrors, Statistics};
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
+use crate::input;
 use crate::scenario::{Access, Participant};
 
 /// The scores of a run: a separate document, in SI units and degrees where
@@ -48,6 +51,15 @@ pub struct ScoreReport {
     /// The report written, as a path.
     #[serde(default)]
     pub report: Option<String>,
+}
+
+impl ScoreReport {
+    /// Reads the scores of the run with this digest; `None` if the file has no such scores.
+    #[must_use]
+    pub fn read(path: &Path, digest: &str) -> Option<Self> {
+        let report: Self = serde_json::from_slice(&input::read(path).ok()?).ok()?;
+        (report.digest == digest).then_some(report)
+    }
 }
 
 /// One estimator's scores against the truth.

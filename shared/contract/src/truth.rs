@@ -145,6 +145,8 @@ pub(crate) enum Purpose {
     Control,
     /// The tally of a tick: 0 in the run itself, N in the Nth catch-up.
     Tally(u32),
+    /// The key of a later run of a series.
+    Run,
 }
 
 impl Purpose {
@@ -154,7 +156,9 @@ impl Purpose {
             Self::Brief => 1,
             Self::Participant => 2,
             Self::Control => 3,
-            Self::Tally(stream) => 4u32.saturating_add(stream),
+            // Below that of `Run`: there are never 2^32 catch-ups.
+            Self::Tally(stream) => 4u32.saturating_add(stream).min(u32::MAX - 1),
+            Self::Run => u32::MAX,
         }
     }
 }
@@ -193,6 +197,23 @@ impl TruthKey {
     #[must_use]
     pub fn to_hex(&self) -> String {
         hex(&self.0)
+    }
+
+    /// The key of the run with this number in the series that has this key.
+    ///
+    /// The nonce of a tick has no run in it. Two runs with one key would have the same
+    /// keystream at the same tick, and whoever combines their ciphertexts learns the
+    /// difference of the two truths. So each run has a key of 32 bytes of a keystream that
+    /// nothing else uses. The first has the key of the series, as a single run has.
+    ///
+    /// The keys of participants stay the same in a series: the tags of frames and answers
+    /// cover the run, and that of a request for the next run covers the run before.
+    #[must_use]
+    pub fn of_run(&self, number: u64) -> Self {
+        match number {
+            0 => self.clone(),
+            _ => Self(self.derive(Purpose::Run, number)),
+        }
     }
 
     /// Reads what [`to_hex`](Self::to_hex) wrote; white space around it is
@@ -300,6 +321,21 @@ mod tests {
         assert!(TruthKey::from_hex(&"é".repeat(32)).is_err());
         assert!(TruthKey::from_hex(&"zz".repeat(32)).is_err());
         assert!(TruthKey::from_hex(&"+f".repeat(32)).is_err());
+    }
+
+    #[test]
+    fn the_runs_of_a_series_share_no_keystream() {
+        let series = TruthKey::from_bytes([7; 32]);
+        let pose = SE2::new(1.5, -0.25, 3.0);
+        let sealed = |number| series.of_run(number).seal(5, &pose, 0xDEAD).0;
+        assert_eq!(sealed(0), series.seal(5, &pose, 0xDEAD).0);
+        let all: Vec<[u8; 32]> = (0..4).map(sealed).collect();
+        for (i, one) in all.iter().enumerate() {
+            assert!(!all[..i].contains(one), "run {i}");
+        }
+        let of_later = series.of_run(2).seal(5, &pose, 0xDEAD);
+        assert!(series.open(5, &of_later, 0xDEAD).is_err());
+        assert!(series.of_run(2).open(5, &of_later, 0xDEAD).is_ok());
     }
 
     #[test]

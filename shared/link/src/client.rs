@@ -3,19 +3,16 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::Node;
 use rusty_contract::answer::Message;
 use rusty_contract::scenario::Role;
-use rusty_contract::{Answer, Credentials, Frame, JoinRequest, RunName, Start};
+use rusty_contract::{Answer, Credentials, Frame, JoinRequest, Refusal, RunName, Start};
 
 use crate::belief::Beliefs;
 use crate::borrowed::{BorrowedFrame, BorrowedTally};
 use crate::feed::{Refeed, is_end_of_run};
-use crate::lobby::Lobby;
+use crate::lobby::{Lobby, RequestPort};
 use crate::services::{self, BUFFER, Ipc, WireAnswer, WireFrame, WireTally};
 use crate::wait::{LOOKS_BETWEEN_CHECKS, Waiter, may_sleep, monotonic_ns, readable};
 use crate::{Domain, LinkError, Peer, WaitPolicy};
@@ -30,7 +27,9 @@ const SLOW_AWAKE_NS: u64 = 30_000;
 pub struct ClientLink {
     start: Start,
     credentials: Credentials,
-    server: Peer,
+    /// The request to join, and the port that it was sent by if there may be more runs.
+    request: JoinRequest,
+    joins: Option<RequestPort>,
     policy: WaitPolicy,
     frames: Subscriber<Ipc, WireFrame, ()>,
     /// What comes first, where this one comes back into a run.
@@ -39,14 +38,19 @@ pub struct ClientLink {
     answers: Publisher<Ipc, WireAnswer, ()>,
     /// Opened for those who look, and by the first look of those who show.
     beliefs: Option<Beliefs>,
-    wake_server: Notifier<Ipc>,
-    woken: Listener<Ipc>,
     /// When the current wait for a frame began.
     waiting_since_ns: u64,
     /// The last frame was long in coming: the next will be, too.
     is_slow: bool,
-    node: Node<Ipc>,
-    domain: Domain,
+    lobby: Lobby,
+}
+
+/// A participant that was given a slot.
+struct Joined {
+    start: Start,
+    credentials: Credentials,
+    request: JoinRequest,
+    joins: RequestPort,
 }
 
 /// What a wait brought.
@@ -98,7 +102,9 @@ impl ClientLink {
                 |credentials| {
                     let mut request = request.clone();
                     request.sign(&credentials.participant.to_server);
-                    Ok((lobby.ask(&request, deadline, stop)?, credentials))
+                    let joins = lobby.requests("join")?;
+                    let start = lobby.ask(&joins, &request, Some(deadline), stop)?;
+                    Ok(Joined { start, credentials, request, joins })
                 },
             );
             asked.and_then(|asked| Self::open(lobby, policy, asked)).map_err(|e| match e {
@@ -117,46 +123,66 @@ impl ClientLink {
         joined
     }
 
-    fn open(
-        lobby: Lobby,
-        policy: WaitPolicy,
-        (start, credentials): (Start, Credentials),
-    ) -> Result<Self, LinkError> {
-        let Lobby { node, server, wake_server, woken, domain } = lobby;
+    fn open(lobby: Lobby, policy: WaitPolicy, joined: Joined) -> Result<Self, LinkError> {
+        let Joined { start, credentials, request, joins } = joined;
+        let joins = Some(joins).filter(|_| start.more_runs);
+        let node = &lobby.node;
         let holds_key = start.role.holds_key();
-        let frames = services::subscribe::<WireFrame>(&node, "frames", BUFFER)?;
+        let frames = services::subscribe::<WireFrame>(node, "frames", BUFFER)?;
         let tallies = holds_key
-            .then(|| services::subscribe::<WireTally>(&node, "tallies", BUFFER))
+            .then(|| services::subscribe::<WireTally>(node, "tallies", BUFFER))
             .transpose()?;
-        let refeed = |catch_up| Refeed::open(&node, catch_up, holds_key);
+        let refeed = |catch_up| Refeed::open(node, catch_up, holds_key);
         let refeed = start.catch_up.as_ref().map(refeed).transpose()?;
-        let answers = services::open_pub_sub::<WireAnswer>(&node, "answers")?
+        let answers = services::open_pub_sub::<WireAnswer>(node, "answers")?
             .publisher_builder()
             .max_loaned_samples(2)
             .create()
             .map_err(LinkError::transport("open the answers port"))?;
         // Open before the first frame, so that no belief is too early.
-        let beliefs = (start.role == Role::Scorer).then(|| Beliefs::to_see(&node));
+        let beliefs = (start.role == Role::Scorer).then(|| Beliefs::to_see(node));
         let waiting_since_ns = monotonic_ns();
         let mut link = Self {
             start,
             credentials,
-            server,
+            request,
+            joins,
             policy,
             frames,
             refeed,
             tallies,
             answers,
             beliefs,
-            wake_server,
-            woken,
             waiting_since_ns,
             is_slow: false,
-            node,
-            domain,
+            lobby,
         };
         link.send_raw(Answer::carrying(&Message::Ready))?;
         Ok(link)
+    }
+
+    /// Leaves a run that has ended, and waits for the next run of its series for as long
+    /// as the server lives. Returns whether there is one: [`start`](Self::start) is then
+    /// that of the next run. Without a next run this participant has left.
+    ///
+    /// # Errors
+    /// [`LinkError::ServerGone`], [`LinkError::Stopped`]; [`LinkError::Refused`] in the
+    /// server's words.
+    pub fn next_run(&mut self, stop: &AtomicBool) -> Result<bool, LinkError> {
+        self.send_raw(Answer::carrying(&Message::Leave))?;
+        let Some(joins) = &self.joins else { return Ok(false) };
+        let mut request = self.request.after(self.start.run_id);
+        request.sign(&self.credentials.participant.to_server);
+        match self.lobby.ask(joins, &request, None, stop) {
+            Ok(start) => self.start = start,
+            Err(LinkError::Refused(Refusal::NoMoreRuns)) => return Ok(false),
+            Err(error) => return Err(error),
+        }
+        let refeed = |catch_up| Refeed::open(&self.lobby.node, catch_up, self.tallies.is_some());
+        self.refeed = self.start.catch_up.as_ref().map(refeed).transpose()?;
+        self.is_slow = false;
+        self.send_raw(Answer::carrying(&Message::Ready))?;
+        Ok(true)
     }
 
     /// What this participant was told.
@@ -174,7 +200,7 @@ impl ClientLink {
     /// The server's process.
     #[must_use]
     pub fn server(&self) -> &Peer {
-        &self.server
+        &self.lobby.server
     }
 
     /// Waits for the next frame, for at most `at_most`.
@@ -213,11 +239,11 @@ impl ClientLink {
             // The server is asked about only before going to sleep, or now and
             // then by those who never sleep: while it answers in time there is
             // no need to.
-            if self.server.is_dead() {
+            if self.lobby.server.is_dead() {
                 // Its last frame may have come between the two looks.
                 return match self.next_frame()? {
                     Some(frame) => Ok(Incoming::Frame(frame)),
-                    None => Err(LinkError::ServerGone { pid: self.server.pid() }),
+                    None => Err(LinkError::ServerGone { pid: self.lobby.server.pid() }),
                 };
             }
             let now = Instant::now();
@@ -228,10 +254,10 @@ impl ClientLink {
             if awake {
                 continue;
             }
-            let mut fds = vec![readable(services::listener_fd(&self.woken))];
-            fds.extend(self.server.fd().map(readable));
+            let mut fds = vec![readable(services::listener_fd(&self.lobby.woken))];
+            fds.extend(self.lobby.server.fd().map(readable));
             waiter.block(&mut fds, until - now);
-            services::drain(&self.woken);
+            services::drain(&self.lobby.woken);
         }
     }
 
@@ -302,7 +328,7 @@ impl ClientLink {
         answer.compute_ns = now.saturating_sub(frame.taken_ns);
         self.send(answer, now)?;
         if may_sleep(monotonic_ns(), frame.published_ns, self.start.server_awake_ns) {
-            let _ = self.wake_server.notify();
+            let _ = self.lobby.wake_server.notify();
         }
         Ok(())
     }
@@ -315,7 +341,7 @@ impl ClientLink {
     /// [`LinkError::Transport`].
     pub fn send_raw(&mut self, answer: Answer) -> Result<(), LinkError> {
         self.send(answer, monotonic_ns())?;
-        let _ = self.wake_server.notify();
+        let _ = self.lobby.wake_server.notify();
         Ok(())
     }
 
@@ -328,7 +354,7 @@ impl ClientLink {
     pub fn send_forged(&mut self, mut answer: Answer) -> Result<(), LinkError> {
         answer.sign(&self.credentials.participant.to_server);
         let sent = self.answers.send_copy(WireAnswer(answer));
-        let _ = self.wake_server.notify();
+        let _ = self.lobby.wake_server.notify();
         sent.map(|_| ()).map_err(LinkError::transport("send an answer"))
     }
 
@@ -347,7 +373,7 @@ impl ClientLink {
 
     /// The way by which beliefs are shown, and seen by scorers.
     pub fn beliefs(&mut self) -> &mut Beliefs {
-        self.beliefs.get_or_insert_with(|| Beliefs::to_show(&self.node))
+        self.beliefs.get_or_insert_with(|| Beliefs::to_show(&self.lobby.node))
     }
 
     /// The next tally, if there is one. Only scorers and loggers have any.
@@ -383,8 +409,8 @@ impl Drop for ClientLink {
     fn drop(&mut self) {
         // A server that was killed cannot sweep its run, so everyone who leaves
         // does; while the server lives this does nothing.
-        if self.server.is_dead() {
-            let _ = self.domain.sweep_if_dead();
+        if self.lobby.server.is_dead() {
+            let _ = self.lobby.domain.sweep_if_dead();
         }
     }
 }

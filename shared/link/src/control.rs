@@ -90,7 +90,7 @@ pub(crate) fn ask(
     let key = control_key(&lobby.domain)?;
     let number = getrandom::u64().map_err(LinkError::transport("draw a number"))?;
     let bytes = request.signed(&key, number).map_err(LinkError::transport("write a request"))?;
-    let reply = lobby.exchange("control", &bytes, deadline, stop)?;
+    let reply = lobby.exchange(&lobby.requests("control")?, &bytes, Some(deadline), stop)?;
     serde_json::from_slice(&reply).map_err(LinkError::transport("read the reply"))
 }
 

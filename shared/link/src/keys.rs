@@ -13,10 +13,12 @@ use crate::domain_error::io;
 use crate::{Domain, DomainError};
 
 /// The keys that the server shares with each participant and with those who
-/// control the run.
+/// control the run. Those of participants and control stay the same in a series of runs.
+#[derive(Clone)]
 pub struct Keys {
     participants: [ParticipantKey; MAX_PARTICIPANTS],
     pub(crate) control: AuthKey,
+    /// The key to the truth of the current run.
     pub(crate) truth: TruthKey,
 }
 

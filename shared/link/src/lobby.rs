@@ -1,9 +1,11 @@
-//! Before a participant has a slot: finding the run, asking to join it.
+//! Before a participant has a slot: finding the run, asking to join it; and asking for
+//! the next run of a series.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use iceoryx2::pending_response::PendingResponse;
+use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::Node;
@@ -18,14 +20,18 @@ const RETRY: Duration = Duration::from_millis(5);
 
 type Pending = PendingResponse<Ipc, [u8], (), [u8], ()>;
 
-/// A process that has found a run but has no slot in it yet.
+/// What a process has in common with the server of a run that it has found, whether it
+/// has a slot or not.
 pub(crate) struct Lobby {
-    pub(crate) node: Node<Ipc>,
-    pub(crate) server: Peer,
     pub(crate) wake_server: Notifier<Ipc>,
     pub(crate) woken: Listener<Ipc>,
+    pub(crate) server: Peer,
+    pub(crate) node: Node<Ipc>,
     pub(crate) domain: Domain,
 }
+
+/// A port for requests on a service of the server.
+pub(crate) struct RequestPort(Client<Ipc, [u8], (), [u8], ()>);
 
 impl Lobby {
     /// Looks for the run until it is there, the server that launched this
@@ -67,18 +73,30 @@ impl Lobby {
         let woken = services::listener(&node, "wake-clients", false)?;
         let wake_server = services::notifier(&node, "wake-server", false)?;
         let server = Peer::new(domain.server_pid());
-        Ok(Self { node, server, wake_server, woken, domain })
+        Ok(Self { wake_server, woken, server, node, domain })
     }
 
-    /// Asks for a slot and waits for the reply.
+    /// Opens a port for requests.
+    pub(crate) fn requests(&self, service: &str) -> Result<RequestPort, LinkError> {
+        services::exchange(&self.node, service, false)?
+            .client_builder()
+            .initial_max_slice_len(rusty_contract::join::MAX_REQUEST_BYTES)
+            .create()
+            .map(RequestPort)
+            .map_err(LinkError::transport("open a port for requests"))
+    }
+
+    /// Asks for a slot and waits for the reply; without a deadline as long as the server
+    /// lives.
     pub(crate) fn ask(
         &self,
+        port: &RequestPort,
         request: &JoinRequest,
-        deadline: Instant,
+        deadline: Option<Instant>,
         stop: &AtomicBool,
     ) -> Result<Start, LinkError> {
         let json = serde_json::to_vec(request).map_err(LinkError::transport("write a request"))?;
-        let reply = self.exchange("join", &json, deadline, stop)?;
+        let reply = self.exchange(port, &json, deadline, stop)?;
         match serde_json::from_slice(&reply).map_err(LinkError::transport("read the reply"))? {
             JoinReply::Start(start) => Ok(*start),
             JoinReply::Refused(refusal) => Err(refusal.into()),
@@ -88,18 +106,14 @@ impl Lobby {
     /// Sends a request and waits for the reply to it.
     pub(crate) fn exchange(
         &self,
-        service: &str,
+        port: &RequestPort,
         request: &[u8],
-        deadline: Instant,
+        deadline: Option<Instant>,
         stop: &AtomicBool,
     ) -> Result<Vec<u8>, LinkError> {
-        let caller = services::exchange(&self.node, service, false)?
-            .client_builder()
-            .initial_max_slice_len(rusty_contract::join::MAX_REQUEST_BYTES)
-            .create()
-            .map_err(LinkError::transport("open a port for requests"))?;
         let send = || {
-            let pending = caller
+            let pending = port
+                .0
                 .loan_slice_uninit(request.len())
                 .map_err(LinkError::transport("loan a request"))?
                 .write_from_slice(request)
@@ -128,7 +142,7 @@ impl Lobby {
             if is_dead {
                 return Err(LinkError::ServerGone { pid });
             }
-            if Instant::now() >= deadline {
+            if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
                 let seconds = asked.elapsed().as_secs_f64();
                 let run = self.domain.run().to_string();
                 return Err(LinkError::NoAnswer { run, seconds, pid });

@@ -198,6 +198,11 @@ impl ServerLink {
         })
     }
 
+    /// Begins another run of a series, whose truth has this key.
+    pub fn begin_run(&mut self, truth: TruthKey) {
+        self.keys.truth = truth;
+    }
+
     /// The keys of the run.
     #[must_use]
     pub fn keys(&self) -> &Keys {
@@ -294,7 +299,7 @@ impl ServerLink {
     pub fn feed(&mut self, service: &str, slot: usize) -> Result<Feed, LinkError> {
         memory::ensure_room(memory::RUN_BYTES)?;
         self.catch_ups += 1;
-        Feed::create(&self.node, service, slot, Keys::new(&self.keys.truth), self.catch_ups)
+        Feed::create(&self.node, service, slot, self.keys.clone(), self.catch_ups)
     }
 
     /// Sends the answers of a tick to scorers and loggers.

@@ -100,7 +100,16 @@ impl Kit {
     fn identity(&self, folder: &Path) -> Result<RunIdentity, RunError> {
         let (run_id, key) = RunIdentity::draw()?;
         let (wait, out_dir) = (self.wait, folder.to_owned());
-        Ok(RunIdentity { run_id, key, wait, out_dir, check_frames: false, report: true })
+        Ok(RunIdentity {
+            run_id,
+            key,
+            wait,
+            out_dir,
+            check_frames: false,
+            report: true,
+            more_runs: false,
+            run_number: 0,
+        })
     }
 
     /// A folder that goes with the run it is for.

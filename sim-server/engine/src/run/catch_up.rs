@@ -53,7 +53,8 @@ impl Run<'_> {
         let Some(ticks) = place.catch_up.map(|c| c.ticks).filter(|ticks| *ticks > 0) else {
             return Ok(None);
         };
-        let service = format!("again-{slot}-{}", place.restarts);
+        // The services of earlier runs may still be open.
+        let service = format!("again-{}-{slot}-{}", self.identity.run_number, place.restarts);
         let source = match self.source.again() {
             Ok(source) => source,
             Err(e) => {

@@ -201,6 +201,19 @@ impl ChildProcess {
         }
     }
 
+    /// Kills it and its group unless it has ended, and knows that it has.
+    pub(super) fn end_now(&mut self) {
+        if self.status().is_none() {
+            self.end();
+            self.status = self.child.try_wait().ok().flatten();
+        }
+    }
+
+    /// Its name in the roster.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
     /// Ends what is left of it and starts it once more, with `between` in between.
     pub(super) fn restart(&mut self, between: impl FnOnce()) -> Result<(), ChildrenError> {
         self.end();

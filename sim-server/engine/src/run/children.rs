@@ -38,7 +38,7 @@ pub(super) enum Leaving {
 }
 
 impl Leaving {
-    fn patience(self) -> Duration {
+    pub(super) fn patience(self) -> Duration {
         match self {
             Self::AtTheEnd | Self::Aborted => PATIENCE,
             Self::Failed => FAILED_PATIENCE,
@@ -87,6 +87,11 @@ impl Children {
             }
         }
         Ok(children)
+    }
+
+    /// Their slots and processes, in roster order.
+    pub(super) fn slots(&self) -> impl Iterator<Item = (usize, u32)> {
+        self.0.iter().map(|child| (child.slot, child.pid()))
     }
 
     /// Their processes, which lead their groups, in roster order.
@@ -142,7 +147,6 @@ impl Children {
     /// never joined, or is known to be lost.
     pub(super) fn finish(mut self, how_left: impl Fn(usize) -> Leaving) -> Vec<(usize, String)> {
         let began = Instant::now();
-        let is_missed = |slot| matches!(how_left(slot), Leaving::AtTheEnd | Leaving::Aborted);
         loop {
             let late = self.0.iter_mut().filter_map(|r| r.status().is_none().then_some(r.slot));
             let patience = late.map(|slot| how_left(slot).patience()).max();
@@ -151,21 +155,70 @@ impl Children {
             }
             std::thread::sleep(Duration::from_millis(1));
         }
+        let bad = self.judge(&how_left, |_| false);
+        for child in self.0.iter().filter(|child| !printed::has_content(child.output())) {
+            let _ = fs::remove_file(child.output());
+        }
+        bad
+    }
+
+    /// Returns those that did not end well: slot and how. `asked` tells which processes
+    /// have asked for the next run.
+    pub(super) fn judge(
+        &mut self,
+        how_left: impl Fn(usize) -> Leaving,
+        asked: impl Fn(u32) -> bool,
+    ) -> Vec<(usize, String)> {
+        let is_missed = |slot| matches!(how_left(slot), Leaving::AtTheEnd | Leaving::Aborted);
         let mut bad = Vec::new();
         for child in &mut self.0 {
             let slot = child.slot;
             match (child.ending(), child.last_status()) {
-                (None, _) if !is_missed(slot) => {}
+                (None, _) if !is_missed(slot) || asked(child.pid()) => {}
                 (None, _) => bad.push((slot, "it did not end by itself".to_owned())),
                 (Some(how), Some(status)) if how_left(slot).is_own_fault(status) => {
                     bad.push((slot, how));
                 }
                 _ => {}
             }
-            if !printed::has_content(child.output()) {
-                let _ = fs::remove_file(child.output());
-            }
         }
         bad
+    }
+
+    /// Returns slot and process of those that have not ended, nor asked for the next run.
+    pub(super) fn late(&mut self, asked: impl Fn(u32) -> bool) -> Vec<(usize, u32)> {
+        let others = self.0.iter_mut().filter(|child| !asked(child.pid()));
+        let late = others.filter_map(|child| child.status().is_none().then_some(&*child));
+        late.map(|child| (child.slot, child.pid())).collect()
+    }
+
+    /// Ends those that have not ended, nor asked for the next run.
+    pub(super) fn end_late(&mut self, asked: impl Fn(u32) -> bool) {
+        let late = self.0.iter_mut().filter(|r| !asked(r.pid()));
+        late.for_each(|r| r.end_now());
+    }
+
+    /// Starts everyone once more for the next run who has not asked for it, or has ended
+    /// since. Returns a remark for each of the latter.
+    ///
+    /// # Errors
+    /// [`ChildrenError`] names the participant.
+    pub(super) fn renew(
+        &mut self,
+        asked: impl Fn(u32) -> bool,
+        between: impl Fn(),
+    ) -> Result<Vec<String>, ChildrenError> {
+        let mut remarks = Vec::new();
+        for child in &mut self.0 {
+            let (ending, asked) = (child.ending(), asked(child.pid()));
+            if let (Some(how), true) = (&ending, asked) {
+                let name = child.name();
+                remarks.push(format!("{name}: between two runs, {how}; it was started again"));
+            }
+            if ending.is_some() || !asked {
+                child.restart(&between)?;
+            }
+        }
+        Ok(remarks)
     }
 }

@@ -61,14 +61,18 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn admit(&mut self, call: JoinCall) -> Result<(), LinkError> {
+    pub(super) fn admit(&mut self, call: JoinCall) -> Result<(), LinkError> {
         // Without randomness one ticket is as good as another.
         let ticket = getrandom::u32().unwrap_or(self.wire.looks);
-        let seated =
-            call.request().and_then(|r| self.check_signature(&r).map(|()| r)).and_then(|r| {
-                let slot = self.lockstep.join(&r, ticket)?;
-                Ok((slot, r))
-            });
+        let request = call.request().and_then(|r| self.check_signature(&r).map(|()| r));
+        if let Ok(request) = &request
+            && self.is_for_next_run(request)
+        {
+            let pid = request.pid;
+            self.keep_for_next_run(pid, call);
+            return Ok(());
+        }
+        let seated = request.and_then(|r| Ok((self.lockstep.join(&r, ticket)?, r)));
         let reply = match seated {
             Ok((slot, request)) => {
                 self.participants.peers[slot] = Some(Peer::new(request.pid));

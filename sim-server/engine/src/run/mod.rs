@@ -8,12 +8,15 @@
 //! * `pacer`: when the next tick may happen;
 //! * `ledger`: digests, replies and losses so far;
 //! * `participants`: their processes.
+//!
+//! A [`Crew`] makes one run after the other with the same shared memory and processes.
 
 mod arguments;
 mod catch_up;
 mod child;
 mod children;
 mod control;
+mod crew;
 mod error;
 mod group;
 mod history;
@@ -33,6 +36,7 @@ mod wire;
 pub use arguments::{OUT, with_folder};
 pub use child::{ChildProcess, ChildrenError, Spawn};
 pub use children::Children;
+pub use crew::Crew;
 pub use error::RunError;
 pub use group::{Groups, kill_group};
 pub use limits::{LimitError, check_limits, prepare_process};
@@ -46,10 +50,11 @@ pub use stop::Stop;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use rusty_contract::{OnLoss, Phase, RunDigest, RunName, Timing};
-use rusty_link::{Domain, LinkError, ServerLink, monotonic_ns};
+use rusty_contract::{OnLoss, Participant, Phase, RunDigest, RunName, Timing};
+use rusty_link::{Domain, LinkError, monotonic_ns};
 
 use self::control::Control;
+use self::crew::Series;
 use self::ledger::Ledger;
 use self::pacer::{May, Pacer};
 use self::participants::Participants;
@@ -103,6 +108,7 @@ pub struct Run<'a> {
     source: &'a mut dyn FrameSource,
     identity: RunIdentity,
     lockstep: Lockstep,
+    series: Series,
     wire: Wire,
     pacer: Pacer,
     ledger: Ledger,
@@ -117,16 +123,10 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// A run over `link`, which waits for no participant yet.
-    fn new(
-        options: &RunBuilder,
-        identity: RunIdentity,
-        source: &'a mut dyn FrameSource,
-        link: ServerLink,
-        children: Children,
-        stop: Stop,
-        domain: Domain,
-    ) -> Self {
+    /// A run of this crew, which waits for no participant yet.
+    fn new(crew: Crew, identity: RunIdentity, source: &'a mut dyn FrameSource) -> Self {
+        let Crew { series, link, children, stop, domain } = crew;
+        let options = &series.options;
         let (header, ticks) = (source.header(), source.tick_count());
         let rules = rules(options, identity.run_id, ticks, header.on_loss);
         Self {
@@ -143,6 +143,7 @@ impl<'a> Run<'a> {
             finished: false,
             domain,
             identity,
+            series,
             source,
         }
     }
@@ -303,11 +304,33 @@ impl<'a> Run<'a> {
         let slots: Vec<ParticipantSummary> = lockstep.slots().iter().map(|s| s.summary()).collect();
         let outputs = participants.outputs();
         let ended_badly = participants.finish(lockstep.phase(), &slots);
-        Outcome {
+        Outcome::new(lockstep, pacer, ledger, &progress, (outputs, ended_badly))
+    }
+}
+
+impl Outcome {
+    /// Returns what there is to remark, in words: participants that ended badly, and why
+    /// the run ended early.
+    #[must_use]
+    pub fn remarks(&self, roster: &[Participant]) -> Vec<String> {
+        let badly = self.ended_badly.iter();
+        let badly = badly.map(|(slot, how)| format!("{}: {how}", roster[*slot].name));
+        let early = self.source_error.iter().map(ToString::to_string);
+        badly.chain(self.remarks.iter().cloned()).chain(early).collect()
+    }
+
+    fn new(
+        lockstep: Lockstep,
+        pacer: Pacer,
+        ledger: Ledger,
+        progress: &Progress,
+        (outputs, ended_badly): (Vec<(usize, PathBuf)>, Vec<(usize, String)>),
+    ) -> Self {
+        Self {
             phase: lockstep.phase(),
             ticks: lockstep.ticks_done(),
             digest: ledger.closed,
-            slots,
+            slots: lockstep.slots().iter().map(|s| s.summary()).collect(),
             losses: ledger.losses,
             restarts: ledger.restarts,
             timings: ledger.chain.effects.timings(),

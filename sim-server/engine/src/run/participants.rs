@@ -75,7 +75,7 @@ impl Participants {
     }
 }
 
-fn how_left(phase: Phase, slot: &ParticipantSummary) -> Leaving {
+pub(super) fn how_left(phase: Phase, slot: &ParticipantSummary) -> Leaving {
     match &slot.lost {
         Some(loss) if loss.kind == LossKind::Failed => Leaving::Failed,
         Some(loss) if loss.kind == LossKind::Dead => Leaving::Dead,

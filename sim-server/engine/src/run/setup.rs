@@ -8,8 +8,9 @@ use rusty_contract::{
 };
 use rusty_link::{Domain, ServerLink, WaitPolicy};
 
+use super::crew::Series;
 use super::limits::check_limits;
-use super::{Children, Pace, Run, RunError, Spawn, Stop};
+use super::{Children, Crew, Pace, Run, RunError, Spawn, Stop};
 use crate::confine::{self, Gate};
 use crate::source::FrameSource;
 
@@ -150,7 +151,15 @@ impl PreparedRun {
         source: &'a mut dyn FrameSource,
         out_dir: &Path,
     ) -> Result<Run<'a>, RunError> {
-        let roster = &source.header().roster;
+        let crew = self.crew(&source.header().roster, out_dir)?;
+        crew.begin(source, out_dir, false)
+    }
+
+    /// Opens the shared memory and starts the participants of a series of runs.
+    ///
+    /// # Errors
+    /// [`RunError`]; participants that were started are ended.
+    pub fn crew(self, roster: &[Participant], out_dir: &Path) -> Result<Crew, RunError> {
         for (slot, participant) in roster.iter().enumerate() {
             if self.options.by_hand || participant.command.is_empty() {
                 let credentials = Credentials::new(&self.key, slot, participant.role.holds_key());
@@ -164,15 +173,9 @@ impl PreparedRun {
             true => Children::default(),
             false => self.spawn(roster, out_dir)?,
         };
-        let identity = RunIdentity {
-            run_id: self.run_id,
-            key: self.key,
-            wait: self.options.wait,
-            out_dir: out_dir.to_owned(),
-            check_frames: self.gates.iter().any(Gate::confines),
-            report: self.options.report,
-        };
-        Ok(Run::new(&self.options, identity, source, link, children, self.stop, self.domain))
+        let check_frames = self.gates.iter().any(Gate::confines);
+        let series = Series::new(self.options, (self.run_id, self.key), check_frames);
+        Ok(Crew { series, link, children, stop: self.stop, domain: self.domain })
     }
 }
 
@@ -192,6 +195,10 @@ pub struct RunIdentity {
     pub check_frames: bool,
     /// Whether scorers draw a report.
     pub report: bool,
+    /// Whether participants may ask for another run after this one.
+    pub more_runs: bool,
+    /// Number of the run in its series, from 0.
+    pub run_number: u64,
 }
 
 impl RunIdentity {
@@ -231,6 +238,8 @@ impl RunIdentity {
             server_pid: std::process::id(),
             server_awake_ns: self.wait.awake_ns(),
             check_frames: self.check_frames,
+            more_runs: self.more_runs,
+            run_number: self.run_number,
             sealed_brief,
             ..Start::new(header, slot, participant)
         }

@@ -46,6 +46,12 @@ impl Stop {
         Ok(stop)
     }
 
+    /// A request that this flag makes: for a process that has its own signal handlers.
+    #[must_use]
+    pub fn of(flag: Arc<AtomicBool>) -> Self {
+        Self { flag, groups: Groups::default() }
+    }
+
     /// Whether the run was asked to stop.
     #[must_use]
     pub fn is_raised(&self) -> bool {
