@@ -4,7 +4,7 @@
 //! same runs stepped one after the other, with nothing reckoned, digested or
 //! kept. A sweep pays the difference.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 use std::time::Duration;
 
 use rusty_contract::{FieldError, Frame};
@@ -120,7 +120,7 @@ fn sweep(seeds: u64, scan_every: u64, jobs: usize) -> Result<Vec<String>, BenchE
         force: false,
         runs_dir: None,
     };
-    let came = sweeping.run(&AtomicBool::new(false), Progress::new(0, true));
+    let came = sweeping.run(&Arc::default(), Progress::new(0, true));
     let came = came.map_err(BenchError::Sweep)?;
     Ok(came.swept.rows.into_iter().map(|row| row.digest).collect())
 }

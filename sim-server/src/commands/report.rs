@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rusty_bench::usage::Usage;
 use rusty_contract::log::Finding;
 use rusty_contract::score::{Score, ScoreTable};
-use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, TextTable, Timing, input};
+use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, TextTable, Timing};
 use rusty_engine::confine::Gate;
 use rusty_engine::lockstep::{Loss, ParticipantSummary};
 use rusty_engine::run::{Outcome, has_content};
@@ -97,15 +97,9 @@ impl RunReport {
         name: &RunName,
         out_dir: &Path,
         outcome: &Outcome,
-        ended_badly: &[(usize, String)],
         source: &impl Compare,
     ) -> Self {
-        let mut remarks: Vec<String> = ended_badly
-            .iter()
-            .map(|(slot, how)| format!("{}: {how}", header.roster[*slot].name))
-            .collect();
-        remarks.extend(outcome.remarks.iter().cloned());
-        remarks.extend(outcome.source_error.iter().map(ToString::to_string));
+        let mut remarks = outcome.remarks(&header.roster);
         let there = |file: &str| {
             let path = out_dir.join(file);
             // A folder in the place of a file is not of this run.
@@ -114,12 +108,8 @@ impl RunReport {
         let has = |role| header.roster.iter().any(|p| p.role == role);
         let scores_file = has(rusty_contract::Role::Scorer).then(|| there("score.json")).flatten();
         let digest = outcome.digest.run_hex();
-        let scored = scores_file
-            .as_ref()
-            .and_then(|path| input::read(Path::new(path)).ok())
-            .and_then(|json| serde_json::from_slice::<ScoreReport>(&json).ok())
-            // The file may be of another run.
-            .filter(|scored| scored.digest == digest);
+        let scored =
+            scores_file.as_ref().and_then(|path| ScoreReport::read(Path::new(path), &digest));
         if has(rusty_contract::Role::Scorer) && scored.is_none() && outcome.ticks > 0 {
             remarks.push("there are no scores of this run".to_owned());
         }

@@ -100,7 +100,7 @@ impl FinishedRun {
     fn report(&self, source: &impl Compare) -> RunReport {
         let Self { header, name, out_dir, outcome, gates } = self;
         let Outcome { ended_badly, outputs, .. } = outcome;
-        RunReport::new(header, name, out_dir, outcome, ended_badly, source)
+        RunReport::new(header, name, out_dir, outcome, source)
             .with_outputs(header, outputs, ended_badly)
             .with_gates(header, gates)
     }

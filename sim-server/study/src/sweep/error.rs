@@ -105,6 +105,31 @@ pub enum SweepError {
         /// Its last lines.
         why: String,
     },
+    /// A participant that stays for many runs does not begin them alike.
+    #[error(
+        "repeating a run failed: {names}, seed {seed}{cell}: expected the answers of its first \
+         run, got {found}; a program that takes part in several runs makes its state anew for \
+         each and uses no clock and no other random numbers: correct it, or have it take part \
+         in one run only"
+    )]
+    CarriedOver {
+        /// Names in the roster.
+        names: String,
+        /// The seed.
+        seed: u64,
+        /// The swept fields, in words.
+        cell: String,
+        /// What differed.
+        found: String,
+    },
+    /// The process of a participant failed after the last run.
+    #[error("ending the programs of the runs failed: {name}: {how}; the rows are complete")]
+    Ended {
+        /// Name in the roster.
+        name: String,
+        /// How it ended.
+        how: String,
+    },
 }
 
 impl<E: Into<RunError>> From<E> for SweepError {
@@ -135,7 +160,9 @@ impl SweepError {
             | Self::Unreadable { .. }
             | Self::Thread(_)
             | Self::Incomplete(_)
-            | Self::Launch { .. } => Exit::Failed,
+            | Self::Launch { .. }
+            | Self::Ended { .. } => Exit::Failed,
+            Self::CarriedOver { .. } => Exit::NotBitExact,
         }
     }
 }

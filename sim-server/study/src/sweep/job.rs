@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
@@ -18,7 +19,7 @@ use super::record::Record;
 use super::settings::Settings;
 use super::table::Table;
 use super::workers::{Listener, work};
-use rusty_engine::run::Progress;
+use rusty_engine::run::{Progress, RunError, check_limits};
 
 /// How a sweep is carried out. None of it reaches the rows.
 pub struct SweepJob {
@@ -66,7 +67,11 @@ impl SweepJob {
     ///
     /// # Errors
     /// [`SweepError`]; what is done is in the journal.
-    pub fn run(self, stop: &AtomicBool, progress: Progress) -> Result<SweepOutcome, SweepError> {
+    pub fn run(
+        self,
+        stop: &Arc<AtomicBool>,
+        progress: Progress,
+    ) -> Result<SweepOutcome, SweepError> {
         let settings = Settings::of(&self.plan, &self.writer)?;
         let (mut journal, records) = match &self.table {
             None => (None, Vec::new()),
@@ -113,7 +118,7 @@ impl SweepJob {
         &self,
         journal: Option<&mut Journal>,
         mut records: Vec<Record>,
-        stop: &AtomicBool,
+        stop: &Arc<AtomicBool>,
         progress: Progress,
     ) -> Result<Made, SweepError> {
         // A run has one record: a journal does not grow by what is in it.
@@ -200,7 +205,7 @@ impl SweepJob {
     pub(super) fn make(
         &self,
         todo: &[u64],
-        stop: &AtomicBool,
+        stop: &Arc<AtomicBool>,
         ticks_done: &AtomicU64,
         listener: &mut impl Listener,
     ) -> Result<(), SweepError> {
@@ -208,6 +213,8 @@ impl SweepJob {
             let maker = || Inside::new(&self.plan, stop, ticks_done);
             return work(todo, self.jobs, stop, maker, listener);
         }
+        let most = self.plan.rosters.iter().map(Vec::len).max().unwrap_or_default();
+        check_limits(self.jobs, self.jobs * most).map_err(RunError::from)?;
         let mut own: Option<TempDir> = None;
         let folder = match &self.runs_dir {
             Some(folder) => folder.clone(),

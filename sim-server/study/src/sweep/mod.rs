@@ -5,7 +5,8 @@
 //! * [`seeds`], [`grid`], [`plan`]: what there is to do;
 //! * [`cell`], [`row`] with its [`client_figures`], [`track`], [`record`]: what
 //!   results from it;
-//! * [`workers`]: runs side by side, made [`inside`] or with [`clients`];
+//! * [`workers`]: runs side by side, made [`inside`] or with [`clients`], by [`crews`] of
+//!   processes or by [`launches`];
 //! * [`journal`]: what is done, while the rest is not;
 //! * [`table`], [`settings`]: what is written in the end;
 //! * [`job`]: all of it together;
@@ -25,6 +26,7 @@ pub mod bands_text;
 pub mod cell;
 pub mod client_figures;
 pub mod clients;
+pub mod crews;
 pub mod drawing;
 pub mod error;
 #[cfg(test)]
@@ -36,6 +38,7 @@ pub mod incomplete;
 pub mod inside;
 pub mod job;
 pub mod journal;
+pub mod launches;
 mod lines;
 pub mod manifest;
 pub mod merge;
@@ -47,6 +50,7 @@ pub mod plan;
 pub mod record;
 pub mod report;
 pub mod row;
+mod run_report;
 pub mod seeds;
 pub mod settings;
 pub mod shard;
@@ -54,6 +58,7 @@ mod short;
 pub mod summary;
 pub mod table;
 pub mod track;
+mod witness;
 pub mod workers;
 
 pub use anees::{AneesText, anees};

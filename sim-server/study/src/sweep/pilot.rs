@@ -1,5 +1,6 @@
 //! A few runs of a sweep, to measure how long one takes.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -22,7 +23,7 @@ pub fn run_time_s(job: &SweepJob, stop: &AtomicBool) -> Result<Option<f64>, Swee
     let count = job.plan.count();
     let runs = count.min(MOST_RUNS);
     let todo: Vec<u64> = (0..runs).map(|k| job.plan.runs.start + count * k / runs).collect();
-    let enough = AtomicBool::new(false);
+    let enough = Arc::<AtomicBool>::default();
     let (began, elapsed) = (Instant::now(), Duration::ZERO);
     let mut pilot = Pilot { stop, enough: &enough, began, elapsed, runs: 0 };
     job.make(&todo, &enough, &AtomicU64::new(0), &mut pilot)?;

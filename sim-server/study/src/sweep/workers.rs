@@ -22,6 +22,14 @@ pub trait Maker {
     /// # Errors
     /// [`SweepError`] if no further run can be made either.
     fn make(&mut self, run: u64) -> Result<Option<Record>, SweepError>;
+
+    /// There are no more runs to make.
+    ///
+    /// # Errors
+    /// [`SweepError`] if something failed after the last one.
+    fn finish(&mut self) -> Result<(), SweepError> {
+        Ok(())
+    }
 }
 
 /// A listener that is told what is done.
@@ -117,5 +125,5 @@ fn make_some(
         }
     }
     let _ = sender.send(batch);
-    failed.map_or(Ok(()), Err)
+    failed.map_or_else(|| maker.finish(), Err)
 }
