@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use pyo3::exceptions::{PyKeyboardInterrupt, PySystemExit, PyValueError};
@@ -31,10 +31,18 @@ const SLICE: Duration = Duration::from_millis(50);
 #[pyclass(frozen, module = "rusty", weakref)]
 pub struct Session {
     gate: Arc<Gate>,
-    /// What this participant was told.
-    #[pyo3(get)]
+    /// The run that it takes part in.
+    current: Mutex<Current>,
+    /// Whether it takes part in several runs, see [`runs`](Self::runs).
+    stays: AtomicBool,
+}
+
+/// One run of a session.
+struct Current {
     start: Py<Start>,
-    ending: OnceLock<Phase>,
+    ending: Option<Phase>,
+    /// Whether [`Runs`] has returned it.
+    is_begun: bool,
 }
 
 #[pymethods]
@@ -53,11 +61,28 @@ impl Session {
         }
     }
 
+    /// What this participant was told.
+    #[getter]
+    fn start(&self, py: Python<'_>) -> Py<Start> {
+        self.current(|current| current.start.clone_ref(py))
+    }
+
+    /// The run that was joined, then each further run that the server offers to this
+    /// process: an iterator that returns this session, whose `start` is then that of the
+    /// next run. Make a filter from it anew for each run. Without it a script takes part in
+    /// one run, and the server starts it again for the next.
+    ///
+    /// Iterating raises `ServerGone`, and `RuntimeError` before the current run has ended.
+    fn runs(this: PyRef<'_, Self>) -> Runs {
+        this.stays.store(true, Ordering::Relaxed);
+        Runs(this.into())
+    }
+
     /// How the run ended: "done", "interrupted", "aborted"; None while it has not,
     /// or where the session left before.
     #[getter]
     fn ending(&self) -> Option<&'static str> {
-        self.ending.get().map(|phase| match phase {
+        self.current(|current| current.ending).map(|phase| match phase {
             Phase::Done => "done",
             Phase::Interrupted => "interrupted",
             Phase::Aborted => "aborted",
@@ -89,7 +114,8 @@ impl Session {
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
-        let told = &self.start.bind(py).get().told;
+        let start = self.start(py);
+        let told = &start.bind(py).get().told;
         format!("<rusty.Session of {:?} ({}) in {:?}>", told.name, told.role, told.scenario)
     }
 }
@@ -109,7 +135,70 @@ enum Wait {
     Over,
 }
 
+/// The runs of a session, one after the other.
+#[pyclass(frozen, module = "rusty")]
+struct Runs(Py<Session>);
+
+#[pymethods]
+impl Runs {
+    fn __iter__(this: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        this
+    }
+
+    fn __next__(&self, py: Python<'_>) -> PyResult<Option<Py<Session>>> {
+        let is_next = self.0.get().next_run(py)?;
+        Ok(is_next.then(|| self.0.clone_ref(py)))
+    }
+}
+
 impl Session {
+    fn current<T>(&self, with: impl FnOnce(&mut Current) -> T) -> T {
+        with(&mut self.current.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Waits for the next run without holding the interpreter. Returns whether there is one.
+    fn next_run(&self, py: Python<'_>) -> PyResult<bool> {
+        let (is_new, ending) =
+            self.current(|run| (!std::mem::replace(&mut run.is_begun, true), run.ending));
+        if is_new {
+            // The SDK counts the run that was joined as well.
+            if let Some(mut turn) = self.gate.turn()
+                && let Some(part) = turn.part()
+            {
+                let _ = part.session.get_mut().next_run();
+            }
+            return Ok(true);
+        }
+        if self.gate.is_foreign() {
+            return Err(misused("this process is a fork of the one that joined".to_owned()));
+        }
+        let Some(mut turn) = self.gate.turn() else {
+            return Err(misused("another thread waits for the session's next tick".to_owned()));
+        };
+        turn.reclaim();
+        let Some(part) = turn.part() else { return Ok(false) };
+        if ending.is_none() {
+            let remedy = "take its ticks until there are none, then ask for the next run";
+            return Err(misused(format!("the run has not ended: {remedy}")));
+        }
+        let session = &mut part.session;
+        let told = match next_run_meanwhile(py, session, &self.gate.stop) {
+            Ok(told) => told,
+            Err(error) => {
+                turn.end();
+                return Err(error);
+            }
+        };
+        let Some(told) = told else {
+            turn.end();
+            return Ok(false);
+        };
+        drop(turn);
+        let start = start::remember(py, told)?;
+        self.current(|run| *run = Current { start, ending: None, is_begun: true });
+        Ok(true)
+    }
+
     /// Waits for the next tick for a slice, without holding the interpreter.
     fn wait(&self, py: Python<'_>) -> PyResult<Wait> {
         if self.gate.is_foreign() {
@@ -150,8 +239,11 @@ impl Session {
                 None => Ok(Wait::Nothing),
                 Some(phase) => {
                     let broken = part.session.get().log_is_broken();
-                    let _ = self.ending.set(phase);
-                    turn.end();
+                    self.current(|current| current.ending = Some(phase));
+                    let more = part.session.get().start().more_runs;
+                    if broken || !more || !self.stays.load(Ordering::Relaxed) {
+                        turn.end();
+                    }
                     if broken {
                         return Err(RustyError::new_err("the log is damaged or lacks its end"));
                     }
@@ -278,7 +370,8 @@ fn take_part(py: Python<'_>, args: ClientArgs) -> PyResult<Session> {
         return Err(RustyError::new_err(text));
     }
     let start = start::remember(py, told)?;
-    Ok(Session { gate, start, ending: OnceLock::new() })
+    let current = Mutex::new(Current { start, ending: None, is_begun: false });
+    Ok(Session { gate, current, stays: AtomicBool::new(false) })
 }
 
 /// Reads the arguments that a launcher appends. As for any program, asking for
@@ -336,6 +429,38 @@ fn join_meanwhile(py: Python<'_>, args: ClientArgs, stop: &Arc<AtomicBool>) -> P
     }
 }
 
+/// Asks for the next run on a thread, so that this one can look for Ctrl-C meanwhile.
+fn next_run_meanwhile(
+    py: Python<'_>,
+    session: &mut Lone<Sdk>,
+    stop: &AtomicBool,
+) -> PyResult<Option<rusty_contract::Start>> {
+    std::thread::scope(|scope| {
+        let (done, mut asked) = channel();
+        scope.spawn(move || {
+            let next = session.get_mut().next_run();
+            let _ = done.send(next.map(|run| run.map(|run| run.start().clone())));
+        });
+        let mut interrupt = None;
+        loop {
+            let receiver = &mut asked;
+            match py.detach(move || receiver.recv_timeout(SLICE)) {
+                Ok(next) => return interrupt.map_or_else(|| next.map_err(exception), Err),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => {
+                    let text = "asking for the next run broke off; its message is above";
+                    return Err(RustyError::new_err(text));
+                }
+            }
+            if let Err(error) = py.check_signals() {
+                // The thread learns of it in a moment, and leaves.
+                stop.store(true, Ordering::Relaxed);
+                interrupt = Some(error);
+            }
+        }
+    })
+}
+
 /// This process was asked to stop.
 #[pyfunction]
 fn _stop_all(py: Python<'_>) {
@@ -357,6 +482,7 @@ fn _before_fork() {
 /// Adds the session to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Session>()?;
+    module.add_class::<Runs>()?;
     module.add_class::<Tick>()?;
     module.add_function(wrap_pyfunction!(join, module)?)?;
     module.add_function(wrap_pyfunction!(_stop_all, module)?)?;

@@ -257,6 +257,16 @@ class Session:
     def ending(self) -> Literal["done", "interrupted", "aborted"] | None:
         """How the run ended; None before it has, or where the session left
         earlier."""
+    def runs(self) -> Iterator[Session]:
+        """The run that was joined, then each further run that the server offers to
+        this process, as a sweep does: this session, whose `start` is then that of the
+        next run. Make a filter from it anew for each run. Without it a script takes part
+        in one run, and the server starts it again for the next.
+
+        Raises, while it is iterated:
+            ServerGone: the server has ended.
+            RuntimeError: the current run has not ended.
+        """
     def close(self) -> None:
         """Leaves the run. Before its end that is a failure to the run."""
     def __iter__(self) -> Iterator[Tick]: ...

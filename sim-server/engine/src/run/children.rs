@@ -192,6 +192,12 @@ impl Children {
         late.map(|child| (child.slot, child.pid())).collect()
     }
 
+    /// The processes that are known to have ended.
+    pub(super) fn ended_processes(&self) -> Vec<u32> {
+        let ended = self.0.iter().filter(|child| child.last_status().is_some());
+        ended.map(ChildProcess::pid).collect()
+    }
+
     /// Ends those that have not ended, nor asked for the next run.
     pub(super) fn end_late(&mut self, asked: impl Fn(u32) -> bool) {
         let late = self.0.iter_mut().filter(|r| !asked(r.pid()));

@@ -138,13 +138,20 @@ impl Crew {
     /// Replies to those who have asked for a next run that there is none, and waits for all
     /// processes to end. Returns those that did not end well: slot and how.
     pub fn finish(mut self) -> Vec<(usize, String)> {
+        let waits = |pid: &u32| self.series.waiting.iter().any(|w| w.pid == *pid);
+        let all = self.children.slots();
+        let stayed: Vec<usize> = all.filter(|(_, pid)| waits(pid)).map(|(slot, _)| slot).collect();
         for Waiting { call, .. } in self.series.waiting.drain(..) {
             // A process that has ended needs no reply.
             let _ = call.reply(&JoinReply::Refused(Refusal::NoMoreRuns));
         }
         self.link.wake_all();
-        // Their replies are in the shared memory of the server.
-        self.children.finish(|_| Leaving::AtTheEnd)
+        // Their replies are in the shared memory of the server. How the others ended was
+        // returned with their last run.
+        self.children.finish(|slot| match stayed.contains(&slot) {
+            true => Leaving::AtTheEnd,
+            false => Leaving::Dead,
+        })
     }
 }
 
@@ -188,10 +195,14 @@ impl Run<'_> {
             let peers = || late.iter().filter_map(|(slot, _)| peers[*slot].as_ref());
             wire.pause(true, peers, left.as_nanos() as u64);
         }
-        let waiting = &self.series.waiting;
-        let asked = |pid| waiting.iter().any(|w| w.pid == pid);
-        let bad = self.participants.children.judge(leaving, asked);
-        self.participants.children.end_late(asked);
+        let Self { participants, series, .. } = &mut *self;
+        let children = &mut participants.children;
+        let asked = |pid| series.waiting.iter().any(|w| w.pid == pid);
+        let bad = children.judge(leaving, asked);
+        children.end_late(asked);
+        // One that has asked and ended since is judged by now, and will be started again.
+        let ended = children.ended_processes();
+        series.waiting.retain(|w| !ended.contains(&w.pid));
         Ok(bad)
     }
 }

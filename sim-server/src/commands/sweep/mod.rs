@@ -22,8 +22,10 @@ use super::{WRITER, WrongUsage};
 const AFTER_HELP: &str = "\
 Without --clients, dead reckoning is the only participant. It runs inside this
 process, which is fastest; rows and digests are those of `launch --seed N` with
-dead-reckoning as the only estimator, to the bit. With --clients, every run is a
-complete launch of the scenario with its programs. Each estimator has a row with
+dead-reckoning as the only estimator, to the bit. With --clients, the programs of
+the scenario take part. Their processes stay for many runs, with the rows of separate
+launches; one that carries state over is named (exit code 4). With --runs, every run is
+a complete launch with report. Each estimator has a row with
 further figures: aligned and relative errors, NEES, NIS, convergence, recovery,
 compute times. The report then tests the covariances: the mean over the seeds of
 the normalised squared error of the last tick (ANEES) is about 3 if they are right.

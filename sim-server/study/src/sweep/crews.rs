@@ -66,6 +66,8 @@ struct AtWork {
     out: PathBuf,
     /// Its first run, which is repeated before the second.
     first: Option<First>,
+    /// What happened when it was repeated, for the next record.
+    remarks: Vec<String>,
 }
 
 /// The first run of a crew, in new processes.
@@ -137,7 +139,7 @@ impl<'p> Crews<'p> {
         };
         fs::create_dir_all(&out).map_err(SweepError::io(&out))?;
         let crew = prepared.crew(&rules.roster, &out)?;
-        Ok(AtWork { crew, rules, out, first: None })
+        Ok(AtWork { crew, rules, out, first: None, remarks: Vec::new() })
     }
 
     /// Makes a run with this crew, which is returned for the next.
@@ -148,7 +150,7 @@ impl<'p> Crews<'p> {
         run: u64,
     ) -> Result<(AtWork, RunReport, Heard), SweepError> {
         let (cell, seed) = self.plan.place(run);
-        let AtWork { crew, rules, out, first } = at_work;
+        let AtWork { crew, rules, out, first, remarks } = at_work;
         // What an earlier run wrote is not of this one.
         for file in ["score.json", "run.log"] {
             let _ = fs::remove_file(out.join(file));
@@ -160,19 +162,25 @@ impl<'p> Crews<'p> {
         let made = crew.run(&mut source, &out);
         let (outcome, crew) = made.map_err(|e| failed(self.plan, run, e.to_string()))?;
         let report = report(&outcome, &rules.roster, &out);
-        Ok((AtWork { crew, rules, out, first }, report, source.heard()))
+        Ok((AtWork { crew, rules, out, first, remarks }, report, source.heard()))
     }
 
-    /// Repeats the first run of a crew in the same processes.
+    /// Repeats the first run of a crew in the same processes; `None` if it was stopped. Of
+    /// a repetition in which a participant was lost, its name is kept.
     fn check(
         &self,
         at_work: AtWork,
         on_loss: OnLoss,
         first: &First,
     ) -> Result<Option<AtWork>, SweepError> {
-        let (at_work, report, heard) = self.run(at_work, on_loss, first.run)?;
+        let (mut at_work, report, heard) = self.run(at_work, on_loss, first.run)?;
         if self.stop.load(Ordering::Relaxed) {
             return Ok(None);
+        }
+        if !report.losses.is_empty() {
+            let lost = report.losses.iter().map(|l| format!("{}: {}", l.name, l.detail));
+            at_work.remarks.extend(lost);
+            return Ok(Some(at_work));
         }
         let (seed, cell) = in_words(self.plan, first.run);
         let differ = |names: Vec<&str>, found: String| {
@@ -188,6 +196,7 @@ impl<'p> Crews<'p> {
             return Ok(Some(at_work));
         }
         let record = report.record(self.plan, first.run, &at_work.out);
+        at_work.remarks.extend(record.lost.clone());
         if comparable(record) != comparable(first.record.clone()) {
             let scorers = at_work.rules.roster.iter().filter(|p| p.role == Role::Scorer);
             return differ(scorers.map(|p| p.name.as_str()).collect(), "other scores".to_owned());
@@ -221,7 +230,8 @@ impl Maker for Crews<'_> {
             let Some(checked) = self.check(at_work, on_loss, &first)? else { return Ok(None) };
             at_work = checked;
         }
-        let (mut at_work, report, heard) = self.run(at_work, on_loss, run)?;
+        let (mut at_work, mut report, heard) = self.run(at_work, on_loss, run)?;
+        report.remarks.append(&mut at_work.remarks);
         if report.ended == "interrupted" {
             self.at_work = Some(at_work);
             return Ok(None);
@@ -277,6 +287,7 @@ fn report(outcome: &Outcome, roster: &[Participant], out: &Path) -> RunReport {
 
 /// A record as bytes, without the figures that depend on the machine.
 fn comparable(mut record: Record) -> Vec<u8> {
+    record.lost = None;
     for figures in record.rows.iter_mut().filter_map(|row| row.clients.as_mut()) {
         figures.compute_reported_p50_s = 0.0;
         figures.compute_reported_p99_s = 0.0;

@@ -3,6 +3,7 @@
 mod bench;
 mod calibration;
 mod conformance;
+mod crews;
 mod doctor;
 mod handbook_commands;
 mod manual;
