@@ -7,6 +7,7 @@ mod control;
 mod errors;
 mod gate;
 mod log;
+mod meanwhile;
 mod se2;
 mod session;
 mod start;

@@ -3,9 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use pyo3::exceptions::{PyKeyboardInterrupt, PySystemExit, PyValueError};
 use pyo3::prelude::*;
@@ -15,11 +13,9 @@ use rusty_contract::Phase;
 
 use crate::errors::{RustyError, exception, misused};
 use crate::gate::{Gate, Loan, Lone, leave_all, pin_all, stop_all};
+use crate::meanwhile::{SLICE, join_meanwhile, next_run_meanwhile};
 use crate::start::{self, Start};
 use crate::tick::Tick;
-
-/// How long a wait lasts before Python is asked whether it is interrupted.
-const SLICE: Duration = Duration::from_millis(50);
 
 /// A part in a run, live or on a log: an iterator of its ticks, and a context
 /// manager that leaves the run at the end of its block.
@@ -68,7 +64,7 @@ impl Session {
     }
 
     /// The run that was joined, then each further run that the server offers to this
-    /// process: an iterator that returns this session, whose `start` is then that of the
+    /// process: an iterator that returns the same session, whose `start` is then that of the
     /// next run. Make a filter from it anew for each run. Without it a script takes part in
     /// one run, and the server starts it again for the next.
     ///
@@ -393,71 +389,6 @@ fn from_command_line(
             stream.call_method1("write", (hint,))?;
         }
         Err(PySystemExit::new_err(usage.code))
-    })
-}
-
-/// Joins on a thread, so that this one can look for Ctrl-C meanwhile.
-fn join_meanwhile(py: Python<'_>, args: ClientArgs, stop: &Arc<AtomicBool>) -> PyResult<Lone<Sdk>> {
-    let (done, mut joined) = channel();
-    let raised = Arc::clone(stop);
-    let joiner = std::thread::spawn(move || {
-        // SAFETY: this thread has the session alone, and ends when it has sent it to
-        // the one that makes the gate.
-        let lone = |session| unsafe { Lone::new(session) };
-        let _ = done.send(Sdk::join_until(&args, raised).map(lone));
-    });
-    loop {
-        let receiver = &mut joined;
-        match py.detach(move || receiver.recv_timeout(SLICE)) {
-            Ok(session) => {
-                // From here on no other thread knows of it.
-                let _ = joiner.join();
-                return session.map_err(exception);
-            }
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => {
-                return Err(RustyError::new_err("joining broke off; its message is above"));
-            }
-        }
-        if let Err(interrupt) = py.check_signals() {
-            stop.store(true, Ordering::Relaxed);
-            // It learns of it in a moment, and whatever it has brought about is
-            // dropped with a leave message.
-            py.detach(move || drop((joined.recv(), joiner.join())));
-            return Err(interrupt);
-        }
-    }
-}
-
-/// Asks for the next run on a thread, so that this one can look for Ctrl-C meanwhile.
-fn next_run_meanwhile(
-    py: Python<'_>,
-    session: &mut Lone<Sdk>,
-    stop: &AtomicBool,
-) -> PyResult<Option<rusty_contract::Start>> {
-    std::thread::scope(|scope| {
-        let (done, mut asked) = channel();
-        scope.spawn(move || {
-            let next = session.get_mut().next_run();
-            let _ = done.send(next.map(|run| run.map(|run| run.start().clone())));
-        });
-        let mut interrupt = None;
-        loop {
-            let receiver = &mut asked;
-            match py.detach(move || receiver.recv_timeout(SLICE)) {
-                Ok(next) => return interrupt.map_or_else(|| next.map_err(exception), Err),
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => {
-                    let text = "asking for the next run broke off; its message is above";
-                    return Err(RustyError::new_err(text));
-                }
-            }
-            if let Err(error) = py.check_signals() {
-                // The thread learns of it in a moment, and leaves.
-                stop.store(true, Ordering::Relaxed);
-                interrupt = Some(error);
-            }
-        }
     })
 }
 

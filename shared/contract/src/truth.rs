@@ -202,7 +202,7 @@ impl TruthKey {
     /// The key of the run with this number in the series that has this key.
     ///
     /// The nonce of a tick has no run in it. Two runs with one key would have the same
-    /// keystream at the same tick, and whoever combines their ciphertexts learns the
+    /// keystream at the same tick, and a process that combines their ciphertexts learns the
     /// difference of the two truths. So each run has a key of 32 bytes of a keystream that
     /// nothing else uses. The first has the key of the series, as a single run has.
     ///

@@ -259,7 +259,7 @@ class Session:
         earlier."""
     def runs(self) -> Iterator[Session]:
         """The run that was joined, then each further run that the server offers to
-        this process, as a sweep does: this session, whose `start` is then that of the
+        this process, as a sweep does: the same session, whose `start` is then that of the
         next run. Make a filter from it anew for each run. Without it a script takes part
         in one run, and the server starts it again for the next.
 

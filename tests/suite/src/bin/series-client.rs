@@ -14,7 +14,7 @@ struct Cli {
     #[command(flatten)]
     args: ClientArgs,
     /// carries (its pose, from run to run), once (takes part in one run, then ends),
-    /// dawdles (sleeps for so many ms at the end of each run), lingers (neither ends nor asks
+    /// dawdles (sleeps for N ms at the end of each run), lingers (neither ends nor asks
     /// for another run), dies-asking (SIGKILL 200 ms after it has asked), early (asks for
     /// the next run in the middle of one)
     #[arg(long, default_value = "")]
