@@ -157,7 +157,6 @@ impl Session {
         let (is_new, ending) =
             self.current(|run| (!std::mem::replace(&mut run.is_begun, true), run.ending));
         if is_new {
-            // The SDK counts the run that was joined as well.
             if let Some(mut turn) = self.gate.turn()
                 && let Some(part) = turn.part()
             {
@@ -177,8 +176,7 @@ impl Session {
             let remedy = "take its ticks until there are none, then ask for the next run";
             return Err(misused(format!("the run has not ended: {remedy}")));
         }
-        let session = &mut part.session;
-        let told = match next_run_meanwhile(py, session, &self.gate.stop) {
+        let told = match next_run_meanwhile(py, &mut part.session, &self.gate.stop) {
             Ok(told) => told,
             Err(error) => {
                 turn.end();

@@ -10,7 +10,7 @@ use rusty_contract::{
 };
 
 use crate::domain_error::io;
-use crate::{Domain, DomainError};
+use crate::{Domain, DomainError, ServerLink};
 
 /// The keys that the server shares with each participant and with those who
 /// control the run. Those of participants and control stay the same in a series of runs.
@@ -50,6 +50,13 @@ impl Keys {
     #[must_use]
     pub fn has_signed_request(&self, request: &JoinRequest, slot: usize) -> bool {
         self.participant(slot).is_some_and(|key| request.is_signed_by(&key.to_server))
+    }
+}
+
+impl ServerLink {
+    /// Begins another run of a series, whose truth has this key.
+    pub fn begin_run(&mut self, truth: TruthKey) {
+        self.keys.truth = truth;
     }
 }
 

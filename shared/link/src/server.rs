@@ -43,7 +43,7 @@ pub struct ServerLink {
     node: Node<Ipc>,
     /// The folder of the run's shared memory.
     memory: PathBuf,
-    keys: Keys,
+    pub(crate) keys: Keys,
     /// How many catch-ups there were: each enciphers its tallies in its own way.
     catch_ups: u32,
     /// Answers of this turn, given back at its end; no others.
@@ -196,11 +196,6 @@ impl ServerLink {
             catch_ups: 0,
             received: Vec::with_capacity(ANSWERS_AT_ONCE),
         })
-    }
-
-    /// Begins another run of a series, whose truth has this key.
-    pub fn begin_run(&mut self, truth: TruthKey) {
-        self.keys.truth = truth;
     }
 
     /// The keys of the run.
