@@ -32,6 +32,8 @@ pub(crate) fn told(name: &str) -> Start {
         server_awake_ns: 0,
         check_frames: false,
         sealed_brief: None,
+        more_runs: false,
+        run_number: 0,
         sensors: SensorSheets::default(),
     }
 }

@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn a_covariance_turns_from_the_world_into_the_body() {
         // Heading +y: what is along x in the world is along −y in the body.
-        let half = (0.5 * FRAC_PI_2).sin();
+        let half = trig::sin(0.5 * FRAC_PI_2);
         let line = format!("1 0 0 0 0 0 {half} {half} 4 0 0.5 1 0.25 0.01");
         let (_, estimate) = parse(&line).unwrap();
         assert!((estimate.pose_in_world.theta() - FRAC_PI_2).abs() < 1e-12);

@@ -308,6 +308,9 @@ impl<'a> Run<'a> {
     }
 }
 
+/// Something of some participants, by slot.
+type BySlot<T> = Vec<(usize, T)>;
+
 impl Outcome {
     /// Returns what there is to remark, in words: participants that ended badly, and why
     /// the run ended early.
@@ -324,7 +327,7 @@ impl Outcome {
         pacer: Pacer,
         ledger: Ledger,
         progress: &Progress,
-        (outputs, ended_badly): (Vec<(usize, PathBuf)>, Vec<(usize, String)>),
+        (outputs, ended_badly): (BySlot<PathBuf>, BySlot<String>),
     ) -> Self {
         Self {
             phase: lockstep.phase(),

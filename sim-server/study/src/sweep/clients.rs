@@ -15,7 +15,7 @@ use super::workers::Maker;
 /// One worker: one run after the other.
 pub enum Clients<'p> {
     /// In the processes of a crew.
-    Crews(Crews<'p>),
+    Crews(Box<Crews<'p>>),
     /// In new processes for each run, whose folder is kept.
     Launches(Launches<'p>),
 }
@@ -33,7 +33,7 @@ impl<'p> Clients<'p> {
     ) -> Self {
         match keep {
             true => Self::Launches(Launches::new(plan, stop, ticks_done, folder, force)),
-            false => Self::Crews(Crews::new(plan, stop, ticks_done, folder)),
+            false => Self::Crews(Box::new(Crews::new(plan, stop, ticks_done, folder))),
         }
     }
 }

@@ -112,6 +112,18 @@ fn game(how: &[(u8, Message)]) -> Vec<u8> {
     how.iter().flat_map(op).collect()
 }
 
+/// Recordings of robots: target, name, bytes.
+fn recordings(log: &[u8]) -> Vec<(&'static str, &'static str, Vec<u8>)> {
+    let carmen = [
+        ("plain", CARMEN.as_bytes().to_vec()),
+        ("echoes", ECHOES.as_bytes().to_vec()),
+        ("gz", gzip(CARMEN)),
+    ];
+    let carmen = carmen.into_iter().map(|(name, bytes)| ("carmen", name, bytes));
+    let mcap = super::mcap::seeds(log).into_iter().map(|(name, bytes)| ("mcap", name, bytes));
+    carmen.chain(mcap).collect()
+}
+
 /// All inputs that are made here: target, name, bytes. Each is accepted.
 pub fn made() -> Vec<(&'static str, String, Vec<u8>)> {
     let mut all: Vec<(&str, String, Vec<u8>)> = Vec::new();
@@ -120,8 +132,8 @@ pub fn made() -> Vec<(&'static str, String, Vec<u8>)> {
     for target in ["log", "score"] {
         add(target, "run", log.clone());
     }
-    for (name, bytes) in super::mcap::seeds(&log) {
-        add("mcap", name, bytes);
+    for (target, name, bytes) in recordings(&log) {
+        add(target, name, bytes);
     }
     for (name, text) in BUILT_IN {
         add("scenario", name, text.as_bytes().to_vec());
@@ -134,9 +146,6 @@ pub fn made() -> Vec<(&'static str, String, Vec<u8>)> {
         add("world", &format!("{name}.toml"), spec.to_toml().expect("a place").into_bytes());
         add("world", &format!("{name}.json"), json(&spec));
     }
-    add("carmen", "plain", CARMEN.as_bytes().to_vec());
-    add("carmen", "echoes", ECHOES.as_bytes().to_vec());
-    add("carmen", "gz", gzip(CARMEN));
     add("join", "request", json(&JoinRequest::new("a", 4711, 400_000, "my-filter 0.1.0")));
     let roster = vec!["a".to_owned(), "log".to_owned()];
     let refusals = [
