@@ -83,7 +83,8 @@ fn gridmap() -> Exit {
 }
 
 fn mcl() -> Exit {
-    run(|start, options: mcl::Options| Mcl::of_start(start, &options))
+    let mut prepared = None;
+    run(move |start, options: mcl::Options| Mcl::of_next_start(start, &options, &mut prepared))
 }
 
 fn scan_match() -> Exit {

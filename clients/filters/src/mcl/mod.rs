@@ -103,41 +103,60 @@ pub struct Mcl {
     places: Random,
 }
 
+/// What a map becomes, for the next run on it.
+#[derive(Debug)]
+pub struct Prepared {
+    /// What the filter was told, without what changes from run to run.
+    told: Start,
+    sensor: Sensor,
+    space: FreeSpace,
+}
+
 impl Mcl {
     /// Begins a run.
     ///
     /// # Errors
     /// There is no map, one that cannot be used, or none that the model can use.
     pub fn of_start(start: &Start, options: &Options) -> Result<Self, ClientError> {
-        let unusable = |text: String| ClientError::Unusable(text);
-        let map = match (&options.map, &start.map) {
-            #[cfg(not(feature = "link"))]
-            (Some(path), _) => {
-                let problem = "no files are read in this build; leave --map out";
-                return Err(unusable(format!("--map {}: {problem}", path.display())));
-            }
-            #[cfg(feature = "link")]
-            (Some(path), _) => {
-                Map::Cells(OccupancyMap::load(path).map_err(|e| unusable(e.to_string()))?)
-            }
-            (None, Some(spec)) => {
-                let world = World::new(spec.clone()).map_err(|e| unusable(e.to_string()))?;
-                Map::Plan(Box::new(world))
-            }
-            (None, None) => {
-                return Err(unusable(
-                    "there is no map to localise in: give the participant `map = \"given\"` in \
-                     the scenario, or a map with --map FILE.yaml"
-                        .to_owned(),
-                ));
-            }
-        };
+        Self::of_next_start(start, options, &mut None)
+    }
+
+    /// Begins a run, the fields of whose map take long to make: those of `prepared` are
+    /// taken where all is told that was told then, and kept there for the next run.
+    ///
+    /// # Errors
+    /// As [`of_start`](Self::of_start).
+    pub fn of_next_start(
+        start: &Start,
+        options: &Options,
+        prepared: &mut Option<Prepared>,
+    ) -> Result<Self, ClientError> {
         let robot = Robot {
             drive: start.robot.drive,
             body_radius_m: start.robot.body_radius_m,
             lidar: believed_lidar(start),
         };
-        Self::new(robot, map, start.initial_pose, options)
+        let told = Start {
+            run_id: 0,
+            ticket: 0,
+            run_number: 0,
+            ticks: 0,
+            initial_pose: None,
+            catch_up: None,
+            sealed_brief: None,
+            ..start.clone()
+        };
+        let known = prepared.take().filter(|known| known.told == told && options.map.is_none());
+        let known = match known {
+            Some(known) => known,
+            None => {
+                let (sensor, space) = sense(&robot, map(start, options)?, options)?;
+                Prepared { told, sensor, space }
+            }
+        };
+        let parts = (known.sensor.clone(), known.space.clone());
+        *prepared = Some(known);
+        Self::begin(robot, parts, start.initial_pose, options)
     }
 
     /// Begins at `initial`, or anywhere where that is not given.
@@ -151,41 +170,17 @@ impl Mcl {
         initial: Option<SE2>,
         options: &Options,
     ) -> Result<Self, ClientError> {
-        if options.least() > options.particles {
-            return Err(ClientError::Unusable(format!(
-                "--particles-min {} is more than --particles {}, the most there may be: give \
-                 fewer of the one or more of the other",
-                options.least(),
-                options.particles
-            )));
-        }
-        let Robot { drive, body_radius_m, lidar } = robot;
-        let model = options.reading.model(&lidar)?;
-        let beams = Beams::new(&lidar);
-        let how = Use {
-            skip: options.skip as usize,
-            exponent: options.exponent,
-            rays: options.model == Model::Beam,
-        };
-        let (sensor, space) = match map {
-            Map::Plan(world) => {
-                let scan = Scan::new(lidar.fan());
-                let space = FreeSpace::of_world(&world, body_radius_m);
-                (Sensor::of_world(&world, model, beams, scan, how), space)
-            }
-            Map::Cells(_) if how.rays => {
-                return Err(ClientError::Unusable(
-                    "--model beam needs walls to cast rays at, and --map has cells: use --model \
-                     field"
-                        .to_owned(),
-                ));
-            }
-            Map::Cells(map) => {
-                let distances = DistanceField::of_map(&map);
-                let space = FreeSpace::of_map(&map, &distances, body_radius_m);
-                (Sensor::of_map(&map, &distances, &model, beams, how), space)
-            }
-        };
+        let parts = sense(&robot, map, options)?;
+        Self::begin(robot, parts, initial, options)
+    }
+
+    fn begin(
+        robot: Robot,
+        (sensor, space): (Sensor, FreeSpace),
+        initial: Option<SE2>,
+        options: &Options,
+    ) -> Result<Self, ClientError> {
+        let Robot { drive, body_radius_m, .. } = robot;
         let initial = options.at.or(initial.filter(|_| !options.global));
         if space.is_empty() && initial.is_none() {
             return Err(ClientError::Unusable(format!(
@@ -290,6 +285,68 @@ impl Mcl {
     /// The particles as they are after the last scan.
     pub fn particles(&self) -> &Particles {
         &self.belief.particles
+    }
+}
+
+/// The map that a filter was given.
+fn map(start: &Start, options: &Options) -> Result<Map, ClientError> {
+    let unusable = |text: String| ClientError::Unusable(text);
+    match (&options.map, &start.map) {
+        #[cfg(not(feature = "link"))]
+        (Some(path), _) => {
+            let problem = "no files are read in this build; leave --map out";
+            Err(unusable(format!("--map {}: {problem}", path.display())))
+        }
+        #[cfg(feature = "link")]
+        (Some(path), _) => {
+            Ok(Map::Cells(OccupancyMap::load(path).map_err(|e| unusable(e.to_string()))?))
+        }
+        (None, Some(spec)) => {
+            let world = World::new(spec.clone()).map_err(|e| unusable(e.to_string()))?;
+            Ok(Map::Plan(Box::new(world)))
+        }
+        (None, None) => Err(unusable(
+            "there is no map to localise in: give the participant `map = \"given\"` in \
+                 the scenario, or a map with --map FILE.yaml"
+                .to_owned(),
+        )),
+    }
+}
+
+/// What a map becomes: what a scan says on it, and where the robot can be.
+fn sense(robot: &Robot, map: Map, options: &Options) -> Result<(Sensor, FreeSpace), ClientError> {
+    if options.least() > options.particles {
+        return Err(ClientError::Unusable(format!(
+            "--particles-min {} is more than --particles {}, the most there may be: give \
+             fewer of the one or more of the other",
+            options.least(),
+            options.particles
+        )));
+    }
+    let Robot { body_radius_m, lidar, .. } = *robot;
+    let model = options.reading.model(&lidar)?;
+    let beams = Beams::new(&lidar);
+    let how = Use {
+        skip: options.skip as usize,
+        exponent: options.exponent,
+        rays: options.model == Model::Beam,
+    };
+    match map {
+        Map::Plan(world) => {
+            let scan = Scan::new(lidar.fan());
+            let space = FreeSpace::of_world(&world, body_radius_m);
+            Ok((Sensor::of_world(&world, model, beams, scan, how), space))
+        }
+        Map::Cells(_) if how.rays => Err(ClientError::Unusable(
+            "--model beam needs walls to cast rays at, and --map has cells: use --model \
+                 field"
+                .to_owned(),
+        )),
+        Map::Cells(map) => {
+            let distances = DistanceField::of_map(&map);
+            let space = FreeSpace::of_map(&map, &distances, body_radius_m);
+            Ok((Sensor::of_map(&map, &distances, &model, beams, how), space))
+        }
     }
 }
 

@@ -17,6 +17,7 @@
 //! is tracked, none of this takes place.
 
 use core::f64::consts::PI;
+use std::sync::Arc;
 
 use rusty_geometry::{Scan, World, trig};
 
@@ -56,13 +57,13 @@ pub struct Weighed {
 }
 
 /// The fields of a map, and the scan that is being taken.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Sensor {
     beams: Beams,
     skip: usize,
     exponent: f64,
-    /// From the sharpest to the most blurred.
-    fields: Vec<LikelihoodField>,
+    /// From the sharpest to the most blurred; runs on one map share them.
+    fields: Arc<[LikelihoodField]>,
     rays: Option<Rays>,
     ends: Ends,
     few: Ends,
@@ -71,7 +72,7 @@ pub struct Sensor {
 }
 
 /// The beam model, which needs a ray for every beam and particle.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Rays {
     world: World,
     model: BeamModel,
@@ -132,7 +133,7 @@ impl Sensor {
             beams,
             skip: how.skip.max(1),
             exponent: how.exponent,
-            fields,
+            fields: fields.into(),
             rays,
             ends: Ends::default(),
             few: Ends::default(),
