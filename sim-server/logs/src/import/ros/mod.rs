@@ -1,11 +1,13 @@
 //! Recordings of ROS 2: MCAP files, and folders of rosbag2 with them.
 //!
-//! In reading order: `bag` (which files), `files` (messages), `survey` (topics, LiDAR,
-//! truth), `recording` (messages as events), `pose` (poses with stamps), `trajectory` (the
-//! poses of an estimator alone). Departures: a scan and odometry of one stamp
-//! are one tick; true poses are those of a topic that is named, at the times of the scans.
+//! In reading order: `bag` (which files), `files` (messages), `content` (what messages have
+//! in common), `survey` (topics, LiDAR, truth), `recording` (messages as events), `pose`
+//! (poses with stamps), `trajectory` (the poses of an estimator alone). Departures: a scan
+//! and odometry of one stamp are one tick; true poses are those of a topic that is named, at
+//! the times of the scans.
 
 mod bag;
+mod content;
 mod files;
 mod pose;
 mod recording;
@@ -21,8 +23,9 @@ use super::convert::import;
 use super::recording::Events;
 use super::survey::Told;
 use super::{ImportError, ImportOptions, ImportReport, Progress};
+use content::SCAN;
 use recording::{Choice, RosRecording};
-use survey::{Look, OdometrySource, SCAN};
+use survey::{Look, OdometrySource};
 pub use trajectory::{Poses, TrajectoryReport, import_trajectory};
 
 /// What is read of a recording of ROS.

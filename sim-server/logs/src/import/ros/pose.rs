@@ -3,8 +3,8 @@
 use rusty_geometry::SE2;
 use rusty_ros::messages::{Header, Odometry, Pose, PoseStamped, PoseWithCovarianceStamped};
 
+use super::content::{ODOMETRY, decode, stamp_s};
 use super::files::Message;
-use super::survey::{ODOMETRY, decode, stamp_s};
 use crate::import::ImportError;
 
 pub(super) const WITH_COVARIANCE: &str = "geometry_msgs/msg/PoseWithCovarianceStamped";

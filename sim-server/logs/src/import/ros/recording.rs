@@ -7,8 +7,9 @@ use std::rc::Rc;
 use rusty_geometry::SE2;
 use rusty_ros::messages::{LaserScan, Odometry, TfMessage};
 
+use super::content::{decode, frame, stamp_s};
 use super::files::{Files, Message};
-use super::survey::{Beams, OdometrySource, decode, frame, stamp_s, truth_at};
+use super::survey::{Beams, OdometrySource, truth_at};
 use crate::import::ImportError;
 use crate::import::recording::{Event, Events, Facts};
 

@@ -16,9 +16,10 @@ use serde::Serialize;
 
 use super::RosOptions;
 use super::bag;
+use super::content::{FRAMES, decode, frame, stamp_s};
 use super::files::Files;
 use super::pose::{StampedPose, WITH_COVARIANCE};
-use super::survey::{FRAMES, Look, MOST_FRAMES, decode, frame, stamp_s};
+use super::survey::{Look, MOST_FRAMES};
 use crate::export::tum;
 use crate::import::convert::check_two_files;
 use crate::import::{ImportError, Progress};
