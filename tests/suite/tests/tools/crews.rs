@@ -42,9 +42,13 @@ fn same_as_launches(place: &Folder, scenario: &str, more: &[&str]) -> Table {
 
 #[test]
 fn every_filter_and_driver_has_the_rows_of_separate_launches() {
+    let place = folder();
+    // `trajectory` answers in the first tick.
+    let file = place.write("one.tum", "0.02 1 0 0 0 0 0 1\n");
+    let trajectory = format!("trajectory=trajectory {file}");
     let all: [(&str, &[&str]); 4] = [
         ("filters.toml", &["--ticks", "60", "--add", "gridmap=gridmap --save {out}/map"]),
-        ("hallway.toml", &["--ticks", "60"]),
+        ("hallway.toml", &["--ticks", "60", "--add", &trajectory]),
         ("explore.toml", &["--ticks", "60"]),
         ("wander.toml", &["--ticks", "60"]),
     ];
