@@ -48,6 +48,24 @@ fn prepare() -> Result<PathBuf, String> {
     Ok(python)
 }
 
+/// The package and the version of Rerun that exported files are tested with.
+const RERUN: &str = "rerun-sdk==0.41.0";
+
+/// The program `rerun`, from wherever pip takes it; made once. `None`, with a printed
+/// reason, where that cannot be had.
+pub fn rerun() -> Option<PathBuf> {
+    static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let prepare = || {
+        let place = binaries().parent().unwrap().join("rerun");
+        fs::create_dir_all(&place).unwrap();
+        // Tests of several processes come here at once.
+        let lock = File::create(place.join("lock")).unwrap();
+        lock.lock().unwrap();
+        environment(&place, ("ready", RERUN), "import rerun", &[&[RERUN]], run)
+    };
+    Some(or_skipped(PYTHON.get_or_init(prepare))?.with_file_name("rerun"))
+}
+
 /// The interpreter of a virtual environment in which `tried` works, made once. The
 /// file `ready`, with its text, is there when it is. Each of `installs` is what pip
 /// is asked for, the next one where the one before did not suffice.

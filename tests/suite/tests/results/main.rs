@@ -7,6 +7,7 @@ mod files;
 mod out_folder;
 mod real_robot;
 mod recordings;
+mod rerun;
 mod ros;
 mod run_folders;
 mod scores;
