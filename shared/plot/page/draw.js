@@ -29,11 +29,15 @@ export function mark(ctx, index, [x, y], size, ink, rim) {
   }
 }
 
+// Points of a path up to which it is drawn anew as a whole, so that its picture does not
+// depend on how it grew. Of longer ones what is new is added, which takes less time.
+const MOST_REDRAWN = 1000;
+
 // A path that grows. Points that are close to the last one are left out, and one that is
 // farther than `leap` metres does not continue it.
 export class Track {
   constructor(leap = 1) {
-    Object.assign(this, { path: new Path2D(), news: null, last: null, leap });
+    Object.assign(this, { path: new Path2D(), news: null, points: 0, last: null, leap });
   }
 
   add(x, y) {
@@ -50,6 +54,7 @@ export class Track {
       else path.moveTo(x, y);
     }
     this.last = [x, y];
+    this.points += 1;
   }
 
   // The next point does not continue the path.
@@ -96,10 +101,12 @@ class Layer {
     to.restore();
   }
 
-  // Adds what is new of paths: [{ track, ink, width }], with widths in pixels.
+  // Draws paths, or adds what is new of long ones: [{ track, ink, width }], with widths in
+  // pixels.
   paths(map, lines) {
     const inks = lines.flatMap(({ ink, width }) => [ink, width]);
-    this.show(map, lines.map(({ track }) => track), inks, (isOld, stroke) => {
+    const parts = lines.flatMap(({ track }) => [track, Math.min(track.points, MOST_REDRAWN)]);
+    this.show(map, parts, inks, (isOld, stroke) => {
       for (const { track, ink, width } of lines) {
         const news = track.takeNews(), path = isOld ? news : track.path;
         if (path) stroke(path, ink, width);
