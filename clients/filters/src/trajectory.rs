@@ -17,6 +17,7 @@ use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Estimate, Reply, input, outln};
 use rusty_geometry::{SE2, trig};
 
+use crate::motion::carried;
 use crate::numbers::seconds;
 use crate::tangent;
 
@@ -85,9 +86,13 @@ impl Trajectory {
         }
         // The sort is stable, and of one stamp the last line holds.
         poses.sort_by(|a, b| a.0.total_cmp(&b.0));
-        poses.reverse();
-        poses.dedup_by_key(|(time_s, _)| *time_s);
-        poses.reverse();
+        poses.dedup_by(|next, kept| {
+            let is_same = next.0 == kept.0;
+            if is_same {
+                *kept = *next;
+            }
+            is_same
+        });
         Ok(Self { options, poses, ticks: 0, matched: 0, times_s: None })
     }
 
@@ -159,13 +164,13 @@ fn parse(line: &str) -> Result<(f64, Estimate), String> {
         })?;
     }
     let [time_s, x_m, y_m, _, qx, qy, qz, qw, covariance @ ..] = numbers;
-    let length = qw * qw + qx * qx + qy * qy + qz * qz;
+    let squared = qw * qw + qx * qx + qy * qy + qz * qz;
     // Files round to a few digits.
-    if (length - 1.0).abs() > 0.05 {
+    if (squared - 1.0).abs() > 0.05 {
         let text = format!(
             "the quaternion ({qx}, {qy}, {qz}, {qw}) has the length {:.3}, not 1; the order is qx qy \
              qz qw",
-            length.sqrt()
+            squared.sqrt()
         );
         return Err(text);
     }
@@ -176,9 +181,7 @@ fn parse(line: &str) -> Result<(f64, Estimate), String> {
     }
     let [xx, xy, xt, yy, yt, tt] = covariance;
     let world = Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt);
-    let (sin, cos) = trig::sin_cos(yaw_rad);
-    let turn = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
-    let body = tangent::symmetric(&(turn * world * turn.transpose()));
+    let body = tangent::symmetric(&carried(&world, &SE2::new(0.0, 0.0, yaw_rad)));
     Ok((time_s, tangent::estimate(&pose, &body)))
 }
 

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
 use pyo3::prelude::*;
@@ -14,6 +14,32 @@ use crate::gate::Lone;
 
 /// How long a wait lasts before Python is asked whether it is interrupted.
 pub const SLICE: Duration = Duration::from_millis(50);
+
+/// Waits for what a thread sends. A signal raises `stop`, of which the thread learns in a
+/// moment; what it has brought about by then is dropped.
+fn wait<T: Send>(
+    py: Python<'_>,
+    received: &mut Receiver<T>,
+    stop: &AtomicBool,
+    what: &str,
+) -> PyResult<T> {
+    let mut interrupt = None;
+    loop {
+        let receiver = &mut *received;
+        match py.detach(move || receiver.recv_timeout(SLICE)) {
+            Ok(found) => return interrupt.map_or(Ok(found), Err),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                let text = format!("{what} broke off; its message is above");
+                return Err(RustyError::new_err(text));
+            }
+        }
+        if let Err(error) = py.check_signals() {
+            stop.store(true, Ordering::Relaxed);
+            interrupt = Some(error);
+        }
+    }
+}
 
 /// Joins on a thread.
 pub fn join_meanwhile(
@@ -29,27 +55,10 @@ pub fn join_meanwhile(
         let lone = |session| unsafe { Lone::new(session) };
         let _ = done.send(Sdk::join_until(&args, raised).map(lone));
     });
-    loop {
-        let receiver = &mut joined;
-        match py.detach(move || receiver.recv_timeout(SLICE)) {
-            Ok(session) => {
-                // From here on no other thread knows of it.
-                let _ = joiner.join();
-                return session.map_err(exception);
-            }
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => {
-                return Err(RustyError::new_err("joining broke off; its message is above"));
-            }
-        }
-        if let Err(interrupt) = py.check_signals() {
-            stop.store(true, Ordering::Relaxed);
-            // It learns of it in a moment, and whatever it has brought about is
-            // dropped with a leave message.
-            py.detach(move || drop((joined.recv(), joiner.join())));
-            return Err(interrupt);
-        }
-    }
+    let session = wait(py, &mut joined, stop, "joining");
+    // From here on no other thread knows of it.
+    let _ = joiner.join();
+    session?.map_err(exception)
 }
 
 /// Asks for the next run on a thread.
@@ -64,22 +73,6 @@ pub fn next_run_meanwhile(
             let next = session.get_mut().next_run();
             let _ = done.send(next.map(|run| run.map(|run| run.start().clone())));
         });
-        let mut interrupt = None;
-        loop {
-            let receiver = &mut asked;
-            match py.detach(move || receiver.recv_timeout(SLICE)) {
-                Ok(next) => return interrupt.map_or_else(|| next.map_err(exception), Err),
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => {
-                    let text = "asking for the next run broke off; its message is above";
-                    return Err(RustyError::new_err(text));
-                }
-            }
-            if let Err(error) = py.check_signals() {
-                // The thread learns of it in a moment, and leaves.
-                stop.store(true, Ordering::Relaxed);
-                interrupt = Some(error);
-            }
-        }
+        wait(py, &mut asked, stop, "asking for the next run")?.map_err(exception)
     })
 }

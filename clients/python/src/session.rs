@@ -173,7 +173,7 @@ impl Session {
         turn.reclaim();
         let Some(part) = turn.part() else { return Ok(false) };
         if ending.is_none() {
-            let remedy = "take its ticks until there are none, then ask for the next run";
+            let remedy = "take all its ticks, then ask for the next run";
             return Err(misused(format!("the run has not ended: {remedy}")));
         }
         let told = match next_run_meanwhile(py, &mut part.session, &self.gate.stop) {

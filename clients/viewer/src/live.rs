@@ -58,8 +58,14 @@ pub struct LiveRun {
     ended: Option<Phase>,
 }
 
-/// A belief: its tick, its kind and the number of all its poses, and those that came.
-type Held = (u64, (BeliefKind, u32), Vec<WeightedPose>);
+/// A belief that pages did not get.
+struct Held {
+    tick: u64,
+    /// Its kind, and the number of all its poses.
+    kind: (BeliefKind, u32),
+    /// Those that came.
+    poses: Vec<WeightedPose>,
+}
 
 impl LiveRun {
     /// Observes a run, with the key of `credentials` or the one that its server left for
@@ -279,16 +285,17 @@ impl LiveRun {
         let kind = BeliefKind::of_number(header.kind);
         let (Some(index), Some(kind)) = (header.name().and_then(is_it), kind) else { return };
         if header.run_id == self.observer.start().run_id && tidy(&mut self.poses) > 0 {
-            let whole = header.whole.max(header.count);
-            let held = self.beliefs.entry(index).or_insert((0, (kind, 0), Vec::new()));
-            (held.0, held.1) = (header.tick, (kind, whole));
-            std::mem::swap(&mut held.2, &mut self.poses);
+            let kind = (kind, header.whole.max(header.count));
+            let poses = std::mem::take(&mut self.poses);
+            let before = self.beliefs.insert(index, Held { tick: header.tick, kind, poses });
+            // Its memory serves again.
+            self.poses = before.map_or_else(Vec::new, |before| before.poses);
         }
     }
 
     /// Shows the beliefs that are kept, at once or with the next tick.
     fn show_beliefs(&mut self, hub: &Hub, is_later: bool) {
-        while let Some((index, (tick, kind, poses))) = self.beliefs.pop_first() {
+        while let Some((index, Held { tick, kind, poses })) = self.beliefs.pop_first() {
             hub.belief(index, belief(tick, index, kind, &poses).into(), is_later);
             self.beliefs_at = Some(Instant::now());
         }

@@ -87,9 +87,7 @@ impl Moment {
         bytes.resize(8 * words, 0);
         bytes
     }
-}
 
-impl Moment {
     /// Returns the record of the readings of bumper and sonars; `None` of a tick without.
     #[must_use]
     pub fn encode_readings(&self) -> Option<Vec<u8>> {

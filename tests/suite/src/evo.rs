@@ -2,7 +2,6 @@
 //! or pip finds no evo, tests are skipped with a printed reason; whatever else goes
 //! wrong fails them.
 
-use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -46,14 +45,9 @@ pub fn python() -> Option<&'static Path> {
 }
 
 fn prepare() -> Result<PathBuf, String> {
-    let place = binaries().parent().unwrap().join("evo");
-    fs::create_dir_all(&place).unwrap();
-    // Tests of several processes come here at once.
-    let lock = File::create(place.join("lock")).unwrap();
-    lock.lock().unwrap();
     // A dependency may have more dependencies by now: then all of them.
     let few = [&[EVO, "--no-deps"], &NEEDED[..]].concat();
-    environment(&place, ("ready", EVO), TRIED, &[&few, &[EVO, ROSBAGS, MCAP_ROS2]], run)
+    environment("evo", ("ready", EVO), TRIED, &[&few, &[EVO, ROSBAGS, MCAP_ROS2]], run)
 }
 
 /// What evo says of an estimate compared with the truth, both as files that it reads:

@@ -29,13 +29,8 @@ pub fn script(name: &str) -> String {
 }
 
 fn prepare() -> Result<PathBuf, String> {
-    let built = binaries();
-    let place = built.parent().unwrap().join("python");
-    fs::create_dir_all(&place).unwrap();
-    // Tests of several processes come here at once.
-    let lock = File::create(place.join("lock")).unwrap();
-    lock.lock().unwrap();
-    let python = environment(&place, ("has-numpy", ""), "import numpy", &[&["numpy"]], run)?;
+    let (built, (place, _lock)) = (binaries(), locked("python"));
+    let python = made(&place, ("has-numpy", ""), "import numpy", &[&["numpy"]], run)?;
     let find = "import sysconfig; print(sysconfig.get_path('platlib'))";
     let packages = run(Command::new(&python).args(["-c", find])).unwrap();
     let package = Path::new(packages.trim()).join("rusty");
@@ -55,21 +50,37 @@ const RERUN: &str = "rerun-sdk==0.41.0";
 /// reason, where that cannot be had.
 pub fn rerun() -> Option<PathBuf> {
     static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    let prepare = || {
-        let place = binaries().parent().unwrap().join("rerun");
-        fs::create_dir_all(&place).unwrap();
-        // Tests of several processes come here at once.
-        let lock = File::create(place.join("lock")).unwrap();
-        lock.lock().unwrap();
-        environment(&place, ("ready", RERUN), "import rerun", &[&[RERUN]], run)
-    };
+    let prepare = || environment("rerun", ("ready", RERUN), "import rerun", &[&[RERUN]], run);
     Some(or_skipped(PYTHON.get_or_init(prepare))?.with_file_name("rerun"))
 }
 
-/// The interpreter of a virtual environment in which `tried` works, made once. The
-/// file `ready`, with its text, is there when it is. Each of `installs` is what pip
-/// is asked for, the next one where the one before did not suffice.
+/// A folder below the target folder, and the lock on it: tests of several processes come
+/// there at once.
+fn locked(name: &str) -> (PathBuf, File) {
+    let place = binaries().parent().unwrap().join(name);
+    fs::create_dir_all(&place).unwrap();
+    let lock = File::create(place.join("lock")).unwrap();
+    lock.lock().unwrap();
+    (place, lock)
+}
+
+/// The interpreter of a virtual environment in which `tried` works, made once in the
+/// folder `name` below the target folder. The file `ready`, with its text, is there when
+/// it is. Each of `installs` is what pip is asked for, the next one where the one before
+/// did not suffice.
 pub(crate) fn environment(
+    name: &str,
+    ready: (&str, &str),
+    tried: &str,
+    installs: &[&[&str]],
+    run: fn(&mut Command) -> Result<String, String>,
+) -> Result<PathBuf, String> {
+    let (place, _lock) = locked(name);
+    made(&place, ready, tried, installs, run)
+}
+
+/// The same in a folder that is locked.
+fn made(
     place: &Path,
     (ready, text): (&str, &str),
     tried: &str,

@@ -1,13 +1,12 @@
 //! A Python with Ray in it, for tests. Where pip does not find this version, tests are
 //! skipped with a printed reason.
 
-use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::sync::OnceLock;
 
+use crate::Folder;
 use crate::python::{environment, or_skipped, run};
-use crate::{Folder, binaries};
 
 /// The version that sweeps are tested with.
 const PACKAGE: &str = "ray==2.60.0";
@@ -17,6 +16,7 @@ const PACKAGE: &str = "ray==2.60.0";
 pub fn ray(place: &Folder) -> Option<Command> {
     static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     let ours = crate::python::python()?;
+    let prepare = || environment("ray", ("ready", PACKAGE), "import ray", &[&[PACKAGE]], run);
     let python = or_skipped(PYTHON.get_or_init(prepare))?;
     let find = "import sysconfig; print(sysconfig.get_path('platlib'))";
     let packages = run(Command::new(ours).args(["-c", find])).unwrap();
@@ -25,13 +25,4 @@ pub fn ray(place: &Folder) -> Option<Command> {
     // Ray writes a token there.
     command.env("HOME", place.path()).env("RAY_ADDRESS", "local");
     Some(command)
-}
-
-fn prepare() -> Result<PathBuf, String> {
-    let place: &Path = &binaries().parent().unwrap().join("ray");
-    fs::create_dir_all(place).unwrap();
-    // Tests of several processes come here at once.
-    let lock = File::create(place.join("lock")).unwrap();
-    lock.lock().unwrap();
-    environment(place, ("ready", PACKAGE), "import ray", &[&[PACKAGE]], run)
 }

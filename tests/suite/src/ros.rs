@@ -2,7 +2,6 @@
 //! ROS, and no other test's. Where the wheels cannot be installed (they are made for CPython
 //! 3.11 on x86-64), tests are skipped with a printed reason.
 
-use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -80,10 +79,5 @@ impl Ros {
 }
 
 fn prepare() -> Result<PathBuf, String> {
-    let place = binaries().parent().unwrap().join("ros2");
-    fs::create_dir_all(&place).unwrap();
-    // Tests of several processes come here at once.
-    let lock = File::create(place.join("lock")).unwrap();
-    lock.lock().unwrap();
-    environment(&place, ("ready", &PACKAGES.join(" ")), TRIED, &[&PACKAGES], run)
+    environment("ros2", ("ready", &PACKAGES.join(" ")), TRIED, &[&PACKAGES], run)
 }

@@ -248,8 +248,8 @@ def kubernetes_job(
     path = Path(manifest)
     plan = json.loads(toml_json(path.read_text(encoding="utf-8")))
     files = [f"/sweep/{name}" for name in (path.name, path.with_suffix(".parts").name)]
-    shard, parts = map(shlex.quote, files)
-    command = f'exec sim-server sweep run {shard} --shard "$JOB_COMPLETION_INDEX" --out {parts}'
+    source, parts = map(shlex.quote, files)
+    command = f'exec sim-server sweep run {source} --shard "$JOB_COMPLETION_INDEX" --out {parts}'
     container = {
         "name": "shard",
         "image": image,

@@ -27,7 +27,7 @@ impl Session {
         let Source::Live(link) = &mut self.source else { return Ok(None) };
         if self.ending.is_none() {
             self.failed = true;
-            let remedy = "take its ticks until there are none, then ask for the next run";
+            let remedy = "take all its ticks, then ask for the next run";
             return Err(ClientError::Unusable(format!("the run has not ended: {remedy}")));
         }
         let stopped = self.stop.load(Ordering::Relaxed);

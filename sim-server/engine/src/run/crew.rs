@@ -135,7 +135,7 @@ impl Crew {
         slots.filter_map(|(slot, _)| Some(roster.get(slot)?.name.clone())).collect()
     }
 
-    /// Replies to those who have asked for a next run that there is none, and waits for all
+    /// Refuses all requests for a next run, and waits for all
     /// processes to end. Returns those that did not end well: slot and how.
     pub fn finish(mut self) -> Vec<(usize, String)> {
         let waits = |pid: &u32| self.series.waiting.iter().any(|w| w.pid == *pid);

@@ -1,5 +1,5 @@
-//! Odometry compared with the corrected poses of a recording, and gaps in it where there
-//! are none.
+//! Odometry compared with the corrected poses of a recording, and its gaps in a recording
+//! without such poses.
 
 use rusty_geometry::SE2;
 
@@ -25,6 +25,16 @@ pub(super) struct Gap {
 }
 
 impl Gap {
+    /// The interval between two poses with their stamps, s, which ends at `line`.
+    fn between((last, last_s): (SE2, f64), (pose, stamp_s): (SE2, f64), line: u64) -> Self {
+        Self {
+            line,
+            turn_rad: pose.boxminus(&last).z,
+            distance_m: distance_m(&last, &pose),
+            gap_s: stamp_s - last_s,
+        }
+    }
+
     fn moves(&self) -> bool {
         self.distance_m > MOVED_M || self.turn_rad.abs() > TURNED_RAD
     }
@@ -78,14 +88,9 @@ impl Judge {
             self.path_from = Some(pose);
             self.path_m += step_m;
         }
-        if let Some((last, last_s)) = self.last.replace((pose, stamp_s)) {
+        if let Some(last) = self.last.replace((pose, stamp_s)) {
             self.intervals += 1;
-            let gap = Gap {
-                line,
-                turn_rad: pose.boxminus(&last).z,
-                distance_m: distance_m(&last, &pose),
-                gap_s: stamp_s - last_s,
-            };
+            let gap = Gap::between(last, (pose, stamp_s), line);
             if !has_odometry && gap.moves() {
                 self.missing += 1;
                 gap.keep_worse_in(&mut self.worst);
@@ -94,14 +99,9 @@ impl Judge {
     }
     /// Takes a reading of the odometry.
     fn reading(&mut self, pose: SE2, stamp_s: f64, line: u64) {
-        let Some((last, last_s)) = self.last_reading.replace((pose, stamp_s)) else { return };
+        let Some(last) = self.last_reading.replace((pose, stamp_s)) else { return };
         self.readings += 1;
-        let gap = Gap {
-            line,
-            turn_rad: pose.boxminus(&last).z,
-            distance_m: distance_m(&last, &pose),
-            gap_s: stamp_s - last_s,
-        };
+        let gap = Gap::between(last, (pose, stamp_s), line);
         if gap.gap_s > GAP_S && gap.moves() {
             self.gaps += 1;
             gap.keep_worse_in(&mut self.worst_gap);

@@ -16,12 +16,12 @@ use rusty_engine::run::{Crew, Outcome, RunBuilder, Stop};
 use rusty_engine::scenario_file;
 use rusty_engine::source::{Simulated, simulated_header};
 
+use super::answer_digests::{AnswerDigests, DigestingSource};
 use super::error::SweepError;
 use super::journal::encoded;
 use super::plan::Plan;
 use super::record::Record;
 use super::run_report::{LostClient, RunReport, failed, in_words};
-use super::witness::{Heard, Witness};
 use super::workers::Maker;
 
 /// The largest log that is written to shared memory, bytes.
@@ -73,7 +73,7 @@ struct AtWork {
 /// The first run of a crew, in new processes.
 struct First {
     run: u64,
-    heard: Heard,
+    digests: AnswerDigests,
     record: Record,
     /// Names of the participants whose processes have stayed.
     stayed: Vec<String>,
@@ -148,7 +148,7 @@ impl<'p> Crews<'p> {
         at_work: AtWork,
         on_loss: OnLoss,
         run: u64,
-    ) -> Result<(AtWork, RunReport, Heard), SweepError> {
+    ) -> Result<(AtWork, RunReport, AnswerDigests), SweepError> {
         let (cell, seed) = self.plan.place(run);
         let AtWork { crew, rules, out, first, remarks } = at_work;
         // What an earlier run wrote is not of this one.
@@ -158,11 +158,12 @@ impl<'p> Crews<'p> {
         let mut config = self.plan.cells[cell].config.clone();
         config.seed = seed;
         let header = simulated_header(config, rules.roster.clone(), on_loss);
-        let mut source = Witness::new(Simulated::new(header)?);
+        // Only the first run and its repetition are compared.
+        let mut source = DigestingSource::new(Simulated::new(header)?, crew.runs() < 2);
         let made = crew.run(&mut source, &out);
         let (outcome, crew) = made.map_err(|e| failed(self.plan, run, e.to_string()))?;
         let report = report(&outcome, &rules.roster, &out);
-        Ok((AtWork { crew, rules, out, first, remarks }, report, source.heard()))
+        Ok((AtWork { crew, rules, out, first, remarks }, report, source.digests()))
     }
 
     /// Repeats the first run of a crew in the same processes; `None` if it was stopped. Of
@@ -173,7 +174,7 @@ impl<'p> Crews<'p> {
         on_loss: OnLoss,
         first: &First,
     ) -> Result<Option<AtWork>, SweepError> {
-        let (mut at_work, report, heard) = self.run(at_work, on_loss, first.run)?;
+        let (mut at_work, report, digests) = self.run(at_work, on_loss, first.run)?;
         if self.stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
@@ -187,7 +188,7 @@ impl<'p> Crews<'p> {
             let names = names.join(", ");
             Err(SweepError::CarriedOver { names, seed, cell: cell.clone(), found })
         };
-        if let Some((tick, mut names)) = first.heard.first_difference(&heard) {
+        if let Some((tick, mut names)) = first.digests.first_difference(&digests) {
             names.retain(|name| first.stayed.iter().any(|stayed| stayed == name));
             // Others may answer at random: their processes are new ones in each run.
             if !names.is_empty() {
@@ -230,7 +231,7 @@ impl Maker for Crews<'_> {
             let Some(checked) = self.check(at_work, on_loss, &first)? else { return Ok(None) };
             at_work = checked;
         }
-        let (mut at_work, mut report, heard) = self.run(at_work, on_loss, run)?;
+        let (mut at_work, mut report, digests) = self.run(at_work, on_loss, run)?;
         report.remarks.append(&mut at_work.remarks);
         if report.ended == "interrupted" {
             self.at_work = Some(at_work);
@@ -241,7 +242,7 @@ impl Maker for Crews<'_> {
         let stayed = at_work.crew.stayed(&at_work.rules.roster);
         let is_whole = record.lost.is_none();
         if is_first && is_whole && !stayed.is_empty() {
-            at_work.first = Some(First { run, heard, record: record.clone(), stayed });
+            at_work.first = Some(First { run, digests, record: record.clone(), stayed });
         }
         self.at_work = Some(at_work);
         if is_first && !is_whole {

@@ -21,6 +21,7 @@
 //! * [`error`].
 
 pub mod anees;
+mod answer_digests;
 pub mod band;
 pub mod bands_text;
 pub mod cell;
@@ -58,7 +59,6 @@ mod short;
 pub mod summary;
 pub mod table;
 pub mod track;
-mod witness;
 pub mod workers;
 
 pub use anees::{AneesText, anees};

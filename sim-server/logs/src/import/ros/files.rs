@@ -18,10 +18,6 @@ use crate::import::ImportError;
 
 /// Largest chunk that is unpacked, bytes. rosbag2 writes less than one MiB.
 const MAX_CHUNK_BYTES: u64 = 64 << 20;
-/// Bytes of a record before its content: kind and length.
-const HEAD_BYTES: usize = 9;
-/// Bytes of a message before its content: channel, sequence, two times.
-const MESSAGE_HEAD_BYTES: usize = 22;
 
 /// A topic of a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -168,32 +164,23 @@ impl Files {
     /// Reads a record: channel, time and place of a message, or nothing of another kind.
     fn record(&mut self) -> Result<Option<(u16, u64, Range<usize>)>, String> {
         const CUT: &str = "a record is longer than its chunk";
-        let rest = &self.chunk[self.at..];
-        let (opcode, length) = match rest {
-            [opcode, a, b, c, d, e, f, g, h, ..] => {
-                (*opcode, u64::from_le_bytes([*a, *b, *c, *d, *e, *f, *g, *h]))
-            }
-            _ => return Err(CUT.to_owned()),
-        };
-        let length = usize::try_from(length).map_err(|_| CUT.to_owned())?;
-        let body = rest[HEAD_BYTES..].get(..length).ok_or(CUT)?;
-        let start = self.at + HEAD_BYTES;
-        self.at = start + length;
+        let mut rest = Fields(&self.chunk[self.at..]);
+        let head = rest.take().and_then(|[opcode]| Ok((opcode, rest.u64()?)));
+        let (opcode, length) = head.map_err(|_| CUT)?;
+        let mut fields = Fields(rest.bytes(length).map_err(|_| CUT)?);
+        let end = self.chunk.len() - rest.0.len();
+        self.at = end;
         match opcode {
             op::MESSAGE => {
-                let [a, b, _, _, _, _, time @ .., _, _, _, _, _, _, _, _] = body
-                    .first_chunk::<MESSAGE_HEAD_BYTES>()
-                    .ok_or("a message is shorter than its head")?;
-                let found = (u16::from_le_bytes([*a, *b]), u64::from_le_bytes(*time));
-                return Ok(Some((found.0, found.1, start + MESSAGE_HEAD_BYTES..start + length)));
+                let (id, _sequence) = (fields.u16()?, fields.u32()?);
+                let (log_ns, _publish_ns) = (fields.u64()?, fields.u64()?);
+                return Ok(Some((id, log_ns, end - fields.0.len()..end)));
             }
             op::SCHEMA => {
-                let mut fields = Fields(body);
                 let id = fields.u16()?;
                 self.types.insert(id, fields.text()?);
             }
             op::CHANNEL => {
-                let mut fields = Fields(body);
                 let (id, schema) = (fields.u16()?, fields.u16()?);
                 let type_name = self.types.get(&schema).cloned().unwrap_or_default();
                 let (topic, encoding) = (fields.text()?, fields.text()?);

@@ -23,7 +23,7 @@ const ANIMATION: &str = "data:text/html,<canvas id=c width=720 height=640></canv
 /// What is there next to the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Company {
-    Nobody,
+    Alone,
     Viewer,
     Page,
     EmptyPage,
@@ -32,7 +32,7 @@ enum Company {
 }
 
 const ALL: [Company; 6] = [
-    Company::Nobody,
+    Company::Alone,
     Company::Viewer,
     Company::Page,
     Company::EmptyPage,
@@ -43,7 +43,7 @@ const ALL: [Company; 6] = [
 impl Company {
     fn text(self) -> &'static str {
         match self {
-            Self::Nobody => "nothing",
+            Self::Alone => "nothing",
             Self::Viewer => "a viewer without a page",
             Self::Page => "a viewer with an open page",
             Self::EmptyPage => "no viewer, and a browser with an empty page",
@@ -67,14 +67,14 @@ pub fn measure(runs: usize) {
     for _ in 0..runs {
         // The machine may become slower meanwhile: each is compared with the runs alone
         // before and after it.
-        let mut before = run(Company::Nobody);
-        for company in ALL.into_iter().filter(|company| *company != Company::Nobody) {
+        let mut before = run(Company::Alone);
+        for company in ALL.into_iter().filter(|company| *company != Company::Alone) {
             let found = run(company);
-            let after = run(Company::Nobody);
+            let after = run(Company::Alone);
             let calm = (before.ticks_per_s + after.ticks_per_s) / 2.0;
             all.entry(company).or_default().push((found.ticks_per_s / calm, found));
             let earlier = std::mem::replace(&mut before, after);
-            all.entry(Company::Nobody).or_default().push((1.0, earlier));
+            all.entry(Company::Alone).or_default().push((1.0, earlier));
         }
     }
     println!("A run at full speed with three estimators, a scorer and a logger; next to it:");
@@ -84,7 +84,7 @@ pub fn measure(runs: usize) {
         };
         println!("  {}:", company.text());
         print("    ticks", "per s", &mut figure(|f| f.ticks_per_s));
-        if *company == Company::Nobody {
+        if *company == Company::Alone {
             continue;
         }
         let mut ratios: Vec<f64> = found.iter().map(|(ratio, _)| *ratio).collect();
@@ -98,7 +98,7 @@ pub fn measure(runs: usize) {
 fn run(company: Company) -> Figures {
     let out = folder();
     match company {
-        Company::Nobody => alone(out.path(), None),
+        Company::Alone => alone(out.path(), None),
         Company::Viewer => watched(out.path(), None),
         Company::Page => watched(out.path(), Some(crate::browser())),
         Company::EmptyPage => alone(out.path(), Some(crate::browser())),
