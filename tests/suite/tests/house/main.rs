@@ -4,6 +4,7 @@ mod arrows;
 mod first_filter;
 mod handbook;
 mod house_rules;
+mod licences;
 mod streams;
 
 use std::fs;
