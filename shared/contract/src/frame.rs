@@ -208,6 +208,15 @@ impl Frame {
         self.digest = self.observable_digest();
     }
 
+    /// Becomes the sealed tick that `other` is. Of run, clock, losses and tags, which are
+    /// still to be written, nothing is taken.
+    pub fn copy_tick(&mut self, other: &Self) {
+        (self.phase, self.lost) = (other.phase, 0);
+        (self.digest, self.sealed) = (other.digest, other.sealed);
+        let tick = other.observable();
+        bytemuck::bytes_of_mut(self)[OBSERVABLE_FROM..][..tick.len()].copy_from_slice(tick);
+    }
+
     /// Turns the frame into the end of a run.
     pub fn end(&mut self, phase: Phase, ticks_done: u64) {
         self.begin(ticks_done, 0.0, EncoderCounts::default(), Twist::default());

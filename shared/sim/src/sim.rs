@@ -237,6 +237,14 @@ impl Sim {
         self.robot.limit(command)
     }
 
+    /// Draws the noise of the next tick's scan, if it has one: most of what a scan costs,
+    /// and it depends on no command. [`step`](Self::step) does the same without it.
+    pub fn prepare(&mut self) {
+        if self.ticks_done.checked_rem(self.config.scan_every) == Some(0) {
+            self.lidar_noise.draw(self.ticks_done, self.lidar.beams());
+        }
+    }
+
     /// One tick: takes the script's command (or `driver`'s, where the script is
     /// "driver"; `None` stands), carries the robot away where the configuration
     /// has a kidnapping, moves it, and writes tick, time, encoder

@@ -71,7 +71,7 @@ fn one(
     config.ticks = 1 << 32;
     let mut cores = None;
     let stamps = Stamps::new(0, 0, Vec::new());
-    stage.drive(config, &roster, how, stamps, |pids| {
+    stage.at_pace(config, &roster, how, stamps, |pids| {
         cores = watch(pids, seconds, stage);
         // Enough was seen; this run ends as by Ctrl-C.
         stage.stop.raise();

@@ -78,8 +78,8 @@ pub fn mix() -> Vec<Participant> {
 }
 
 impl Stage<'_> {
-    /// One run of `config` with the participants of `roster`: its ticks.
-    /// `None` if it was asked to stop.
+    /// One run of `config` with the participants of `roster`: its ticks, the next made
+    /// while this one is worked on if `overlap`. `None` if it was asked to stop.
     ///
     /// # Errors
     /// [`BenchError`] if it cannot be set up, or a participant was lost in it.
@@ -87,19 +87,21 @@ impl Stage<'_> {
         &self,
         config: &RunConfig,
         roster: &[Participant],
+        overlap: bool,
     ) -> Result<Option<Sample>, BenchError> {
         let stamps = Stamps::new(self.warm_up, self.rounds, Vec::new());
         let ticks = stamps.rounds_in_all() as u64;
         let config = RunConfig { ticks, ..config.clone() };
-        Ok(self.drive(config, roster, (Pace::Max, false), stamps, |_| {})?.and_then(Stamps::finish))
+        let builder = RunBuilder { overlap, ..self.builder() };
+        Ok(self.drive(builder, config, roster, stamps, |_| {})?.and_then(Stamps::finish))
     }
 
-    /// One run, at a pace, paused or not. `beside` runs next to it and gets the
+    /// One run at a pace, paused or not. `beside` runs next to it and gets the
     /// participants' processes. `None` if it was interrupted.
     ///
     /// # Errors
     /// [`BenchError`] if it cannot be set up, or a participant was lost in it.
-    pub fn drive(
+    pub fn at_pace(
         &self,
         config: RunConfig,
         roster: &[Participant],
@@ -107,10 +109,22 @@ impl Stage<'_> {
         stamps: Stamps,
         beside: impl FnOnce(&[u32]) + Send,
     ) -> Result<Option<Stamps>, BenchError> {
+        let builder = RunBuilder { pace, paused, ..self.builder() };
+        self.drive(builder, config, roster, stamps, beside)
+    }
+
+    fn drive(
+        &self,
+        builder: RunBuilder,
+        config: RunConfig,
+        roster: &[Participant],
+        stamps: Stamps,
+        beside: impl FnOnce(&[u32]) + Send,
+    ) -> Result<Option<Stamps>, BenchError> {
         let stamps = RefCell::new(stamps);
         let header = simulated_header(config, roster.to_vec(), OnLoss::Abort);
         let mut source = Simulated::new(header)?.before_each_tick(|_| stamps.borrow_mut().stamp());
-        let prepared = RunBuilder { pace, paused, ..self.builder() }.prepare(roster)?;
+        let prepared = builder.prepare(roster)?;
         let out_dir = out_dir(prepared.domain())?;
         let run = prepared.build(&mut source, &out_dir)?;
         let pids = run.processes();

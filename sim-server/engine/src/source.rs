@@ -33,6 +33,15 @@ pub trait FrameSource {
         frame: &mut Frame,
     ) -> Result<Option<SE2>, SourceError>;
 
+    /// Whether the next tick is the same whatever the participants answer, so that it may
+    /// be made before they do.
+    fn needs_no_answer(&self) -> bool {
+        false
+    }
+
+    /// Does what of the next tick depends on no answer, where the whole does.
+    fn prepare(&mut self) {}
+
     /// Whether the next tick may happen: where robots share a world, once all are ready
     /// for it. `driver` is as for [`make`](Self::make).
     ///
@@ -154,6 +163,14 @@ impl FrameSource for Simulated<'_> {
             seat.commands(course.tick(), |place, command| course.drive_other(place, command));
         }
         Ok(Some(self.course.step(driver, frame)?))
+    }
+
+    fn needs_no_answer(&self) -> bool {
+        self.seat.is_none() && !self.header.config.script.is_driver()
+    }
+
+    fn prepare(&mut self) {
+        self.course.prepare();
     }
 
     fn is_ready(&mut self, driver: Option<Twist>) -> Result<bool, SourceError> {

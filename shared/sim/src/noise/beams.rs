@@ -35,6 +35,8 @@ pub struct LidarNoise {
     words: Vec<[u64; 2]>,
     bits: Vec<u64>,
     normals: Vec<f64>,
+    /// Tick and number of beams of the draws that are there.
+    drawn: Option<(u64, usize)>,
 }
 
 impl LidarNoise {
@@ -43,13 +45,15 @@ impl LidarNoise {
     pub fn new(seed: u64) -> Self {
         let stream = Stream::new(seed, Source::Lidar);
         let glass = TickNoise::glass(seed);
-        Self { stream, glass, words: Vec::new(), bits: Vec::new(), normals: Vec::new() }
+        let (words, bits, normals) = (Vec::new(), Vec::new(), Vec::new());
+        Self { stream, glass, words, bits, normals, drawn: None }
     }
 
     /// The noise of another seed. Keeps the room it has.
     pub fn restart(&mut self, seed: u64) {
         self.stream = Stream::new(seed, Source::Lidar);
         self.glass = TickNoise::glass(seed);
+        self.drawn = None;
     }
 
     /// The uniform number in [0, 1) of `beam` at the pane of glass with the index
@@ -63,7 +67,17 @@ impl LidarNoise {
     /// are never more than [`BEAM_SLOTS`]. Any tick may be asked for, in any
     /// order. Allocates when a scan has more beams than any before it.
     pub fn at(&mut self, tick: u64, beams: usize) -> impl Iterator<Item = BeamDraw> + '_ {
+        self.draw(tick, beams);
+        let draws = self.words.iter().zip(&self.normals);
+        draws.map(|([bits, _], z)| BeamDraw { u: uniform(*bits), z: *z })
+    }
+
+    /// Makes the draws of [`at`](Self::at), if they are not there.
+    pub fn draw(&mut self, tick: u64, beams: usize) {
         let beams = beams.min(BEAM_SLOTS);
+        if self.drawn.replace((tick, beams)) == Some((tick, beams)) {
+            return;
+        }
         self.words.resize(beams, [0; 2]);
         self.normals.resize(beams, 0.0);
         self.stream.seek(u128::from(tick) << 13);
@@ -71,8 +85,6 @@ impl LidarNoise {
         self.bits.clear();
         self.bits.extend(self.words.iter().map(|[_, bits]| bits));
         standard_normals(&self.bits, &mut self.normals);
-        let draws = self.words.iter().zip(&self.normals);
-        draws.map(|([bits, _], z)| BeamDraw { u: uniform(*bits), z: *z })
     }
 }
 

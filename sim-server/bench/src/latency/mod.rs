@@ -2,7 +2,8 @@
 //! machine alone.
 //!
 //! For each number of clients, beams and scans there are repetitions; each is a
-//! run of the server with real client processes, then the transport without a
+//! run of the server with real client processes, the same with each tick made after the
+//! answers to the one before it (*in order*), then the transport without a
 //! protocol ([`rusty_link::raw`]), then the machine's floor
 //! ([`rusty_link::floor`]), with as many processes that wait in the same way. So
 //! whatever disturbs the machine meets all three, and the ratios are taken
@@ -49,8 +50,8 @@ pub struct Plan {
     pub quiet: bool,
 }
 
-/// The columns: quantiles; ratios; what a tick uses; another program.
-const TABLES: [&[(&str, usize)]; 4] = [
+/// The columns: quantiles; ratios; ticks in order; what a tick uses; another program.
+const TABLES: [&[(&str, usize)]; 5] = [
     &[("p50_ns", 0), ("p90_ns", 0), ("p99_ns", 0), ("p99_9_ns", 0), ("max_ns", 0), ("per_s", 0)],
     &[
         ("p50_by_repetition_ns", 0),
@@ -59,6 +60,7 @@ const TABLES: [&[(&str, usize)]; 4] = [
         ("tick_over_raw", 2),
         ("raw_over_floor", 2),
     ],
+    &[("in_order_p50_ns", 0), ("in_order_per_s", 0), ("tick_over_in_order", 2)],
     &[
         ("server_cpu_ns", 0),
         ("clients_cpu_ns", 0),
@@ -127,21 +129,26 @@ impl Plan {
         noise: &mut NoiseMeter,
     ) -> Result<Option<Vec<Row>>, BenchError> {
         let clients = case.roster.len();
-        let (mut tick, mut raw, mut floor) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut tick, mut in_order) = (Vec::new(), Vec::new());
+        let (mut raw, mut floor) = (Vec::new(), Vec::new());
         let (mut other, other_roster) = (Vec::new(), replaced(&case.roster, &self.beside));
         for _ in 0..self.repeat {
             let samples = (
-                stage.ticks(&case.config, &case.roster)?,
+                stage.ticks(&case.config, &case.roster, true)?,
+                stage.ticks(&case.config, &case.roster, false)?,
                 stage.bare(Bare::Raw, clients)?,
                 stage.bare(Bare::Floor, clients)?,
             );
-            let (Some(a), Some(b), Some(c)) = samples else { return Ok(None) };
+            let (Some(a), Some(b), Some(c), Some(d)) = samples else { return Ok(None) };
             tick.push(a);
-            raw.push(b);
-            floor.push(c);
+            in_order.push(b);
+            raw.push(c);
+            floor.push(d);
             if !self.beside.is_empty() {
-                let Some(d) = stage.ticks(&case.config, &other_roster)? else { return Ok(None) };
-                other.push(d);
+                let Some(e) = stage.ticks(&case.config, &other_roster, true)? else {
+                    return Ok(None);
+                };
+                other.push(e);
             }
             noise.look();
         }
@@ -149,12 +156,15 @@ impl Plan {
         if stage.stop.is_raised() {
             return Ok(None);
         }
-        let (tick, raw, floor) = (Repeated::of(tick), Repeated::of(raw), Repeated::of(floor));
+        let (tick, in_order) = (Repeated::of(tick), Repeated::of(in_order));
+        let (raw, floor) = (Repeated::of(raw), Repeated::of(floor));
         let mut row = case.row(&case.title());
         row = tick.measured.put(row, "");
+        row = in_order.measured.put(row, "in_order_");
         row = raw.measured.put(row, "raw_");
         row = floor.measured.put(row, "floor_");
         row = row
+            .with("tick_over_in_order", tick.over(&in_order))
             .with("tick_over_raw", tick.over(&raw))
             .with("raw_over_floor", raw.over(&floor))
             .with("system_calls", calls::text(&system_calls));

@@ -11,6 +11,7 @@
 //!
 //! A [`Crew`] makes one run after the other with the same shared memory and processes.
 
+mod ahead;
 mod arguments;
 mod catch_up;
 mod child;
@@ -53,6 +54,7 @@ use std::time::Instant;
 use rusty_contract::{OnLoss, Participant, Phase, RunDigest, RunName, Timing};
 use rusty_link::{Domain, LinkError, monotonic_ns};
 
+use self::ahead::Ahead;
 use self::control::Control;
 use self::crew::Series;
 use self::ledger::Ledger;
@@ -106,6 +108,9 @@ pub struct Outcome {
 /// after the shared memory is closed, and before its traces are removed.
 pub struct Run<'a> {
     source: &'a mut dyn FrameSource,
+    ahead: Ahead,
+    /// Whether the next tick is made while the participants work on this one.
+    overlaps: bool,
     identity: RunIdentity,
     lockstep: Lockstep,
     series: Series,
@@ -139,6 +144,8 @@ impl<'a> Run<'a> {
             stop,
             progress: Progress::new(ticks, options.quiet || options.leader.is_some())
                 .about(options.robot.as_deref()),
+            ahead: Ahead::new(),
+            overlaps: options.overlap,
             leader: options.leader.clone(),
             finished: false,
             domain,
@@ -242,7 +249,7 @@ impl<'a> Run<'a> {
         self.pacer.began.get_or_insert_with(Instant::now);
         self.progress.goes_on_at(tick);
         let mut frame = self.wire.link.loan()?;
-        let truth = match self.source.make(command, &mut frame) {
+        let truth = match self.ahead.make(self.source, command, &mut frame, &self.identity.key) {
             Ok(truth) => truth,
             Err(e) => {
                 self.end_for(e);
@@ -251,7 +258,6 @@ impl<'a> Run<'a> {
         };
         frame.run_id = self.identity.run_id;
         frame.set_lost(self.lockstep.lost());
-        frame.seal(&self.identity.key, truth);
         self.ledger.chain.frame(&frame, truth);
         let digest = frame.digest();
         let now = self.wire.publish(frame, self.lockstep.joined())?;
@@ -259,6 +265,10 @@ impl<'a> Run<'a> {
         self.pacer.published(tick, now);
         let waiting = self.lockstep.slots().iter().filter(|s| s.is_present());
         self.wire.link.wake_sleepers(waiting.map(|s| (s.waiting_since_ns, s.awake_ns)));
+        // With a pace to keep there is time after the answers.
+        if self.overlaps && !self.pacer.has_pace() && tick + 1 < self.source.tick_count() {
+            self.ahead.prepare(self.source, &self.identity.key);
+        }
         Ok(true)
     }
 

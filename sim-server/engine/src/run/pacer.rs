@@ -147,6 +147,11 @@ impl Pacer {
         }
     }
 
+    /// Whether ticks wait for a clock.
+    pub(super) fn has_pace(&self) -> bool {
+        self.pace != Pace::Max
+    }
+
     pub(super) fn is_paused(&self) -> bool {
         self.allowed == Some(0)
     }

@@ -39,6 +39,9 @@ pub struct RunBuilder {
     pub answer_timeout_s: f64,
     /// Whether all participants are started by hand.
     pub by_hand: bool,
+    /// Whether the server makes the next tick, or what of it depends on no answer, while
+    /// the participants work on this one. It changes no bit of the run.
+    pub overlap: bool,
     /// Whether it shows no progress.
     pub quiet: bool,
     /// Whether scorers draw a report.
@@ -74,6 +77,7 @@ impl RunBuilder {
             join_timeout_s,
             answer_timeout_s,
             by_hand: false,
+            overlap: true,
             quiet: true,
             report: true,
             stop: None,

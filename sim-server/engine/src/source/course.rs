@@ -68,6 +68,11 @@ impl Course {
         self.sim.limit(command)
     }
 
+    /// Draws the noise of the next tick, see [`Sim::prepare`].
+    pub fn prepare(&mut self) {
+        self.sim.prepare();
+    }
+
     /// The next tick, written into `frame`, unsealed; the true pose after it.
     ///
     /// # Errors

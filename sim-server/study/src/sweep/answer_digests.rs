@@ -41,6 +41,14 @@ impl FrameSource for DigestingSource<'_> {
         self.source.make(driver, frame)
     }
 
+    fn needs_no_answer(&self) -> bool {
+        self.source.needs_no_answer()
+    }
+
+    fn prepare(&mut self) {
+        self.source.prepare();
+    }
+
     fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
         self.source.again()
     }

@@ -3,6 +3,7 @@
 mod control;
 mod fork;
 mod must_not_matter;
+mod overlap;
 mod recorded;
 mod robots;
 mod same_bits;
