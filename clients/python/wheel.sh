@@ -1,18 +1,22 @@
 #!/usr/bin/env bash
-# Builds the wheel with all programs: the Python package, `sim-server`, and a script for
-# each client in it. Needs `pip install wheel`, which adds them to maturin's wheel.
+# Builds the wheel with all programs: the Python package, the module of `rusty.gym`,
+# `sim-server`, and a script for each client in it. Needs `pip install wheel`, which adds
+# them to maturin's wheel.
 #
 #   clients/python/wheel.sh [OUT]                 for Linux with glibc 2.28 or newer; needs
 #                                                 `pip install maturin ziglang cargo-zigbuild`
-#   clients/python/wheel.sh --binary FILE WHEEL [OUT]   of a binary and a wheel without it
+#   clients/python/wheel.sh --binary FILE MODULE WHEEL [OUT]   of a binary, the library of
+#                                                 rusty-gym, and a wheel without them
 set -euo pipefail
 work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT
+gym_stub="$(realpath "$(dirname "$0")/../../sim-server/gym/python/rusty/_gym.pyi")"
 
 if [ "${1-}" = --binary ]; then
     binary="$(realpath "$2")"
-    wheel="$(realpath "$3")"
-    out="$(realpath "${4-.}")"
+    gym="$(realpath "$3")"
+    wheel="$(realpath "$4")"
+    out="$(realpath "${5-.}")"
 else
     out="$(realpath "${1-.}")"
     cd "$(dirname "$0")"
@@ -22,8 +26,9 @@ else
         --out "$work/module"
     wheel="$(echo "$work"/module/*.whl)"
     cargo zigbuild --profile dist --manifest-path ../../Cargo.toml -p sim-server \
-        --target "$target.2.28"
+        -p rusty-gym --target "$target.2.28"
     binary="$CARGO_TARGET_DIR/$target/dist/sim-server"
+    gym="$CARGO_TARGET_DIR/$target/dist/lib_gym.so"
 fi
 
 python3 -m wheel unpack --dest "$work" "$wheel"
@@ -32,6 +37,8 @@ package="$(echo "$work"/rusty_lab-*)"
 scripts="$package/$(basename "$package").data/scripts"
 mkdir -p "$scripts"
 strip -o "$scripts/sim-server" "$binary"
+strip -o "$package/rusty/_gym.abi3.so" "$gym"
+cp "$gym_stub" "$package/rusty/"
 for client in $("$binary" programs | sed '1d; s/ .*//'); do
     # These would hide programs of the system.
     case "$client" in logger | view) continue ;; esac

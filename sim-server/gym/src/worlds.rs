@@ -20,6 +20,9 @@ const MAX_WORLDS: usize = 1 << 16;
 /// The most threads of one object.
 const MAX_THREADS: usize = 1 << 10;
 
+/// The fewest worlds that are worth another thread's attention.
+const MIN_LANES: usize = 32;
+
 /// Worlds of one scenario, which differ in their seeds. Results do not depend on the
 /// number of threads.
 #[pyclass(module = "rusty._gym")]
@@ -153,7 +156,7 @@ impl Worlds {
             Some(pool) => py.detach(|| {
                 pool.install(|| {
                     let work = lanes.par_iter_mut().zip(commands.par_iter().zip(skipped));
-                    work.for_each_init(Frame::boxed, step);
+                    work.with_min_len(MIN_LANES).for_each_init(Frame::boxed, step);
                 });
             }),
         }

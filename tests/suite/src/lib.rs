@@ -13,6 +13,7 @@ mod documents;
 pub mod evo;
 pub mod fuzz;
 mod guard;
+pub mod gymnasium;
 pub mod hand;
 mod live;
 mod logs;
@@ -97,7 +98,7 @@ pub fn binaries() -> &'static Path {
         build.args(["-p", "rusty-widgets", "-p", "rusty-tests"]);
         // With it other crates are built with the features that the whole
         // workspace gives them: those of `cargo test --workspace`.
-        build.args(["--lib", "-p", "rusty-python"]);
+        build.args(["--lib", "-p", "rusty-python", "-p", "rusty-gym"]);
         build.arg("--target-dir").arg(folder.parent().unwrap());
         if folder.ends_with("release") {
             build.arg("--release");

@@ -31,16 +31,29 @@ pub fn script(name: &str) -> String {
 fn prepare() -> Result<PathBuf, String> {
     let (built, (place, _lock)) = (binaries(), locked("python"));
     let python = made(&place, ("has-numpy", ""), "import numpy", &[&["numpy"]], run)?;
-    let find = "import sysconfig; print(sysconfig.get_path('platlib'))";
-    let packages = run(Command::new(&python).args(["-c", find])).unwrap();
-    let package = Path::new(packages.trim()).join("rusty");
+    let package = Path::new(&packages(&python)).join("rusty");
     fs::create_dir_all(&package).unwrap();
     let sources = repository().join("clients/python/python/rusty");
     for entry in fs::read_dir(sources).unwrap().flatten().filter(|entry| entry.path().is_file()) {
         refresh(&entry.path(), &package.join(entry.file_name()));
     }
     refresh(&built.join("lib_rusty.so"), &package.join("_rusty.abi3.so"));
+    refresh(&built.join("lib_gym.so"), &package.join("_gym.abi3.so"));
     Ok(python)
+}
+
+/// The folder of the packages of an interpreter.
+fn packages(python: &Path) -> String {
+    let find = "import sysconfig; print(sysconfig.get_path('platlib'))";
+    run(Command::new(python).args(["-c", find])).unwrap().trim().to_owned()
+}
+
+/// A command of another interpreter that also finds our package, and what it needs.
+pub(crate) fn with_ours(other: &Path) -> Option<Command> {
+    let ours = python()?;
+    let mut command = Command::new(other);
+    command.env("PYTHONPATH", packages(ours));
+    Some(command)
 }
 
 /// The package and the version of Rerun that exported files are tested with.

@@ -6,7 +6,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use crate::Folder;
-use crate::python::{environment, or_skipped, run};
+use crate::python::{environment, or_skipped, run, with_ours};
 
 /// The version that sweeps are tested with.
 const PACKAGE: &str = "ray==2.60.0";
@@ -15,13 +15,9 @@ const PACKAGE: &str = "ray==2.60.0";
 /// `None`, with a printed reason, where there is no Ray, or no package of ours.
 pub fn ray(place: &Folder) -> Option<Command> {
     static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    let ours = crate::python::python()?;
     let prepare = || environment("ray", ("ready", PACKAGE), "import ray", &[&[PACKAGE]], run);
-    let python = or_skipped(PYTHON.get_or_init(prepare))?;
-    let find = "import sysconfig; print(sysconfig.get_path('platlib'))";
-    let packages = run(Command::new(ours).args(["-c", find])).unwrap();
-    let mut command = Command::new(python);
-    command.env("PYTHONPATH", packages.trim()).env("RAY_USAGE_STATS_ENABLED", "0");
+    let mut command = with_ours(or_skipped(PYTHON.get_or_init(prepare))?)?;
+    command.env("RAY_USAGE_STATS_ENABLED", "0");
     // Ray writes a token there.
     command.env("HOME", place.path()).env("RAY_ADDRESS", "local");
     Some(command)

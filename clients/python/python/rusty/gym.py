@@ -45,7 +45,7 @@ except ImportError as error:
 
 __all__ = ["Distance", "Goal", "RustyEnv", "RustyVectorEnv", "Step"]
 
-_SEEDS = 1 << 64
+_MAX_SEED = (1 << 64) - 1
 
 
 @dataclass(frozen=True)
@@ -134,12 +134,14 @@ class _Worlds:
         self.tick, self.digest = np.zeros(count, np.uint64), np.zeros(count, np.uint64)
         self.is_started = False
 
-    def restart(self, mask: NDArray[np.bool_], seeds: Sequence[int]) -> None:
-        """Puts the worlds of the mask back before their first tick."""
-        wrong = [seed for seed in seeds if not 0 <= seed < _SEEDS]
-        if wrong:
-            raise ValueError(f"reset failed: expected seeds from 0 to 2**64 - 1, got {wrong[0]}")
-        self.native.restart(mask, np.array(seeds, np.uint64))
+    def restart(self, seeds: Mapping[int, int]) -> None:
+        """Puts worlds back before their first tick, by index, each with its seed."""
+        mask, array = np.zeros(self.count, np.bool_), np.zeros(self.count, np.uint64)
+        for index, seed in seeds.items():
+            if not 0 <= seed <= _MAX_SEED:
+                raise ValueError(f"reset failed: expected a seed from 0 to 2**64 - 1, got {seed}")
+            mask[index], array[index] = True, seed
+        self.native.restart(mask, array)
         self.is_started = True
         self._observe()
 
@@ -157,8 +159,8 @@ class _Worlds:
                 f"step failed: expected actions (v_m_s, omega_rad_s) of shape ({self.count}, 2), "
                 f"got {commands.shape}"
             )
-        self.before, self.truth = self.truth, self.before
         self.native.step(commands, skipped)
+        self.before, self.truth = self.truth, self.before
         self._observe()
         time_s = self.tick * self.dt_s
         step = Step(self._named(self.rows), self.before, self.truth, self.blocked, time_s)
@@ -188,7 +190,7 @@ class _Worlds:
 
 
 def _drawn(generator: np.random.Generator) -> int:
-    return int(generator.integers(_SEEDS - 1, dtype=np.uint64, endpoint=True))
+    return int(generator.integers(_MAX_SEED, dtype=np.uint64, endpoint=True))
 
 
 class RustyEnv(gymnasium.Env[Any, Any]):
@@ -217,7 +219,7 @@ class RustyEnv(gymnasium.Env[Any, Any]):
         self._worlds, self._truth = _Worlds(scenario, set, task, flat, 1, 1), truth
         self.observation_space = self._worlds.observation_space
         self.action_space = self._worlds.action_space
-        self._all = np.ones(1, np.bool_)
+        self._no_world = np.zeros(1, np.bool_)
 
     @property
     def world_seed(self) -> int:
@@ -243,12 +245,12 @@ class RustyEnv(gymnasium.Env[Any, Any]):
         """Puts the world back before its first tick. Its seed is `seed`, else one that is
         drawn from those before it."""
         super().reset(seed=seed, options=options)
-        self._worlds.restart(self._all, [_drawn(self.np_random) if seed is None else seed])
+        self._worlds.restart({0: _drawn(self.np_random) if seed is None else seed})
         return self._observation(), self._info()
 
     def step(self, action: ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Makes a tick with the command (v_m_s, omega_rad_s)."""
-        rewards, terminated, truncated = self._worlds.step([action], ~self._all)
+        rewards, terminated, truncated = self._worlds.step([action], self._no_world)
         outcome = float(rewards[0]), bool(terminated[0]), bool(truncated[0])
         return (self._observation(), *outcome, self._info())
 
@@ -257,7 +259,7 @@ class RustyEnv(gymnasium.Env[Any, Any]):
 
     def _info(self) -> dict[str, Any]:
         worlds, tick = self._worlds, int(self._worlds.tick[0])
-        info = {"tick": tick, "time_s": tick * worlds.dt_s, "digest": int(worlds.digest[0])}
+        info = {"tick": tick, "time_s": tick * worlds.dt_s, "digest": worlds.digest[0]}
         if self._truth:
             info |= {"truth": worlds.truth[0].copy(), "blocked": bool(worlds.blocked[0])}
         return info
@@ -322,13 +324,14 @@ class RustyVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         the k-th of a list, else one that is drawn from those before it."""
         if isinstance(seed, (int, np.integer)):
             super().reset(seed=int(seed))
-            seed = [int(seed) + index for index in range(self.num_envs)]
+            seed = range(int(seed), int(seed) + self.num_envs)
         if seed is not None and len(seed) != self.num_envs:
             raise ValueError(f"reset failed: expected {self.num_envs} seeds, got {len(seed)}")
         if seed is not None or not self._generators:
-            seeds = seed or [None] * self.num_envs
+            seeds = [None] * self.num_envs if seed is None else map(int, seed)
             self._generators = [seeding.np_random(one)[0] for one in seeds]
-        self._worlds.restart(self._all, seed or [_drawn(one) for one in self._generators])
+        chosen = map(_drawn, self._generators) if seed is None else map(int, seed)
+        self._worlds.restart(dict(enumerate(chosen)))
         self._done = ~self._all
         return self._observations(), self._infos()
 
@@ -338,8 +341,8 @@ class RustyVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         """Makes a tick in each world with the commands (v_m_s, omega_rad_s), (N, 2)."""
         worlds, restarted = self._worlds, self._done
         if restarted.any():
-            pairs = zip(restarted, self._generators)
-            worlds.restart(restarted, [_drawn(one) if chosen else 0 for chosen, one in pairs])
+            indices = np.flatnonzero(restarted)
+            worlds.restart({index: _drawn(self._generators[index]) for index in indices})
         rewards, terminated, truncated = worlds.step(actions, restarted)
         self._done = terminated | truncated
         return self._observations(), rewards, terminated, truncated, self._infos()
@@ -350,7 +353,7 @@ class RustyVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     def _infos(self) -> dict[str, Any]:
         worlds = self._worlds
-        infos = {"tick": worlds.tick.copy(), "digest": worlds.digest.copy()}
+        infos = {"tick": worlds.tick.astype(np.int64), "digest": worlds.digest.copy()}
         infos["time_s"] = worlds.tick * worlds.dt_s
         if self._truth:
             infos |= {"truth": worlds.truth.copy(), "blocked": worlds.blocked.copy()}

@@ -1,5 +1,6 @@
 //! The Python package.
 
+mod gym;
 mod models;
 mod package;
 mod ros2;

@@ -268,6 +268,7 @@ pages! {
     filters: "docs/filters.md",
     first_filter_python: "docs/first-filter-python.md",
     first_filter_rust: "docs/first-filter-rust.md",
+    gym: "docs/gym.md",
     install: "docs/install.md",
     protocol: "docs/protocol.md",
     ros: "docs/ros.md",
