@@ -116,7 +116,7 @@ impl Worlds {
     }
 
     /// Makes a tick in each world that is not in `skipped`, with its row of `commands`
-    /// (v_m_s, omega_rad_s).
+    /// (v_m_s, omega_rad_s), which must be finite.
     fn step(
         &mut self,
         py: Python<'_>,
@@ -126,14 +126,6 @@ impl Worlds {
         let count = self.lanes.len();
         let (commands, _) = sized("actions", commands.as_slice()?, 2 * count)?.as_chunks::<2>();
         let skipped = sized("skipped", skipped.as_slice()?, count)?;
-        let is_wrong = |k: &usize| !skipped[*k] && !commands[*k].iter().all(|x| x.is_finite());
-        if let Some(k) = (0..count).find(is_wrong) {
-            let [v_m_s, omega_rad_s] = commands[k];
-            return Err(PyValueError::new_err(format!(
-                "step failed: action of environment {k}: expected finite v_m_s and omega_rad_s, \
-                 got ({v_m_s}, {omega_rad_s}); check the policy's output"
-            )));
-        }
         let Self { layout, lanes, pool, process_id } = self;
         let step = |frame: &mut Box<Frame>, (lane, (command, skipped)): Assigned<'_>| {
             if !skipped {

@@ -41,7 +41,9 @@ def main() -> None:
 
 
 def _steps_per_s(args: argparse.Namespace, changes: dict[str, int]) -> float:
-    envs = RustyVectorEnv(args.num_envs, args.scenario, set=changes, threads=args.threads, flat=True)
+    envs = RustyVectorEnv(
+        args.num_envs, args.scenario, set=changes, threads=args.threads, flat=True
+    )
     envs.reset(seed=0)
     envs.action_space.seed(0)
     # Ahead, so that the robot goes from room to room and to walls.
@@ -51,7 +53,8 @@ def _steps_per_s(args: argparse.Namespace, changes: dict[str, int]) -> float:
         for action in actions:
             envs.step(action)
         steps += len(actions)
-    return steps * args.num_envs / (time.perf_counter() - start)
+    elapsed_s = time.perf_counter() - start
+    return steps * envs.num_envs / elapsed_s
 
 
 if __name__ == "__main__":

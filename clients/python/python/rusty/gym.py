@@ -114,18 +114,20 @@ class _Worlds:
             self.native = Worlds(_scenario(scenario, folder), words, count, threads)
         self.task, self.flat, self.count = task, flat, count
         self.dt_s, self.ticks = self.native.dt_s, self.native.ticks
-        boxes, self.parts, end = {}, {}, 0
+        boxes: dict[str, gymnasium.spaces.Box] = {}
+        self.parts: dict[str, tuple[slice, tuple[int, ...]]] = {}
+        end = 0
         for name, shape, low, high in self.native.layout:
             boxes[name] = gymnasium.spaces.Box(low, high, tuple(shape), np.float32)
             self.parts[name] = (slice(end, end + int(np.prod(shape))), tuple(shape))
             end = self.parts[name][0].stop
         self.observation_space: gymnasium.Space[Any] = gymnasium.spaces.Dict([*boxes.items()])
         if flat:
-            low, high = (
+            lows, highs = (
                 np.concatenate([getattr(box, side).ravel() for box in boxes.values()])
                 for side in ("low", "high")
             )
-            self.observation_space = gymnasium.spaces.Box(low, high, dtype=np.float32)
+            self.observation_space = gymnasium.spaces.Box(lows, highs, dtype=np.float32)
         limits = np.array(self.native.command_limits, np.float32)
         self.action_space = gymnasium.spaces.Box(-limits, limits, dtype=np.float32)
         self.rows = np.zeros((count, end), np.float32)
@@ -145,11 +147,8 @@ class _Worlds:
         self.is_started = True
         self._observe()
 
-    def step(
-        self, actions: Any, skipped: NDArray[np.bool_]
-    ) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
-        """Makes a tick in worlds that are not skipped; returns rewards, terminations and
-        truncations."""
+    def commands(self, actions: Any, skipped: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """Returns the actions as commands (N, 2), checked for worlds that are not skipped."""
         if not self.is_started:
             raise RuntimeError("step failed: expected worlds that were reset; call reset() first")
         # Numbers of 64 bits keep them all, so that commands of a log can be repeated.
@@ -159,10 +158,22 @@ class _Worlds:
                 f"step failed: expected actions (v_m_s, omega_rad_s) of shape ({self.count}, 2), "
                 f"got {commands.shape}"
             )
+        for index in np.flatnonzero(~skipped & ~np.isfinite(commands).all(axis=1)):
+            raise ValueError(
+                f"step failed: action of environment {index}: expected finite v_m_s and "
+                f"omega_rad_s, got {commands[index].tolist()}; check the policy's output"
+            )
+        return commands
+
+    def step(
+        self, commands: NDArray[np.float64], skipped: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
+        """Makes a tick in worlds that are not skipped; returns rewards, terminations and
+        truncations."""
         self.native.step(commands, skipped)
         self.before, self.truth = self.truth, self.before
         self._observe()
-        time_s = self.tick * self.dt_s
+        time_s = self.tick.astype(np.float64) * self.dt_s
         step = Step(self._named(self.rows), self.before, self.truth, self.blocked, time_s)
         results = self.task(step)
         rewards, terminated = np.array(results[0], np.float64), np.array(results[1], np.bool_)
@@ -250,7 +261,8 @@ class RustyEnv(gymnasium.Env[Any, Any]):
 
     def step(self, action: ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Makes a tick with the command (v_m_s, omega_rad_s)."""
-        rewards, terminated, truncated = self._worlds.step([action], self._no_world)
+        commands = self._worlds.commands([action], self._no_world)
+        rewards, terminated, truncated = self._worlds.step(commands, self._no_world)
         outcome = float(rewards[0]), bool(terminated[0]), bool(truncated[0])
         return (self._observation(), *outcome, self._info())
 
@@ -340,10 +352,11 @@ class RustyVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
     ) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Makes a tick in each world with the commands (v_m_s, omega_rad_s), (N, 2)."""
         worlds, restarted = self._worlds, self._done
+        commands = worlds.commands(actions, restarted)
         if restarted.any():
-            indices = np.flatnonzero(restarted)
+            indices = np.flatnonzero(restarted).tolist()
             worlds.restart({index: _drawn(self._generators[index]) for index in indices})
-        rewards, terminated, truncated = worlds.step(actions, restarted)
+        rewards, terminated, truncated = worlds.step(commands, restarted)
         self._done = terminated | truncated
         return self._observations(), rewards, terminated, truncated, self._infos()
 
@@ -353,8 +366,8 @@ class RustyVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     def _infos(self) -> dict[str, Any]:
         worlds = self._worlds
-        infos = {"tick": worlds.tick.astype(np.int64), "digest": worlds.digest.copy()}
-        infos["time_s"] = worlds.tick * worlds.dt_s
+        infos: dict[str, Any] = {"tick": worlds.tick.astype(np.int64)}
+        infos |= {"time_s": infos["tick"] * worlds.dt_s, "digest": worlds.digest.copy()}
         if self._truth:
             infos |= {"truth": worlds.truth.copy(), "blocked": worlds.blocked.copy()}
         # Gymnasium marks the worlds that have an entry.
@@ -362,8 +375,11 @@ class RustyVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
 
 if "Rusty-v0" not in gymnasium.registry:
-    names = {"entry_point": "RustyEnv", "vector_entry_point": "RustyVectorEnv"}
-    gymnasium.register("Rusty-v0", **{key: f"rusty.gym:{name}" for key, name in names.items()})
+    gymnasium.register(
+        "Rusty-v0",
+        entry_point="rusty.gym:RustyEnv",
+        vector_entry_point="rusty.gym:RustyVectorEnv",
+    )
 
 if __name__ == "__main__":
     from rusty._gym_speed import main

@@ -152,8 +152,9 @@ fn what_cannot_be_used_is_refused_with_value_and_remedy() {
         ("seed", "ValueError", &["18446744073709551616", "2**64 - 1"]),
         ("seeds", "ValueError", &["expected 3 seeds, got 2"]),
         ("not_reset", "RuntimeError", &["call reset()"]),
-        ("nan", "ValueError", &["environment 1", "(0.5, NaN)", "policy"]),
+        ("nan", "ValueError", &["environment 1", "[0.5, nan]", "policy"]),
         ("shape", "ValueError", &["(3, 2)", "got (2, 2)"]),
+        ("at_end", "ValueError", &["(3, 2)", "got (2, 2)"]),
         ("task", "ValueError", &["rewards of shape (3,)", "got ()"]),
         ("crowd", "ValueError", &["crowd.people", "found no room"]),
         ("fork", "RuntimeError", &["fork", "make them in this process"]),
@@ -165,6 +166,7 @@ fn what_cannot_be_used_is_refused_with_value_and_remedy() {
         assert!(error[0] == kind && has_all, "{name}: {error:?}");
     }
     assert_eq!(said["ticks_after"], json!([1, 1, 1]), "a refused action moves no world");
+    assert_eq!(said["same_seeds"], true, "and draws no seed");
 }
 
 #[test]

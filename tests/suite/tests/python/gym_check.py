@@ -6,7 +6,7 @@ import warnings
 import gymnasium
 from gymnasium.utils.env_checker import check_env
 
-import rusty.gym  # noqa: F401  It registers Rusty-v0.
+import rusty.gym  # It registers Rusty-v0.
 
 sensors = {name: {} for name in ("bumper", "imu", "sonar", "doors", "landmarks")}
 rounds = []

@@ -31,6 +31,20 @@ envs.reset(seed=1)
 refused("nan", envs.step, [[0.5, 0.0], [0.5, np.nan], [0.0, 0.0]])
 said["ticks_after"] = envs.step(np.zeros((3, 2)))[-1]["tick"].tolist()
 refused("shape", envs.step, [[0.5, 0.0], [0.5, 0.0]])
+
+
+def seeds_after(refuse):
+    """The seeds after the ends of three episodes, with or without a refused action."""
+    short = RustyVectorEnv(3, set={"ticks": 1})
+    short.reset(seed=1)
+    short.step(np.zeros((3, 2)))
+    if refuse:
+        refused("at_end", short.step, np.zeros((2, 2)))
+    short.step(np.zeros((3, 2)))
+    return short.world_seeds
+
+
+said["same_seeds"] = seeds_after(True) == seeds_after(False)
 task = RustyVectorEnv(3, task=lambda step: (1.0, step.blocked))
 task.reset(seed=1)
 refused("task", task.step, np.zeros((3, 2)))
