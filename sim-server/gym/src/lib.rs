@@ -3,9 +3,9 @@
 //!
 //! In reading order:
 //!
-//! * [`layout`]: the numbers of an observation;
-//! * [`lane`]: one world, and what was seen of it last;
-//! * [`worlds`]: many worlds, and the arrays that they are written to.
+//! * `layout`: the numbers of an observation;
+//! * `lane`: one world, and what was seen of it last;
+//! * `worlds`: many worlds, and the arrays that they are written to.
 
 mod lane;
 mod layout;
