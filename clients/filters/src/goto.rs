@@ -4,6 +4,7 @@
 //! followed ([`crate::pilot`]). The pose comes from an EKF.
 
 use std::str::FromStr;
+use std::sync::Arc;
 
 use clap::Args;
 use nalgebra::Point2;
@@ -226,10 +227,17 @@ fn chart(name: &str, world: &World, start: &Start, options: &Options) -> Result<
     Ok(Chart::new(&map, Unknown::Wall, room))
 }
 
+/// A plan, for the next run in which the same is told.
+#[derive(Debug)]
+pub struct Prepared {
+    told: Start,
+    plan: Arc<Plan>,
+}
+
 /// Goes from place to place.
 #[derive(Debug)]
 pub struct Goto {
-    plan: Plan,
+    plan: Arc<Plan>,
     within_m: f64,
     next: usize,
     /// Whether there is a way to the next one, and how often it was planned.
@@ -248,7 +256,29 @@ pub struct Goto {
 /// [`GotoError`], as text: no map, no pose, no waypoint, no way there; or the
 /// filter's.
 pub fn driver(start: &Start, options: Options) -> Result<Driver<Ekf, Goto>, ClientError> {
-    let plan = Plan::new(start, &options).map_err(|e| ClientError::Unusable(e.to_string()))?;
+    next_driver(start, options, &mut None)
+}
+
+/// Makes a driver to waypoints, whose plan takes long to make: that of `prepared` is taken
+/// where all is told that was told then, and kept there for the next run. The options are
+/// those of then.
+///
+/// # Errors
+/// As [`driver`].
+pub fn next_driver(
+    start: &Start,
+    options: Options,
+    prepared: &mut Option<Prepared>,
+) -> Result<Driver<Ekf, Goto>, ClientError> {
+    let told = start.without_run();
+    let plan = match prepared.take().filter(|known| known.told == told) {
+        Some(known) => known.plan,
+        None => {
+            let plan = Plan::new(start, &options);
+            Arc::new(plan.map_err(|e| ClientError::Unusable(e.to_string()))?)
+        }
+    };
+    *prepared = Some(Prepared { told, plan: Arc::clone(&plan) });
     let (within_m, end) = (options.within_m, options.end);
     let done_at = None;
     let task = Goto { plan, within_m, next: 0, planned: false, tries: 0, missed: 0, done_at, end };
@@ -321,6 +351,20 @@ mod tests {
         let options = Options { waypoints, ..Options::default() };
         let begun = driver(told, options);
         begun.map(|driver| driver.task.plan.waypoints.len()).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_plan_serves_the_next_run_in_which_the_same_is_told() {
+        let mut prepared = None;
+        let mut plan =
+            |told: &Start| next_driver(told, Options::default(), &mut prepared).unwrap().task.plan;
+        let told = start(&apartment(), SE2::new(6.0, 4.5, 0.0));
+        let first = plan(&told);
+        let next = plan(&Start { run_id: 9, run_number: 1, ticket: 3, ..told });
+        assert!(Arc::ptr_eq(&first, &next));
+        let elsewhere = plan(&start(&apartment(), SE2::new(6.0, 4.6, 0.0)));
+        assert!(!Arc::ptr_eq(&first, &elsewhere));
+        assert_ne!(first.waypoints, elsewhere.waypoints);
     }
 
     #[test]

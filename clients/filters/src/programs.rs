@@ -65,7 +65,8 @@ fn fit_motion() -> Exit {
 }
 
 fn goto() -> Exit {
-    run(goto::driver)
+    let mut prepared = None;
+    run(move |start, options| goto::next_driver(start, options, &mut prepared))
 }
 
 fn gridmap() -> Exit {

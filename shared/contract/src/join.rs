@@ -179,6 +179,21 @@ fn is_zero(number: &u64) -> bool {
 }
 
 impl Start {
+    /// The same without what differs between the runs of a process: what depends on
+    /// nothing else may be kept for the next run.
+    #[must_use]
+    pub fn without_run(&self) -> Self {
+        Self {
+            run_id: 0,
+            ticket: 0,
+            run_number: 0,
+            ticks: 0,
+            catch_up: None,
+            sealed_brief: None,
+            ..self.clone()
+        }
+    }
+
     /// What `participant` of a run with this header may know, on place `slot`:
     /// no brief yet, and of no server. A start travels through memory that
     /// everyone maps; so what only scorers and loggers may know, walls, initial

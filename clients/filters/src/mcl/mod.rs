@@ -136,16 +136,7 @@ impl Mcl {
             body_radius_m: start.robot.body_radius_m,
             lidar: believed_lidar(start),
         };
-        let told = Start {
-            run_id: 0,
-            ticket: 0,
-            run_number: 0,
-            ticks: 0,
-            initial_pose: None,
-            catch_up: None,
-            sealed_brief: None,
-            ..start.clone()
-        };
+        let told = Start { initial_pose: None, ..start.without_run() };
         let known = prepared.take().filter(|known| known.told == told && options.map.is_none());
         let known = match known {
             Some(known) => known,
