@@ -2,6 +2,7 @@
 
 mod arguments;
 mod bench;
+mod benchmark;
 mod budget;
 mod clean;
 mod compare;
@@ -104,6 +105,9 @@ enum Verb {
     Conformance(conformance::ConformanceArgs),
     /// Measure performance against a baseline
     Bench(bench::BenchArgs),
+    /// Run filters through a fixed suite and compare results
+    #[command(subcommand)]
+    Benchmark(benchmark::BenchmarkStep),
     /// List, compare or remove the folders of runs
     Runs(runs::RunsArgs),
     /// Remove the shared memory of runs that are dead
@@ -146,6 +150,7 @@ impl Cli {
             Verb::Doctor(args) => doctor::run(&args),
             Verb::Conformance(args) => conformance::run(&args),
             Verb::Bench(args) => bench::run(&args),
+            Verb::Benchmark(step) => benchmark::run(&step),
             Verb::Runs(args) => runs::run(&args),
             Verb::Clean(args) => clean::run(&args),
             Verb::Programs(args) => programs::run(&args),
@@ -199,6 +204,7 @@ fn exit_code(error: &anyhow::Error) -> Exit {
         rusty_logs::folder::FolderError,
         rusty_logs::fork::ForkError,
         rusty_logs::seal::SealError,
+        rusty_study::benchmark::BenchmarkError,
         rusty_study::sweep::SweepError,
         rusty_study::versus::VersusError
     );

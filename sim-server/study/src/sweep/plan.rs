@@ -61,6 +61,20 @@ impl Plan {
     /// # Errors
     /// [`SweepError`] names option, field, value and remedy.
     pub fn new(request: Request) -> Result<Self, SweepError> {
+        Self::of(request, None)
+    }
+
+    /// As [`new`](Self::new) with client processes, and with `roster` in place of the
+    /// scenario's participants. Of several robots the first has it, and the others must
+    /// move by themselves.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_roster(request: Request, roster: &[Participant]) -> Result<Self, SweepError> {
+        Self::of(Request { clients: true, ..request }, Some(roster))
+    }
+
+    fn of(request: Request, own: Option<&[Participant]>) -> Result<Self, SweepError> {
         check_axes(&request.axes)?;
         let all = combinations(&request.axes, MOST_CELLS).ok_or_else(|| {
             let problem = format!("make more than {MOST_CELLS} combinations");
@@ -68,7 +82,7 @@ impl Plan {
         })?;
         let (mut cells, mut rosters, mut worlds) = (Vec::new(), Vec::new(), Vec::new());
         for parameters in all {
-            let (cell, roster) = load(&request, parameters)?;
+            let (cell, roster) = load(&request, parameters, own)?;
             if request.clients {
                 check_roster(&roster)?;
                 rosters.push(roster);
@@ -174,12 +188,17 @@ fn check_axes(axes: &[Axis]) -> Result<(), FieldError> {
 fn load(
     request: &Request,
     parameters: Vec<(String, String)>,
+    own: Option<&[Participant]>,
 ) -> Result<(Cell, Vec<Participant>), SweepError> {
     let changes: Vec<String> = parameters.iter().map(|(k, v)| format!("{k}={v}")).collect();
-    let mut loaded = scenario_file::load(&request.scenario, &changes)?;
+    let mut loaded = match own {
+        None => scenario_file::load(&request.scenario, &changes)?,
+        Some(_) => scenario_file::load_unchecked(&request.scenario, &changes)?,
+    };
     loaded.scenario.seed = request.seeds.at(0);
     loaded.scenario.ticks = request.ticks.unwrap_or(loaded.scenario.ticks);
     let roster = &mut loaded.scenario.participants;
+    own.into_iter().for_each(|own| *roster = own.to_vec());
     request.add.iter().for_each(|text| scenario_file::add_estimator(roster, text));
     loaded
         .scenario
@@ -189,7 +208,7 @@ fn load(
     if config.fleet.is_some() {
         // Of several robots the first is swept, and the others must move by themselves.
         Sim::new(config.clone())?;
-        if request.clients {
+        if request.clients && own.is_none() {
             let problem = "runs the clients of one robot, and the scenario has several";
             let remedy = "leave it out, or run `sim-server launch` for each seed";
             return Err(FieldError::new("--clients", &request.scenario, problem, remedy).into());

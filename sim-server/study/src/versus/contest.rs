@@ -217,8 +217,26 @@ impl<'c> Met<'c> {
     fn outcome(&self, metric: Metric, level: f64, names: [&str; 2]) -> Outcome {
         let of = |(seed, runs): &(u64, [&Run; 2])| (*seed, runs.map(|run| figure(run, metric)));
         let figures = self.pairs.iter().map(of).collect();
+        Outcome::of(metric, figures, metric.may_never_end(), level, names)
+    }
+}
+
+impl Outcome {
+    /// Compares figures of A and B by seed. With `missing_is_worse`, a run without a figure
+    /// is worse than any with it.
+    #[must_use]
+    pub fn of(
+        metric: Metric,
+        figures: BTreeMap<u64, [Option<f64>; 2]>,
+        missing_is_worse: bool,
+        level: f64,
+        names: [&str; 2],
+    ) -> Self {
         let mut paired = Paired::of(&figures, level);
-        let one_sided = self.one_sided(metric);
+        let one_sided = match missing_is_worse {
+            true => one_sided(&figures),
+            false => [0, 0],
+        };
         let signs = &mut paired.signs;
         signs.above += one_sided[0];
         signs.below += one_sided[1];
@@ -235,7 +253,7 @@ impl<'c> Met<'c> {
             [low, _] if low > 0.0 => Some(Better::A),
             _ => None,
         };
-        let mut outcome = Outcome {
+        let mut outcome = Self {
             metric,
             unit: metric.unit(),
             figures,
@@ -254,16 +272,13 @@ impl<'c> Met<'c> {
     }
 }
 
-impl Met<'_> {
-    /// Seeds in which A alone came to what is timed, and in which B alone did.
-    fn one_sided(&self, metric: Metric) -> [u64; 2] {
-        let alone = |side: usize| {
-            let has = |runs: &[&Run; 2], side: usize| figure(runs[side], metric).is_some();
-            let alone = |(_, runs): &&(u64, [&Run; 2])| has(runs, side) && !has(runs, 1 - side);
-            self.pairs.iter().filter(alone).count() as u64
-        };
-        if metric.may_never_end() { [alone(0), alone(1)] } else { [0, 0] }
-    }
+/// Seeds in which A alone has a figure, and in which B alone has one.
+fn one_sided(figures: &BTreeMap<u64, [Option<f64>; 2]>) -> [u64; 2] {
+    let alone = |side: usize| {
+        let alone = figures.values().filter(|f| f[side].is_some() && f[1 - side].is_none());
+        alone.count() as u64
+    };
+    [alone(0), alone(1)]
 }
 
 fn figure(run: &Run, metric: Metric) -> Option<f64> {

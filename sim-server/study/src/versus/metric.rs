@@ -2,12 +2,13 @@
 
 use clap::ValueEnum;
 use rusty_geometry::trig;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use crate::sweep::Row;
 use rusty_contract::score::{degrees, metres};
 
 /// A figure of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Metric {
     /// Absolute trajectory error: rmse of the position
@@ -77,6 +78,26 @@ impl Metric {
             Self::Recovered => "recovered_after_s",
             Self::Compute => "compute_reported_p99_s",
         }
+    }
+
+    /// The figure of a run; NaN where it has none.
+    #[must_use]
+    pub fn of_row(self, row: &Row) -> f64 {
+        let Some(c) = &row.clients else { return f64::NAN };
+        self.of(match self {
+            Self::Ate => row.ate_rmse_m,
+            Self::Final => row.final_position_error_m,
+            Self::Heading => row.rmse_heading_error_rad,
+            Self::P95 => row.p95_position_error_m,
+            Self::AteSe2 => c.ate_se2_rmse_m,
+            Self::RpeTick => c.rpe_per_tick_rmse_m,
+            Self::RpeMetre => c.rpe_per_metre_rmse_m,
+            Self::Nees => c.nees_mean,
+            Self::Converged => c.converged_after_s,
+            Self::Found => c.found.position_rmse_m,
+            Self::Recovered => c.recovered_after_s,
+            Self::Compute => c.compute_reported_p99_s,
+        })
     }
 
     /// The figure, from that column.

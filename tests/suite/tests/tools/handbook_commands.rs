@@ -264,6 +264,7 @@ macro_rules! pages {
 
 pages! {
     readme: "README.md",
+    benchmark: "docs/benchmark.md",
     chapter: "docs/chapter.md",
     filters: "docs/filters.md",
     first_filter_python: "docs/first-filter-python.md",

@@ -1,6 +1,7 @@
 //! Commands that measure, compare and draw.
 
 mod bench;
+mod benchmark;
 mod calibration;
 mod conformance;
 mod crews;

@@ -1,0 +1,226 @@
+//! `benchmark`: run a filter and the baselines through a fixed suite.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use clap::{Args, Subcommand};
+use rusty_bench::machine::{Machine, cores};
+use rusty_contract::{Exit, errln, outln, replace};
+use rusty_study::benchmark::selection::Wanted;
+use rusty_study::benchmark::verify::{checkable, verify};
+use rusty_study::benchmark::{
+    BenchmarkError, BenchmarkJob, BenchmarkResult, Entry, LeaderboardText, Selection, Suite, Track,
+    leaderboard, page,
+};
+
+use super::arguments::{Output, check_free};
+use super::{WRITER, WrongUsage, stop_flag};
+
+/// The steps of a benchmark.
+#[derive(Subcommand, Clone, Debug)]
+pub enum BenchmarkStep {
+    /// Run filters and baselines, and write the result
+    Run(RunArgs),
+    /// Make the runs of a result again and compare every bit
+    Verify(VerifyArgs),
+    /// Print a leaderboard, and write a page with pictures
+    Report(ReportArgs),
+    /// List scenarios, tracks, metrics and baselines
+    List(Output),
+}
+
+/// Options of all steps that make runs.
+#[derive(Args, Clone, Debug)]
+pub struct MakeArgs {
+    /// Add a filter; may be repeated
+    #[arg(long, value_name = "NAME=COMMAND")]
+    pub add: Vec<String>,
+    /// File that the added filters may read; may be repeated
+    #[arg(long = "file", value_name = "PATH", requires = "add")]
+    pub files: Vec<String>,
+    /// Number of parallel runs [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub jobs: Option<u16>,
+    #[command(flatten)]
+    pub output: Output,
+    /// Show no progress
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+const RUN_HELP: &str = "\
+Every filter makes each run alone, confined by the kernel, on the frames that all
+others receive. A filter that is lost has a failed run, which counts as the worst.
+The result has all figures and digests: `benchmark verify FILE` makes the runs again.
+
+The seeds of the suite are public. --key derives others from a text: choose it after
+the filters are handed in, and publish it with the result.
+
+Examples:
+  sim-server benchmark run --add mine=./target/release/mine -o mine.json
+  sim-server benchmark run --add mine=./mine --only few-beams --seeds 3 -o try.json
+  sim-server benchmark verify mine.json --add mine=./target/release/mine
+  sim-server benchmark report mine.json theirs.json --page leaderboard.html";
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = RUN_HELP)]
+pub struct RunArgs {
+    /// Result to write
+    #[arg(short = 'o', long = "out", value_name = "FILE")]
+    pub out: PathBuf,
+    /// Replace an existing result
+    #[arg(long)]
+    pub force: bool,
+    /// Scenario to run; may be repeated [default: all]
+    #[arg(long, value_name = "SCENARIO")]
+    pub only: Vec<String>,
+    /// Track to score; may be repeated [default: all]
+    #[arg(long = "track", value_name = "TRACK", value_enum)]
+    pub tracks: Vec<Track>,
+    /// Number of seeds of each scenario [default: the suite's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    pub seeds: Option<u64>,
+    /// Derive the seeds from this text
+    #[arg(long, value_name = "TEXT")]
+    pub key: Option<String>,
+    /// Do not confine the filters; the result records it
+    #[arg(long)]
+    pub unconfined: bool,
+    #[command(flatten)]
+    pub make: MakeArgs,
+}
+
+#[derive(Args, Clone, Debug)]
+pub struct VerifyArgs {
+    /// Result to check
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub make: MakeArgs,
+}
+
+#[derive(Args, Clone, Debug)]
+pub struct ReportArgs {
+    /// Results of the same selection of the suite
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// Page to write, with tables and pictures
+    #[arg(long, value_name = "FILE")]
+    pub page: Option<PathBuf>,
+    /// Replace an existing page
+    #[arg(long, requires = "page")]
+    pub force: bool,
+    #[command(flatten)]
+    pub output: Output,
+}
+
+pub fn run(step: &BenchmarkStep) -> Result<Exit> {
+    match step {
+        BenchmarkStep::Run(args) => make(args),
+        BenchmarkStep::Verify(args) => check(args),
+        BenchmarkStep::Report(args) => report(args),
+        BenchmarkStep::List(output) => list(*output),
+    }
+}
+
+impl MakeArgs {
+    fn job<'s>(
+        &self,
+        suite: &'s Suite,
+        selection: &'s Selection,
+        (entries, confined): (&'s [Entry], bool),
+    ) -> BenchmarkJob<'s> {
+        BenchmarkJob {
+            suite,
+            selection,
+            entries,
+            confined,
+            jobs: self.jobs.map_or_else(cores, usize::from),
+            quiet: self.quiet || self.output.json,
+        }
+    }
+}
+
+fn make(args: &RunArgs) -> Result<Exit> {
+    check_free(&args.out, args.force)?;
+    let suite = Suite::built_in()?;
+    let (only, tracks, key) = (args.only.clone(), args.tracks.clone(), args.key.clone());
+    let selection = Selection::of(&suite, Wanted { only, tracks, seeds: args.seeds, key })?;
+    let mut entries = Entry::added(&suite, &args.make.add, &args.make.files)?;
+    entries.extend(Entry::baselines(&suite));
+    let confined = !args.unconfined;
+    let job = args.make.job(&suite, &selection, (&entries, confined));
+    let Some(runs) = job.make(&stop_flag()?)? else {
+        errln!("interrupted: no result is written");
+        return Ok(Exit::Lost);
+    };
+    let machine = serde_json::to_value(Machine::here())?;
+    let rest = (confined, WRITER.to_owned(), machine);
+    let result = BenchmarkResult::of(&suite, selection.clone(), entries.clone(), runs, rest)?;
+    result.write(&args.out)?;
+    args.make.output.print(&result);
+    for run in result.runs.iter().filter(|run| run.failure.is_some()) {
+        let (scenario, seed, entry) = (&run.scenario, run.seed, &run.entry);
+        let why = run.failure.as_deref().unwrap_or_default();
+        errln!("failed: {scenario}, seed {seed}, {entry}: {why}");
+    }
+    errln!("result in {}", args.out.display());
+    Ok(if result.failed() > 0 { Exit::Lost } else { Exit::Done })
+}
+
+fn check(args: &VerifyArgs) -> Result<Exit> {
+    let suite = Suite::built_in()?;
+    let result = BenchmarkResult::read(&args.file, &suite)?;
+    let added = Entry::added(&suite, &args.make.add, &args.make.files)?;
+    if let Some(other) = added.iter().find(|a| result.entries.iter().all(|e| e.name != a.name)) {
+        let names: Vec<&str> = result.entries.iter().map(|e| e.name.as_str()).collect();
+        let (path, names) = (args.file.display(), names.join(", "));
+        let text = format!("--add {}: {path} has no such entry; it has {names}", other.name);
+        return Err(WrongUsage(text).into());
+    }
+    let checked = checkable(&result, &suite, added);
+    let job = args.make.job(&suite, &result.selection, (&checked, result.confined));
+    let Some(runs) = job.make(&stop_flag()?)? else {
+        errln!("interrupted: the result is not checked");
+        return Ok(Exit::Lost);
+    };
+    let found = verify(&result, &suite, &checked, runs)?;
+    args.make.output.print_with(&found, || {
+        found.differences.iter().for_each(|difference| outln!("{difference}"));
+        let (runs, names) = (found.runs, found.checked.join(", "));
+        match found.differences.len() {
+            0 => outln!("equal: {runs} runs of {names}, to the bit"),
+            count => outln!("not equal: {count} fields (the file's value and the expected one)"),
+        }
+    });
+    for name in &found.unchecked {
+        errln!("{name}: its runs were not made again; give --add {name}=COMMAND");
+    }
+    Ok(if found.is_equal { Exit::Done } else { Exit::NotBitExact })
+}
+
+fn report(args: &ReportArgs) -> Result<Exit> {
+    args.page.as_ref().map_or(Ok(()), |path| check_free(path, args.force))?;
+    let suite = Suite::built_in()?;
+    let read = |path: &PathBuf| -> Result<(String, BenchmarkResult), BenchmarkError> {
+        Ok((path.display().to_string(), BenchmarkResult::read(path, &suite)?))
+    };
+    let results: Vec<_> = args.files.iter().map(read).collect::<Result<_, _>>()?;
+    let standings = leaderboard(&results)?;
+    args.output.print_with(&standings, || outln!("{}", LeaderboardText(&standings)));
+    if let Some(path) = &args.page {
+        let text = page::page(&suite, &results, &standings);
+        write_page(path, &text)?;
+    }
+    Ok(Exit::Done)
+}
+
+fn write_page(path: &Path, text: &str) -> Result<(), BenchmarkError> {
+    replace(path, text.as_bytes()).map_err(BenchmarkError::io(path))?;
+    errln!("page in {}", path.display());
+    Ok(())
+}
+
+fn list(output: Output) -> Result<Exit> {
+    output.print(&Suite::built_in()?);
+    Ok(Exit::Done)
+}

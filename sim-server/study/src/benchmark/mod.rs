@@ -1,0 +1,38 @@
+//! `sim-server benchmark`: a fixed suite of scenarios, with a result that others can check
+//! bit by bit.
+//!
+//! In reading order:
+//!
+//! * [`suite`], [`track`]: scenarios, tracks and baselines;
+//! * [`selection`]: the part of the suite that a result is about;
+//! * [`entry`]: a program that takes part;
+//! * [`block`]: the runs of an entry in a scenario; [`job`] makes them;
+//! * [`run`], [`standings`], [`result`]: figures, scores and verdicts in one file;
+//! * [`verify`]: a result compared with the same runs made again;
+//! * [`leaderboard`], [`page`]: several results in a table, and drawn;
+//! * [`error`].
+
+pub mod block;
+pub mod entry;
+pub mod error;
+pub mod job;
+pub mod leaderboard;
+pub mod page;
+pub mod result;
+pub mod run;
+pub mod selection;
+pub mod standings;
+pub mod suite;
+#[cfg(test)]
+mod tests;
+pub mod track;
+pub mod verify;
+
+pub use entry::Entry;
+pub use error::BenchmarkError;
+pub use job::BenchmarkJob;
+pub use leaderboard::{LeaderboardText, leaderboard};
+pub use result::BenchmarkResult;
+pub use selection::Selection;
+pub use suite::Suite;
+pub use track::Track;

@@ -1,0 +1,94 @@
+//! `Selection`: the part of the suite that a result is about.
+
+use rusty_contract::FieldError;
+use rusty_contract::suggest::did_you_mean;
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::suite::{Suite, SuiteScenario};
+use super::track::Track;
+use crate::sweep::Seeds;
+
+/// Part of the suite, and its seeds.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Selection {
+    /// Names of the scenarios, in the order of the suite.
+    pub scenarios: Vec<String>,
+    /// Tracks that are scored.
+    pub tracks: Vec<Track>,
+    /// Number of seeds of each scenario.
+    pub seeds: u64,
+    /// Text from which the seeds are derived; without, they are those of the suite, which
+    /// everyone knows.
+    pub key: Option<String>,
+    /// Whether all scenarios and seeds of the suite are in it, for the tracks that are.
+    pub whole: bool,
+}
+
+/// What was asked for on the command line.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// Names of scenarios; empty for all.
+    pub only: Vec<String>,
+    /// Tracks; empty for all.
+    pub tracks: Vec<Track>,
+    /// Number of seeds, if not the suite's.
+    pub seeds: Option<u64>,
+    /// Text from which the seeds are derived.
+    pub key: Option<String>,
+}
+
+impl Selection {
+    /// Selects a part of the suite.
+    ///
+    /// # Errors
+    /// [`FieldError`] names option, value and remedy.
+    pub fn of(suite: &Suite, wanted: Wanted) -> Result<Self, FieldError> {
+        let names = || suite.scenarios.iter().map(|s| s.name.as_str());
+        if let Some(other) = wanted.only.iter().find(|only| !names().any(|name| name == *only)) {
+            let hint = did_you_mean(other, names());
+            let remedy = format!("give one of {}{hint}", names().collect::<Vec<_>>().join(", "));
+            return Err(FieldError::new("--only", other, "is not a scenario of it", remedy));
+        }
+        let is_wanted =
+            |name: &&str| wanted.only.is_empty() || wanted.only.iter().any(|o| o == name);
+        let tracks = Track::ALL.into_iter();
+        let tracks: Vec<Track> =
+            tracks.filter(|t| wanted.tracks.is_empty() || wanted.tracks.contains(t)).collect();
+        let scenarios: Vec<String> = names().filter(is_wanted).map(str::to_owned).collect();
+        let seeds = wanted.seeds.unwrap_or(suite.seeds);
+        let whole = seeds == suite.seeds && scenarios.len() == suite.scenarios.len();
+        let selection = Self { scenarios, tracks, seeds, key: wanted.key, whole };
+        if selection.blocks(suite).next().is_none() {
+            let problem = "is not a track of these scenarios";
+            let words: Vec<&str> = selection.tracks.iter().map(|t| t.word()).collect();
+            let remedy = "leave --track or --only out";
+            return Err(FieldError::new("--track", words.join(", "), problem, remedy));
+        }
+        Ok(selection)
+    }
+
+    /// Returns the scenarios with the tracks that are scored in each.
+    pub fn blocks<'s>(
+        &'s self,
+        suite: &'s Suite,
+    ) -> impl Iterator<Item = (&'s SuiteScenario, Track)> {
+        let is_in = |scenario: &&SuiteScenario| self.scenarios.contains(&scenario.name);
+        suite.scenarios.iter().filter(is_in).flat_map(|scenario| {
+            let tracks = self.tracks.iter().copied();
+            tracks.filter(|t| !scenario.metrics(*t).is_empty()).map(move |track| (scenario, track))
+        })
+    }
+
+    /// Returns the seeds.
+    ///
+    /// # Errors
+    /// [`FieldError`] if there are none.
+    pub fn seeds(&self) -> Result<Seeds, FieldError> {
+        let first = self.key.as_ref().map_or(0, |key| xxh3_64(key.as_bytes()) >> 1);
+        let text = format!("{first}..{}", first.saturating_add(self.seeds));
+        text.parse().map_err(|_| {
+            FieldError::new("--seeds", self.seeds, "has no run", "give a number from 1 on")
+        })
+    }
+}

@@ -1,0 +1,175 @@
+use std::collections::BTreeMap;
+
+use rusty_contract::Sandbox;
+use rusty_contract::scenario::Access;
+
+use super::block::blocks;
+use super::selection::Wanted;
+use super::standings::{Side, standings};
+use super::verify::verify;
+use super::*;
+use crate::benchmark::run::BenchmarkRun;
+use crate::versus::Metric;
+
+fn suite() -> Suite {
+    Suite::built_in().unwrap()
+}
+
+fn entries(suite: &Suite) -> Vec<Entry> {
+    let mut all = Entry::added(suite, &["mine=mine".to_owned()], &[]).unwrap();
+    all.extend(Entry::baselines(suite));
+    all
+}
+
+fn selection(suite: &Suite, only: &str, seeds: u64) -> Selection {
+    let wanted = Wanted { only: vec![only.to_owned()], seeds: Some(seeds), ..Wanted::default() };
+    Selection::of(suite, wanted).unwrap()
+}
+
+#[test]
+fn every_scenario_of_the_suite_can_be_planned() {
+    let suite = suite();
+    assert_eq!(suite.scenarios.len(), 10);
+    let all = Selection::of(&suite, Wanted::default()).unwrap();
+    assert!(all.whole);
+    let entries = entries(&suite);
+    let blocks = blocks(&suite, &all, &entries);
+    for block in &blocks {
+        let plan = block.plan(&all, Sandbox::Required).unwrap();
+        assert_eq!(plan.count(), suite.seeds);
+        let own = plan.rosters[0].iter().find(|p| p.name == block.entry.name).unwrap();
+        assert_eq!((own.map, own.initial_pose), (block.map, block.scenario.start));
+        assert_eq!(own.sandbox, Sandbox::Required);
+    }
+    // An entry that is added comes first, with and without map.
+    assert!(blocks.iter().take(18).all(|block| block.entry.name == "mine"));
+    let of_global: Vec<&str> = blocks
+        .iter()
+        .filter(|block| block.scenario.name == "global")
+        .map(|block| block.entry.name.as_str())
+        .collect();
+    assert_eq!(of_global, ["mine", "mcl"]);
+    assert!(suite.scenarios.iter().all(|s| s.metrics(Track::Localisation).len() == 2));
+}
+
+#[test]
+fn a_key_gives_other_seeds_that_cannot_be_tried() {
+    let suite = suite();
+    let of = |key: Option<&str>| {
+        let key = key.map(str::to_owned);
+        let wanted = Wanted { key, seeds: Some(3), ..Wanted::default() };
+        Selection::of(&suite, wanted).unwrap().seeds().unwrap()
+    };
+    assert_eq!((of(None).at(0), of(None).count()), (0, 3));
+    assert_eq!(of(Some("a")), of(Some("a")));
+    assert_ne!(of(Some("a")), of(Some("b")));
+    assert!(of(Some("a")).at(0) > 1 << 40);
+}
+
+/// Runs of a scenario in which `mine` has half the error of the baseline.
+fn runs(seeds: u64, failed: &[u64]) -> Vec<BenchmarkRun> {
+    let run = |entry: &str, seed: u64, error: f64, failure: Option<String>| BenchmarkRun {
+        scenario: "few-beams".to_owned(),
+        map: Access::Given,
+        entry: entry.to_owned(),
+        seed,
+        digest: format!("{seed:032x}"),
+        ticks: 1500,
+        distance_m: Some(5.0),
+        figures: BTreeMap::from([
+            (Metric::Ate, Some(error).filter(|_| failure.is_none())),
+            (Metric::Heading, Some(0.01)),
+        ]),
+        compute_p50_s: None,
+        compute_p99_s: Some(0.001),
+        failure,
+    };
+    let all = (0..seeds).flat_map(|seed| {
+        let error = 0.1 + 0.01 * seed as f64;
+        let failure = failed.contains(&seed).then(|| "dead".to_owned());
+        [run("mine", seed, error / 2.0, failure), run("mcl", seed, error, None)]
+    });
+    all.collect()
+}
+
+#[test]
+fn an_entry_is_compared_seed_by_seed_and_failures_count_as_losses() {
+    let suite = suite();
+    let selection = selection(&suite, "few-beams", 6);
+    let verdict = |runs: &[BenchmarkRun]| {
+        let (scores, verdicts) = standings(&suite, &selection, &entries(&suite), runs);
+        let is_it = |entry: &str, metric| entry == "mine" && metric == Metric::Ate;
+        let score = scores.into_iter().find(|s| is_it(&s.entry, s.metric)).unwrap();
+        let mut verdicts = verdicts.into_iter().filter(|v| is_it(&v.entry, v.metric));
+        (score, verdicts.find(|v| v.baseline == "mcl").unwrap())
+    };
+    let (score, better) = verdict(&runs(6, &[]));
+    assert_eq!((score.runs, score.failed, better.pairs), (6, 0, 6));
+    assert!((score.mean.unwrap() - 0.0625).abs() < 1e-12, "{score:?}");
+    assert_eq!((better.better, better.wins), (Some(Side::Entry), [0, 6]));
+    assert!(better.decides && better.is_reference);
+    let (score, lost) = verdict(&runs(6, &[0, 1, 2, 3, 4, 5]));
+    assert_eq!((score.runs, score.failed, score.mean), (0, 6, None));
+    assert_eq!((lost.better, lost.wins), (Some(Side::Baseline), [6, 0]));
+}
+
+fn result(runs: Vec<BenchmarkRun>) -> BenchmarkResult {
+    let suite = suite();
+    let rest = (true, "test".to_owned(), serde_json::Value::Null);
+    let selection = selection(&suite, "few-beams", 6);
+    BenchmarkResult::of(&suite, selection, entries(&suite), runs, rest).unwrap()
+}
+
+#[test]
+fn what_was_changed_in_a_result_is_found() {
+    let (suite, honest) = (suite(), result(runs(6, &[])));
+    let baselines = Entry::baselines(&suite);
+    let made: Vec<BenchmarkRun> =
+        honest.runs.iter().filter(|run| run.entry == "mcl").cloned().collect();
+    let differences = |result: &BenchmarkResult| {
+        verify(result, &suite, &baselines, made.clone()).unwrap().differences
+    };
+    let text = serde_json::to_string(&honest).unwrap();
+    let again: BenchmarkResult = serde_json::from_str(&text).unwrap();
+    assert_eq!(again, honest);
+    assert_eq!(differences(&again), [String::new(); 0]);
+    let mut score = honest.clone();
+    score.scores[0].mean = Some(0.001);
+    assert!(
+        differences(&score)[0].starts_with("scores.few-beams/localisation/mine/ate.mean: 0.001")
+    );
+    let mut digest = honest.clone();
+    digest.runs[1].digest = "0".repeat(32);
+    assert!(differences(&digest)[0].starts_with("runs.few-beams/given/mcl/0.digest"));
+    // Without its program, a run of `mine` is not made again; its scores still follow from it.
+    let mut figure = honest.clone();
+    figure.runs[0].figures.insert(Metric::Ate, Some(0.0));
+    assert!(!differences(&figure).is_empty());
+    let mut missing = honest.clone();
+    missing.runs.retain(|run| run.entry != "mcl" || run.seed != 2);
+    assert!(differences(&missing).iter().any(|d| d.starts_with("runs.few-beams/given/mcl/2:")));
+    let mut compute = honest;
+    compute.runs[1].compute_p99_s = Some(7.0);
+    compute.machine = serde_json::json!({ "cpu": "another" });
+    assert_eq!(differences(&compute), [String::new(); 0]);
+}
+
+#[test]
+fn the_leaderboard_has_the_best_first_and_refuses_other_runs() {
+    let suite = suite();
+    let mut results = vec![("a.json".to_owned(), result(runs(6, &[])))];
+    let board = leaderboard(&results).unwrap();
+    let localisation: Vec<&str> =
+        board.iter().filter(|s| s.track == Track::Localisation).map(|s| s.entry.as_str()).collect();
+    assert_eq!(localisation[0], "mine");
+    let (mine, mcl) = (&board[0], board.iter().find(|s| s.entry == "mcl").unwrap());
+    assert!(mcl.is_reference && !mine.is_reference);
+    assert_eq!(mine.scenarios, [1, 0, 0]);
+    assert!((mine.relative_error.unwrap() - 0.5).abs() < 1e-9);
+    let page = page::page(&suite, &results, &board);
+    assert!(page.contains("<svg") && page.contains("few-beams"));
+    let mut other = results[0].1.clone();
+    other.selection.key = Some("b".to_owned());
+    results.push(("b.json".to_owned(), other));
+    assert!(matches!(leaderboard(&results), Err(BenchmarkError::OtherSuite { .. })));
+}

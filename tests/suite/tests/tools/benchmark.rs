@@ -1,0 +1,146 @@
+//! `benchmark`: a result that others can check, and that no filter can cheat.
+
+use rusty_tests::*;
+
+/// Options of a benchmark that is short.
+const TINY: [&str; 7] = ["--only", "few-beams", "--track", "odometry", "--seeds", "2", "--quiet"];
+
+/// Whether this kernel can confine in full; prints the reason if it cannot.
+fn kernel_can() -> bool {
+    let place = folder();
+    let entry = estimator("estimator", &["dead-reckoning"], "sandbox = true");
+    let file = place.write("s.toml", format!("ticks = 1\n{entry}"));
+    let ended = sim_server(&["launch", &file, "--out", arg(&place.at("run")), "--quiet"]);
+    let can = ended.code == Some(0);
+    if !can {
+        skipped(ended.stderr.trim());
+    }
+    can
+}
+
+/// Runs a tiny benchmark with this filter.
+fn run(out: &Path, add: &str, more: &[&str]) -> Ended {
+    let args = ["benchmark", "run", "--out", arg(out), "--add", add];
+    sim_server(&[&args[..], &TINY, more].concat())
+}
+
+fn series_client(mode: &str) -> String {
+    format!("mine={} {mode}", binary("series-client").display())
+}
+
+fn read(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn a_result_is_verified_bit_by_bit_and_what_differs_is_named() {
+    if !kernel_can() {
+        return;
+    }
+    let place = folder();
+    let (out, mine) = (place.at("mine.json"), series_client(""));
+    run(&out, &mine, &[]).expect(0);
+    let result = read(&out);
+    assert_eq!((&result["confined"], &result["selection"]["whole"]), (&json!(true), &json!(false)));
+    let runs = result["runs"].as_array().unwrap();
+    let names = |name: &str| runs.iter().filter(|r| r["entry"] == name).count();
+    assert_eq!([names("mine"), names("dead-reckoning"), names("scan-match")], [2, 2, 2]);
+    // Both are dead reckoning: equal figures, and digests, in which names do not count.
+    let figures = |name: &str| {
+        let own = runs.iter().filter(|r| r["entry"] == name);
+        own.map(|r| (r["figures"].clone(), r["distance_m"].clone())).collect::<Vec<_>>()
+    };
+    assert_eq!(figures("mine"), figures("dead-reckoning"));
+    // Nothing is replaced unasked.
+    run(&out, &mine, &[]).expect(2);
+
+    let verify = |file: &Path, add: &[&str]| {
+        sim_server(&[&["benchmark", "verify", arg(file), "--json"], add].concat())
+    };
+    let equal = verify(&out, &["--add", &mine]).expect(0).json();
+    assert_eq!((&equal["is_equal"], &equal["runs"]), (&json!(true), &json!(6)));
+    assert_eq!(equal["checked"], json!(["mine", "dead-reckoning", "scan-match"]));
+    let other = verify(&out, &["--add", "mine=scan-match"]).expect(4).json();
+    let named = |found: &Value, place: &str| {
+        let all = found["differences"].as_array().unwrap();
+        assert!(all.iter().any(|d| d.as_str().unwrap().starts_with(place)), "{found}");
+    };
+    named(&other, "runs.few-beams/hidden/mine/0.digest");
+
+    // A better score than its runs have, without the program of the filter.
+    let mut tampered = result.clone();
+    let scores = tampered["scores"].as_array_mut().unwrap();
+    scores.iter_mut().find(|s| s["entry"] == "mine").unwrap()["mean"] = json!(0.0001);
+    let file = place.write("tampered.json", tampered.to_string());
+    let found = verify(Path::new(&file), &[]).expect(4).json();
+    named(&found, "scores.few-beams/odometry/mine/");
+    assert_eq!(found["unchecked"], json!(["mine"]));
+    verify(&out, &["--add", "other=scan-match"]).expect(2).says("other");
+}
+
+#[test]
+fn several_results_make_a_leaderboard_and_a_page() {
+    if !kernel_can() {
+        return;
+    }
+    let place = folder();
+    let (a, b, page) = (place.at("a.json"), place.at("b.json"), place.at("page.html"));
+    run(&a, &series_client(""), &[]).expect(0);
+    run(&b, "theirs=scan-match", &[]).expect(0);
+    let report = ["benchmark", "report", arg(&a), arg(&b), "--page", arg(&page), "--json"];
+    let board = sim_server(&report).expect(0).json();
+    let board: Vec<(&str, &Value)> =
+        board.as_array().unwrap().iter().map(|s| (text(s, "entry"), s)).collect();
+    let of = |name: &str| board.iter().find(|(entry, _)| *entry == name).unwrap().1;
+    assert_eq!(board.len(), 4, "{board:?}");
+    assert_eq!(of("dead-reckoning")["is_reference"], json!(true));
+    assert_eq!(of("mine")["relative_error"], json!(1.0));
+    assert_eq!(of("theirs")["relative_error"], of("scan-match")["relative_error"]);
+    let page = fs::read_to_string(&page).unwrap();
+    assert!(page.contains("<svg") && page.contains("theirs") && !page.contains("<script"));
+    sim_server(&report).expect(2);
+    // Other seeds are another benchmark.
+    let other = place.at("other.json");
+    run(&other, &series_client(""), &["--key", "secret"]).expect(0);
+    sim_server(&["benchmark", "report", arg(&a), arg(&other)]).expect(2).says("secret");
+}
+
+#[test]
+fn a_confined_filter_reaches_no_file_with_the_truth_and_its_failure_is_a_result() {
+    if !kernel_can() {
+        return;
+    }
+    let place = folder();
+    let truth = place.write("truth.tum", "0.02 1 0 0 0 0 0 1\n");
+    let cheat = format!("mine=trajectory {truth}");
+    let out = place.at("cheat.json");
+    run(&out, &cheat, &[]).expect(3);
+    let result = read(&out);
+    let runs = result["runs"].as_array().unwrap();
+    let failed =
+        |name: &str| runs.iter().filter(|r| r["entry"] == name && !r["failure"].is_null()).count();
+    assert_eq!([failed("mine"), failed("dead-reckoning")], [2, 0]);
+    let own = runs.iter().filter(|r| r["entry"] == "mine");
+    assert!(own.clone().all(|r| r["figures"]["rpe-metre"].is_null()), "{result}");
+    // The file is readable where it is given.
+    run(&place.at("given.json"), &cheat, &["--file", &truth]).expect(0);
+}
+
+#[test]
+fn options_that_cannot_be_used_are_refused_before_the_first_run() {
+    let place = folder();
+    let out = place.at("out.json");
+    let refused = |add: &str, more: &[&str], says: &str| {
+        let args = ["benchmark", "run", "--out", arg(&out), "--add", add];
+        sim_server(&[&args[..], more].concat()).expect(2).says(says);
+    };
+    refused("mine=x", &["--only", "few-beam"], "did you mean \"few-beams\"?");
+    refused("mcl=x", &[], "in use");
+    refused("mine", &[], "NAME=COMMAND");
+    refused("mine=x", &["--only", "global", "--track", "slam"], "slam");
+    assert!(!out.exists());
+    let list = sim_server(&["benchmark", "list", "--json"]).expect(0).json();
+    assert_eq!(list["scenario"].as_array().unwrap().len(), 10);
+    let file = place.write("x.json", "{}");
+    sim_server(&["benchmark", "report", &file]).expect(2).says("x.json");
+}
