@@ -202,7 +202,14 @@ fn report(args: &ReportArgs) -> Result<Exit> {
     args.page.as_ref().map_or(Ok(()), |path| check_free(path, args.force))?;
     let suite = Suite::built_in()?;
     let read = |path: &PathBuf| -> Result<(String, BenchmarkResult), BenchmarkError> {
-        Ok((path.display().to_string(), BenchmarkResult::read(path, &suite)?))
+        let result = BenchmarkResult::read(path, &suite)?;
+        let path = path.display().to_string();
+        // Scores and verdicts must follow from the runs.
+        let found = verify(&result, &suite, &[], Vec::new())?;
+        match found.differences.into_iter().next() {
+            Some(difference) => Err(BenchmarkError::Changed { path, difference }),
+            None => Ok((path, result)),
+        }
     };
     let results: Vec<_> = args.files.iter().map(read).collect::<Result<_, _>>()?;
     let standings = leaderboard(&results)?;

@@ -41,6 +41,14 @@ pub enum BenchmarkError {
         /// What is wrong with it.
         problem: String,
     },
+    /// Scores, verdicts or runs of a file do not fit together.
+    #[error("reading a result failed: {path}: {difference}; ask for the file as it was written")]
+    Changed {
+        /// The file.
+        path: String,
+        /// The first field that differs from what follows from the runs.
+        difference: String,
+    },
     /// A file is about another suite.
     #[error("comparing results failed: {path}: expected {expected}, got {found}; {remedy}")]
     OtherSuite {
@@ -68,6 +76,7 @@ impl BenchmarkError {
         match self {
             Self::Sweep(e) => e.exit(),
             Self::Field(_) | Self::NoResult { .. } | Self::OtherSuite { .. } => Exit::Usage,
+            Self::Changed { .. } => Exit::NotBitExact,
             Self::Suite(_) | Self::Json(_) | Self::Io { .. } => Exit::Failed,
         }
     }

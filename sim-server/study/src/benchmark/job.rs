@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rusty_contract::scenario::Access;
 use rusty_contract::{Sandbox, errln};
 use rusty_engine::run::Progress;
 
@@ -13,6 +12,7 @@ use super::error::BenchmarkError;
 use super::run::BenchmarkRun;
 use super::selection::Selection;
 use super::suite::Suite;
+use super::track::map_word;
 use crate::sweep::{Plan, SweepJob};
 
 /// What there is to do, and how.
@@ -51,7 +51,11 @@ impl BenchmarkJob<'_> {
         for (place, (block, plan)) in blocks.iter().zip(plans).enumerate() {
             if !self.quiet {
                 let (scenario, entry) = (&block.scenario.name, &block.entry.name);
-                errln!("{} of {count}: {scenario}, map {}, {entry}", place + 1, map_word(block));
+                errln!(
+                    "{} of {count}: {scenario}, map {}, {entry}",
+                    place + 1,
+                    map_word(block.map)
+                );
             }
             runs.extend(self.block(block, plan, stop)?);
             if stop.load(Ordering::Relaxed) {
@@ -88,12 +92,5 @@ impl BenchmarkJob<'_> {
             }
         }
         Ok(runs)
-    }
-}
-
-fn map_word(block: &Block<'_>) -> &'static str {
-    match block.map {
-        Access::Given => "given",
-        Access::Hidden => "hidden",
     }
 }

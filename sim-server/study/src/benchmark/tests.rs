@@ -1,3 +1,5 @@
+//! Tests of the benchmark: plans, scores, verdicts, changed results.
+
 use std::collections::BTreeMap;
 
 use rusty_contract::Sandbox;
@@ -22,7 +24,12 @@ fn entries(suite: &Suite) -> Vec<Entry> {
 }
 
 fn selection(suite: &Suite, only: &str, seeds: u64) -> Selection {
-    let wanted = Wanted { only: vec![only.to_owned()], seeds: Some(seeds), ..Wanted::default() };
+    let wanted = Wanted {
+        only: vec![only.to_owned()],
+        tracks: vec![Track::Localisation],
+        seeds: Some(seeds),
+        key: None,
+    };
     Selection::of(suite, wanted).unwrap()
 }
 
@@ -66,7 +73,7 @@ fn a_key_gives_other_seeds_that_cannot_be_tried() {
     assert!(of(Some("a")).at(0) > 1 << 40);
 }
 
-/// Runs of a scenario in which `mine` has half the error of the baseline.
+/// Runs of a scenario in which `mine` has half the error of the baselines.
 fn runs(seeds: u64, failed: &[u64]) -> Vec<BenchmarkRun> {
     let run = |entry: &str, seed: u64, error: f64, failure: Option<String>| BenchmarkRun {
         scenario: "few-beams".to_owned(),
@@ -87,7 +94,8 @@ fn runs(seeds: u64, failed: &[u64]) -> Vec<BenchmarkRun> {
     let all = (0..seeds).flat_map(|seed| {
         let error = 0.1 + 0.01 * seed as f64;
         let failure = failed.contains(&seed).then(|| "dead".to_owned());
-        [run("mine", seed, error / 2.0, failure), run("mcl", seed, error, None)]
+        let baselines = ["mcl", "ekf"].map(|name| run(name, seed, error, None));
+        [run("mine", seed, error / 2.0, failure)].into_iter().chain(baselines)
     });
     all.collect()
 }
@@ -125,7 +133,7 @@ fn what_was_changed_in_a_result_is_found() {
     let (suite, honest) = (suite(), result(runs(6, &[])));
     let baselines = Entry::baselines(&suite);
     let made: Vec<BenchmarkRun> =
-        honest.runs.iter().filter(|run| run.entry == "mcl").cloned().collect();
+        honest.runs.iter().filter(|run| run.entry != "mine").cloned().collect();
     let differences = |result: &BenchmarkResult| {
         verify(result, &suite, &baselines, made.clone()).unwrap().differences
     };
@@ -139,15 +147,21 @@ fn what_was_changed_in_a_result_is_found() {
         differences(&score)[0].starts_with("scores.few-beams/localisation/mine/ate.mean: 0.001")
     );
     let mut digest = honest.clone();
-    digest.runs[1].digest = "0".repeat(32);
+    digest.runs[1].digest = "f".repeat(32);
     assert!(differences(&digest)[0].starts_with("runs.few-beams/given/mcl/0.digest"));
     // Without its program, a run of `mine` is not made again; its scores still follow from it.
     let mut figure = honest.clone();
     figure.runs[0].figures.insert(Metric::Ate, Some(0.0));
     assert!(!differences(&figure).is_empty());
-    let mut missing = honest.clone();
-    missing.runs.retain(|run| run.entry != "mcl" || run.seed != 2);
-    assert!(differences(&missing).iter().any(|d| d.starts_with("runs.few-beams/given/mcl/2:")));
+    for name in ["mcl", "mine"] {
+        let mut missing = honest.clone();
+        missing.runs.retain(|run| run.entry != name || run.seed != 2);
+        let place = format!("runs.few-beams/given/{name}/2: ");
+        assert!(differences(&missing).iter().any(|d| d.starts_with(&place)), "{name}");
+    }
+    let mut whole = honest.clone();
+    whole.selection.whole = true;
+    assert_eq!(differences(&whole), ["selection.whole: true and false"]);
     let mut compute = honest;
     compute.runs[1].compute_p99_s = Some(7.0);
     compute.machine = serde_json::json!({ "cpu": "another" });

@@ -14,7 +14,7 @@ pub enum Track {
     Localisation,
     /// Motion, without a map
     Odometry,
-    /// Poses in a map of its own
+    /// Poses in a map that the estimator makes
     Slam,
 }
 
@@ -40,5 +40,14 @@ impl Track {
             Self::Odometry => "odometry",
             Self::Slam => "slam",
         }
+    }
+}
+
+/// Returns the word of files for whether an estimator receives the walls.
+#[must_use]
+pub fn map_word(map: Access) -> &'static str {
+    match map {
+        Access::Given => "given",
+        Access::Hidden => "hidden",
     }
 }

@@ -3,10 +3,12 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::block::blocks;
 use super::entry::Entry;
 use super::error::BenchmarkError;
 use super::result::BenchmarkResult;
 use super::run::BenchmarkRun;
+use super::selection::{Selection, Wanted};
 use super::suite::Suite;
 use crate::documents::differences;
 
@@ -49,14 +51,16 @@ pub fn verify(
     let count = made.len();
     let mut runs = made;
     runs.extend(result.runs.iter().filter(|run| !is_checked(&run.entry)).cloned());
-    let entries = result.entries.clone();
     let rest = (result.confined, result.writer.clone(), result.machine.clone());
     // Baselines that the suite has and the file lacks are missing runs.
-    let mut all = entries.clone();
-    let missing = Entry::baselines(suite);
-    all.extend(missing.into_iter().filter(|b| !entries.iter().any(|e| e.name == b.name)));
-    let expected = BenchmarkResult::of(suite, result.selection.clone(), all, runs, rest)?;
-    let found = differences(&comparable(result)?, &comparable(&expected)?);
+    let mut entries = result.entries.clone();
+    let missing = Entry::baselines(suite).into_iter();
+    entries.extend(missing.filter(|b| !result.entries.iter().any(|e| e.name == b.name)));
+    let Selection { scenarios: only, tracks, seeds, key, .. } = result.selection.clone();
+    let selection = Selection::of(suite, Wanted { only, tracks, seeds: Some(seeds), key })?;
+    let expected = BenchmarkResult::of(suite, selection, entries, runs, rest)?;
+    let mut found = differences(&comparable(result)?, &comparable(&expected)?);
+    found.extend(miscounted(result, suite, &expected)?);
     let names = |is_wanted: bool| {
         let own = result.entries.iter().filter(|e| is_checked(&e.name) == is_wanted);
         own.map(|e| e.name.clone()).collect()
@@ -68,6 +72,31 @@ pub fn verify(
         unchecked: names(false),
         differences: found,
     })
+}
+
+/// Runs of entries that were not made again and that a result has not exactly once.
+fn miscounted(
+    result: &BenchmarkResult,
+    suite: &Suite,
+    expected: &BenchmarkResult,
+) -> Result<Vec<String>, BenchmarkError> {
+    let seeds = expected.selection.seeds()?;
+    let mut found = Vec::new();
+    for block in blocks(suite, &expected.selection, &expected.entries) {
+        let (scenario, entry) = (&block.scenario.name, &block.entry.name);
+        for seed in (0..seeds.count()).map(|place| seeds.at(place)) {
+            let is_it = |run: &&BenchmarkRun| {
+                (run.seed, run.map) == (seed, block.map)
+                    && (&run.scenario, &run.entry) == (scenario, entry)
+            };
+            let there = result.runs.iter().filter(is_it).count();
+            if there != 1 && expected.runs.iter().filter(is_it).count() == there {
+                let map = super::track::map_word(block.map);
+                found.push(format!("runs.{scenario}/{map}/{entry}/{seed}: {there} runs and 1"));
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// A result with lists as objects, so that a difference names its place, and without what

@@ -75,6 +75,7 @@ fn a_result_is_verified_bit_by_bit_and_what_differs_is_named() {
     let found = verify(Path::new(&file), &[]).expect(4).json();
     named(&found, "scores.few-beams/odometry/mine/");
     assert_eq!(found["unchecked"], json!(["mine"]));
+    sim_server(&["benchmark", "report", &file]).expect(4).says("scores.few-beams");
     verify(&out, &["--add", "other=scan-match"]).expect(2).says("other");
 }
 
