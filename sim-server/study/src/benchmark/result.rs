@@ -7,6 +7,7 @@ use rusty_contract::{TextTable, input, replace};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::block::takes_part;
 use super::entry::Entry;
 use super::error::BenchmarkError;
 use super::run::BenchmarkRun;
@@ -48,17 +49,20 @@ pub struct BenchmarkResult {
 }
 
 impl BenchmarkResult {
-    /// Returns the result of these runs.
+    /// Returns the result of these runs. Entries that take no part in the selection are left
+    /// out.
     ///
     /// # Errors
     /// [`BenchmarkError`] if the suite cannot be read.
     pub fn of(
         suite: &Suite,
         selection: Selection,
-        entries: Vec<Entry>,
+        mut entries: Vec<Entry>,
         runs: Vec<BenchmarkRun>,
         (confined, writer, machine): (bool, String, Value),
     ) -> Result<Self, BenchmarkError> {
+        let is_in = |e: &Entry| selection.blocks(suite).any(|(s, t)| takes_part(suite, s, t, e));
+        entries.retain(is_in);
         let (scores, verdicts) = standings(suite, &selection, &entries, &runs);
         Ok(Self {
             schema: SCHEMA,

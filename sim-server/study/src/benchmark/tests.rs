@@ -140,7 +140,7 @@ fn what_was_changed_in_a_result_is_found() {
     let text = serde_json::to_string(&honest).unwrap();
     let again: BenchmarkResult = serde_json::from_str(&text).unwrap();
     assert_eq!(again, honest);
-    assert_eq!(differences(&again), [String::new(); 0]);
+    assert_eq!(differences(&again), Vec::<String>::new());
     let mut score = honest.clone();
     score.scores[0].mean = Some(0.001);
     assert!(
@@ -165,7 +165,7 @@ fn what_was_changed_in_a_result_is_found() {
     let mut compute = honest;
     compute.runs[1].compute_p99_s = Some(7.0);
     compute.machine = serde_json::json!({ "cpu": "another" });
-    assert_eq!(differences(&compute), [String::new(); 0]);
+    assert_eq!(differences(&compute), Vec::<String>::new());
 }
 
 #[test]
