@@ -108,7 +108,10 @@ fn standing(result: &BenchmarkResult, file: &str, entry: &str, track: Track) -> 
         file: file.to_owned(),
         is_reference,
         scenarios: [count(Some(Side::Entry)), count(None), count(Some(Side::Baseline))],
-        relative_error: (!ratios.is_empty()).then_some(mean),
+        relative_error: match is_reference {
+            true => Some(1.0),
+            false => (!ratios.is_empty()).then_some(mean),
+        },
         failed,
         without,
         compute_p99_s: rusty_metrics::percentile(&mut compute, 0.5),

@@ -128,6 +128,24 @@ fn a_confined_filter_reaches_no_file_with_the_truth_and_its_failure_is_a_result(
 }
 
 #[test]
+fn a_benchmark_that_is_stopped_writes_nothing() {
+    if !kernel_can() {
+        return;
+    }
+    let place = folder();
+    let (out, mine) = (place.at("out.json"), series_client(""));
+    let args = ["benchmark", "run", "--out", arg(&out), "--add", &mine, "--only", "tour"];
+    let process = Process::start("sim-server", &[&args[..], &["--jobs", "2"]].concat());
+    let pid = process.pid();
+    let crew = |number: u32| RunName::new(&format!("sweep-{pid}-{number}")).unwrap();
+    until("both crews are at work", || (0..2).all(|n| participants(&crew(n)).len() >= 3));
+    process.signal(Signal::INT);
+    process.wait().expect(3).says("no result is written");
+    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
+    (0..2).for_each(|number| nothing_left(&crew(number)));
+}
+
+#[test]
 fn options_that_cannot_be_used_are_refused_before_the_first_run() {
     let place = folder();
     let out = place.at("out.json");
