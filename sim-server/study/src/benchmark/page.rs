@@ -32,7 +32,7 @@ pub fn page(
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
          style-src 'unsafe-inline'\">\n<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n\
          <body>\n<h1>{title}</h1>\n<pre>{}</pre>\n",
-        escaped(&LeaderboardText(standings).to_string())
+        preformatted(&LeaderboardText(standings).to_string())
     );
     let Some((_, first)) = results.first() else { return page + "</body>\n</html>\n" };
     for (scenario, track) in first.selection.blocks(suite) {
@@ -45,10 +45,15 @@ pub fn page(
         let confined = if result.confined { "confined" } else { "not confined" };
         let part = if result.selection.whole { "whole suite" } else { "part of the suite" };
         let heading = format!("{file}: {part}, {confined}, suite {digest}, {}", result.writer);
-        let text = result.to_string();
-        let _ = writeln!(page, "<h2>{}</h2>\n<pre>{}</pre>", escaped(&heading), escaped(&text));
+        let text = preformatted(&result.to_string());
+        let _ = writeln!(page, "<h2>{}</h2>\n<pre>{}</pre>", escaped(&heading), text);
     }
     page + "</body>\n</html>\n"
+}
+
+/// Escapes a text whose lines stay.
+fn preformatted(text: &str) -> String {
+    text.lines().map(escaped).collect::<Vec<_>>().join("\n")
 }
 
 /// Draws the figures of all entries in a scenario, metric by metric.

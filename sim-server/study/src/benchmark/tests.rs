@@ -182,6 +182,8 @@ fn the_leaderboard_has_the_best_first_and_refuses_other_runs() {
     assert!((mine.relative_error.unwrap() - 0.5).abs() < 1e-9);
     let page = page::page(&suite, &results, &board);
     assert!(page.contains("<svg") && page.contains("few-beams"));
+    let line = |text: &str| page.lines().filter(|line| line.starts_with(text)).count();
+    assert_eq!([line("localisation  mcl"), line("localisation  few-beams")], [1, 6]);
     let mut other = results[0].1.clone();
     other.selection.key = Some("b".to_owned());
     results.push(("b.json".to_owned(), other));
