@@ -40,7 +40,7 @@ try:
 except ImportError as error:
     raise ImportError(
         f"import of rusty.gym failed: expected its native module rusty._gym, got: {error}; "
-        "install the wheel with all programs, or `pip install ./sim-server/gym` in the repository"
+        "install the wheel rusty_lab_gym, or `pip install ./sim-server/gym` in the repository"
     ) from None
 
 __all__ = ["Distance", "Goal", "RustyEnv", "RustyVectorEnv", "Step"]

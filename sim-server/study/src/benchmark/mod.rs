@@ -9,7 +9,7 @@
 //! * [`block`]: the runs of an entry in a scenario; [`job`] makes them;
 //! * [`run`], [`standings`], [`result`]: figures, scores and verdicts in one file;
 //! * [`verify`]: a result compared with the same runs made again;
-//! * [`leaderboard`], [`page`]: several results in a table, and drawn;
+//! * [`mod@leaderboard`], [`page`]: several results in a table, and drawn;
 //! * [`error`].
 
 pub mod block;
