@@ -109,8 +109,6 @@ pub struct Outcome {
 pub struct Run<'a> {
     source: &'a mut dyn FrameSource,
     ahead: Ahead,
-    /// Whether the next tick is made while the participants work on this one.
-    overlaps: bool,
     identity: RunIdentity,
     lockstep: Lockstep,
     series: Series,
@@ -145,7 +143,6 @@ impl<'a> Run<'a> {
             progress: Progress::new(ticks, options.quiet || options.leader.is_some())
                 .about(options.robot.as_deref()),
             ahead: Ahead::new(),
-            overlaps: options.overlap,
             leader: options.leader.clone(),
             finished: false,
             domain,
@@ -266,7 +263,10 @@ impl<'a> Run<'a> {
         let waiting = self.lockstep.slots().iter().filter(|s| s.is_present());
         self.wire.link.wake_sleepers(waiting.map(|s| (s.waiting_since_ns, s.awake_ns)));
         // With a pace to keep there is time after the answers.
-        if self.overlaps && !self.pacer.has_pace() && tick + 1 < self.source.tick_count() {
+        if self.series.options.overlap
+            && !self.pacer.has_pace()
+            && tick + 1 < self.source.tick_count()
+        {
             self.ahead.prepare(self.source, &self.identity.key);
         }
         Ok(true)

@@ -83,7 +83,7 @@ impl Selection {
     /// Returns the seeds.
     ///
     /// # Errors
-    /// [`FieldError`] if there are none.
+    /// [`FieldError`] if the suite or a file names zero seeds.
     pub fn seeds(&self) -> Result<Seeds, FieldError> {
         let first = self.key.as_ref().map_or(0, |key| xxh3_64(key.as_bytes()) >> 1);
         let text = format!("{first}..{}", first.saturating_add(self.seeds));
