@@ -1,7 +1,10 @@
 //! Look at the data, yield, then block for a bounded while.
 //!
-//! A waiter looks for data for an *awake time*, giving its core away between
-//! looks (`sched_yield`); then it blocks on a descriptor, in bounded slices.
+//! A waiter looks for data for an *awake time*; then it blocks on a descriptor, in bounded
+//! slices. Between looks it gives its core away (`sched_yield`), except in its first
+//! microseconds while nobody seems to want the core: a yield that returns late says that
+//! somebody does, and the waits after it yield at once.
+//!
 //! Awake times and the moments at which waiting began travel with the data, so
 //! a sender can tell whether its receiver may be asleep: only then does it pay
 //! for a wake-up. While everyone is awake a tick needs no blocking system call.
@@ -11,6 +14,7 @@
 //! least once; otherwise it is woken. A wake-up lost all the same costs one
 //! slice, never a hang.
 
+use std::cell::Cell;
 use std::os::fd::BorrowedFd;
 use std::time::Duration;
 
@@ -76,9 +80,37 @@ pub(crate) fn may_sleep(now_ns: u64, since_ns: u64, awake_ns: u64) -> bool {
     awake_ns != u64::MAX && now_ns.saturating_sub(since_ns) >= awake_ns / 2
 }
 
-/// One wait: yields first, then blocks in growing slices.
+/// How long a wait looks without a yield, ns: longer than an answer takes that is made by a
+/// process on another core.
+const KEEP_CORE_NS: u64 = 3_000;
+
+/// A yield longer than this ran another process, ns. With nobody else on the core it is a
+/// system call of 0.2 to 0.6 µs.
+const RAN_ANOTHER_NS: u64 = 1_500;
+
+/// How many waits yield at once after a yield that ran another process.
+const WAITS_IN_TURN: u32 = 64;
+
+thread_local! {
+    /// How many of the next waits of this thread yield at once.
+    static IN_TURN: Cell<u32> = const { Cell::new(0) };
+}
+
+/// Until when a wait that began at `since_ns` keeps its core.
+fn keep_until_ns(since_ns: u64) -> u64 {
+    match IN_TURN.get() {
+        0 => since_ns.saturating_add(KEEP_CORE_NS),
+        waits => {
+            IN_TURN.set(waits - 1);
+            0
+        }
+    }
+}
+
+/// One wait: looks, yields, then blocks in growing slices.
 #[derive(Clone)]
 pub(crate) struct Waiter {
+    keep_until_ns: u64,
     awake_until_ns: u64,
     slice: Duration,
 }
@@ -97,7 +129,11 @@ impl Waiter {
 
     /// A wait that began at `since_ns`.
     pub(crate) fn new(policy: WaitPolicy, since_ns: u64) -> Self {
-        Self { awake_until_ns: since_ns.saturating_add(policy.awake_ns()), slice: FIRST_SLICE }
+        Self {
+            keep_until_ns: keep_until_ns(since_ns),
+            awake_until_ns: since_ns.saturating_add(policy.awake_ns()),
+            slice: FIRST_SLICE,
+        }
     }
 
     /// Sleeps from now on: what is waited for is known to be far, and a process that
@@ -116,17 +152,24 @@ impl Waiter {
         }
     }
 
-    /// Whether it is still in its awake time; if so, the core was given away
-    /// once.
+    /// Whether it is still in its awake time; if so, the core was given away once, or
+    /// kept because it is early and nobody wants it.
     pub(crate) fn yielded(&self) -> bool {
         // Read at every look: on a busy machine one yield can take longer than
         // the whole awake time, and who sleeps is woken sooner.
-        if monotonic_ns() < self.awake_until_ns {
-            std::thread::yield_now();
-            true
-        } else {
-            false
+        let now_ns = monotonic_ns();
+        if now_ns >= self.awake_until_ns {
+            return false;
         }
+        if now_ns < self.keep_until_ns {
+            std::hint::spin_loop();
+        } else {
+            std::thread::yield_now();
+            if monotonic_ns() - now_ns > RAN_ANOTHER_NS {
+                IN_TURN.set(WAITS_IN_TURN);
+            }
+        }
+        true
     }
 
     /// Blocks until one of `fds` is readable, `at_most` is over, or a slice is.
@@ -166,6 +209,15 @@ mod tests {
         assert!(balanced.yielded());
         balanced.rest();
         assert!(!balanced.yielded());
+    }
+
+    #[test]
+    fn a_core_that_is_wanted_is_given_away_at_once_for_a_number_of_waits() {
+        let keeps = || Waiter::new(WaitPolicy::Balanced, 7).keep_until_ns == 7 + KEEP_CORE_NS;
+        assert!(keeps());
+        IN_TURN.set(WAITS_IN_TURN);
+        assert!((0..WAITS_IN_TURN).all(|_| !keeps()));
+        assert!(keeps());
     }
 
     #[test]
