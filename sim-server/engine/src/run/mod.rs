@@ -209,10 +209,6 @@ impl<'a> Run<'a> {
             self.take_requests()?;
             self.take_joins()?;
         }
-        if self.pacer.began.is_none() {
-            // During a pause another participant may have joined.
-            self.wire.link.reserve()?;
-        }
         let is_stopped = self.stop.is_raised();
         let may = self.pacer.may(tick);
         if may != May::Now && !is_stopped {
@@ -243,7 +239,11 @@ impl<'a> Run<'a> {
                 return Ok(true);
             }
         }
-        self.pacer.began.get_or_insert_with(Instant::now);
+        if self.pacer.began.is_none() {
+            // During a pause another participant may have joined.
+            self.wire.link.reserve()?;
+            self.pacer.began = Some(Instant::now());
+        }
         self.progress.goes_on_at(tick);
         let mut frame = self.wire.link.loan()?;
         let truth = match self.ahead.make(self.source, command, &mut frame, &self.identity.key) {
