@@ -52,8 +52,7 @@ pub fn leaderboard(results: &[(String, BenchmarkResult)]) -> Result<Vec<Standing
                 remedy: "compare results of the same scenarios, tracks, seeds and key",
             });
         }
-        let entries = result.entries.iter().filter(|entry| place == 0 || !entry.is_baseline);
-        for entry in entries {
+        for entry in result.entries_at(place) {
             let tracks = Track::ALL.into_iter();
             all.extend(tracks.filter_map(|track| standing(result, file, &entry.name, track)));
         }

@@ -2,21 +2,25 @@
 
 use std::fmt::Write as _;
 
+use rusty_plot::assets::LOOK_CSS;
 use rusty_plot::page::{Legend, draw_title};
 use rusty_plot::style::Look;
 use rusty_plot::{escaped, paint};
 
 use super::leaderboard::{LeaderboardText, Standing};
 use super::result::BenchmarkResult;
+use super::run::BenchmarkRun;
+use super::standings::{Place, figure};
 use super::suite::{Suite, SuiteScenario};
 use super::track::Track;
 use crate::page::{Distribution, MARGIN_LEFT, TOP, WIDTH, draw_distributions, frame};
 use crate::versus::Metric;
 
 const HEIGHT: f64 = 200.0;
-const STYLE: &str = "body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; \
-                     max-width: 1240px; padding: 0 1rem; background: #fff; color: #222; } \
-                     pre { overflow-x: auto; } svg { max-width: 100%; height: auto; }";
+/// After [`LOOK_CSS`]. Drawings are white in the dark, too, and wider than a phone.
+const STYLE: &str = "body { max-width: 1240px; padding: 1rem; } \
+                     pre, .drawing { overflow-x: auto; } \
+                     svg { display: block; min-width: 44rem; max-width: 100%; height: auto; }";
 
 /// Returns the page, a complete file of hypertext without scripts. `results` are those of
 /// the leaderboard.
@@ -29,16 +33,21 @@ pub fn page(
     let title = format!("sim-server benchmark, suite {}", suite.version);
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
-         style-src 'unsafe-inline'\">\n<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n\
+         style-src 'unsafe-inline'\">\n<title>{title}</title>\n<style>\n{LOOK_CSS}{STYLE}</style>\n</head>\n\
          <body>\n<h1>{title}</h1>\n<pre>{}</pre>\n",
         preformatted(&LeaderboardText(standings).to_string())
     );
     let Some((_, first)) = results.first() else { return page + "</body>\n</html>\n" };
     for (scenario, track) in first.selection.blocks(suite) {
         let heading = format!("{}, {}: {}", scenario.name, track.word(), scenario.about);
-        let _ =
-            writeln!(page, "<h2>{}</h2>\n{}", escaped(&heading), drawing(results, scenario, track));
+        let drawing = drawing(results, scenario, track);
+        let _ = writeln!(
+            page,
+            "<h2>{}</h2>\n<div class=\"drawing\">\n{drawing}</div>",
+            escaped(&heading)
+        );
     }
     for (file, result) in results {
         let digest = &result.suite_digest;
@@ -69,8 +78,7 @@ fn drawing(
     };
     let mut shown: Vec<(&BenchmarkResult, &str)> = Vec::new();
     for (place, (_, result)) in results.iter().enumerate() {
-        let own = result.entries.iter().filter(|e| place == 0 || !e.is_baseline);
-        let own = own.filter(|e| scored(result, &e.name));
+        let own = result.entries_at(place).filter(|e| scored(result, &e.name));
         shown.extend(own.map(|e| (result, e.name.as_str())));
     }
     let title = format!("{}, {}", scenario.name, track.word());
@@ -84,7 +92,9 @@ fn drawing(
         for (column, metric) in metrics.iter().enumerate() {
             let distribution = |(place, (result, name)): (usize, &(&BenchmarkResult, &str))| {
                 let look = Look::of(place, shown.len());
-                Distribution { look, values: values(result, (scenario, track), name, *metric) }
+                let place = Place { scenario, track, runs: &result.runs };
+                let values = place.runs_of(name).map(|run| in_shown_unit(run, *metric)).collect();
+                Distribution { look, values }
             };
             let all: Vec<Distribution> = shown.iter().enumerate().map(distribution).collect();
             let heading = format!("{}{}", metric.words(), unit(*metric));
@@ -101,16 +111,7 @@ fn unit(metric: Metric) -> String {
     }
 }
 
-/// The figures of an entry in the unit of its words; NaN of a run without.
-fn values(
-    result: &BenchmarkResult,
-    (scenario, track): (&SuiteScenario, Track),
-    entry: &str,
-    metric: Metric,
-) -> Vec<f64> {
-    let runs = result.runs.iter();
-    let own = runs.filter(|r| r.scenario == scenario.name && r.map == track.map());
-    let own = own.filter(|r| r.entry == entry);
-    let figure = |figure: Option<f64>| figure.map_or(f64::NAN, |value| metric.scale() * value);
-    own.map(|run| figure(run.figures.get(&metric).copied().flatten())).collect()
+/// The figure of a run in the unit of its words; NaN of a run without.
+fn in_shown_unit(run: &BenchmarkRun, metric: Metric) -> f64 {
+    figure(run, metric).map_or(f64::NAN, |value| metric.scale() * value)
 }

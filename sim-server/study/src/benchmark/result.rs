@@ -110,6 +110,12 @@ impl BenchmarkResult {
         replace(path, (text + "\n").as_bytes()).map_err(BenchmarkError::io(path))
     }
 
+    /// Returns the entries that count in a list of results, in which this one has `place`:
+    /// baselines are those of the first.
+    pub(super) fn entries_at(&self, place: usize) -> impl Iterator<Item = &Entry> {
+        self.entries.iter().filter(move |entry| place == 0 || !entry.is_baseline)
+    }
+
     /// Returns the number of runs that failed.
     #[must_use]
     pub fn failed(&self) -> usize {

@@ -120,14 +120,14 @@ pub fn standings(
 }
 
 /// A track in a scenario.
-struct Place<'s> {
-    scenario: &'s SuiteScenario,
-    track: Track,
-    runs: &'s [BenchmarkRun],
+pub(super) struct Place<'s> {
+    pub(super) scenario: &'s SuiteScenario,
+    pub(super) track: Track,
+    pub(super) runs: &'s [BenchmarkRun],
 }
 
 impl Place<'_> {
-    fn runs_of(&self, entry: &str) -> impl Iterator<Item = &BenchmarkRun> {
+    pub(super) fn runs_of(&self, entry: &str) -> impl Iterator<Item = &BenchmarkRun> {
         let (scenario, map) = (&self.scenario.name, self.track.map());
         let is_its = move |run: &&BenchmarkRun| {
             run.scenario == *scenario && run.map == map && run.entry == entry
@@ -194,7 +194,7 @@ impl Place<'_> {
 }
 
 /// The figure of a run; a failed run has none.
-fn figure(run: &BenchmarkRun, metric: Metric) -> Option<f64> {
+pub(super) fn figure(run: &BenchmarkRun, metric: Metric) -> Option<f64> {
     run.figures.get(&metric).copied().flatten().filter(|_| run.failure.is_none())
 }
 
