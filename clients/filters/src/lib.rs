@@ -67,6 +67,7 @@ pub mod pose_graph;
 #[cfg(feature = "link")]
 pub mod slam;
 pub mod sparse;
+pub mod submap;
 
 #[cfg(feature = "link")]
 pub mod gridmap;

@@ -29,9 +29,9 @@ use crate::beams::believed_lidar;
 use crate::calibration::LearningWheels;
 use crate::icp::{
     Evidence, FEWEST, Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans,
-    match_widely,
 };
 use crate::numbers::{positive, share};
+use crate::submap::{Placement, Submap, Window};
 use crate::tangent::{chained, estimate, placed, symmetric};
 use crate::{Motion, OdometryNoise};
 
@@ -45,14 +45,19 @@ const SLIPPED_CHI2: f64 = 21.1;
 const SLIPS_M: [f64; 3] = [0.005, 0.15, 0.01];
 /// The same for the heading: rad at least, rad per rad, rad per m.
 const SLIPS_RAD: [f64; 3] = [0.03, 0.1, 0.05];
-/// How far a search goes for a match (m and rad): a scan may have come late while
-/// the robot turned.
+/// Half of the windows in which a match is searched (m and rad), the next one where the
+/// best pose of the one before fits badly: wheels are off by 0.3 m or 12 degrees now and
+/// then, and a scan may have come late while the robot turned.
+const WINDOWS: [(f64, f64); 2] = [(0.5, 0.5), (1.0, 0.8)];
+/// Deviations of the wheels in such a search, and of a motion that no match says.
 const LOST_M: f64 = 0.25;
-const LOST_RAD: f64 = 0.5;
-/// What such a search finds must match by this much better.
-const BETTER_SHARE: f64 = 0.1;
-/// With wheels that slipped, a match must not be worse by more than this.
-const WORSE_SHARE: f64 = 0.05;
+const LOST_RAD: f64 = 0.25;
+/// A pose fits the submap with this score at least.
+const FITS_SCORE: f64 = 0.45;
+/// A match that scores less than the best pose by no more than this is as good.
+const EQUAL_SCORE: f64 = 0.04;
+/// Key scans of the submap that a scan is searched in.
+const SUBMAP_SCANS: usize = 10;
 /// Where little matches, a key scan follows after this part of the way or turn.
 const EARLY: f64 = 0.2;
 
@@ -66,9 +71,10 @@ fn slipped(wheels: &Motion) -> Motion {
     Motion { covariance, ..*wheels }
 }
 
-/// The share of points that match, 0 where nothing does.
-fn share_of(found: &Result<(Fused, Match), NoMatch>) -> f64 {
-    found.as_ref().map_or(0.0, |(_, found)| found.share)
+/// The motion by wheels that are lost.
+fn lost(wheels: &Motion) -> Motion {
+    let by = Vector3::new(LOST_M * LOST_M, LOST_M * LOST_M, LOST_RAD * LOST_RAD);
+    Motion { covariance: wheels.covariance + Matrix3::from_diagonal(&by), ..*wheels }
 }
 
 /// Estimate odometry by scan matching
@@ -129,6 +135,8 @@ pub struct Tracker {
     wheels: LearningWheels,
     /// The walls of the key scan.
     surface: Option<Surface>,
+    /// The newest key scans, the last one too, with their poses in its frame.
+    recent: Vec<(SE2, Vec<Ray>)>,
     /// By wheels and matches, from the key scan to the last scan.
     to_scan: Motion,
     /// The same to now.
@@ -143,6 +151,7 @@ impl Tracker {
             laser: Laser::new(&believed_lidar(start)),
             wheels: LearningWheels::new(start.robot.drive, options.wheels),
             surface: None,
+            recent: Vec::new(),
             to_scan: Motion::default(),
             to_now: Motion::default(),
         }
@@ -184,53 +193,78 @@ impl Tracker {
             }
             Err(why) => told.no_match = Some(why),
         }
+        let is_lost = told.no_match.is_some();
         self.to_now = self.to_scan;
         let matches_well = share >= self.options.key_share;
         if self.is_beyond(1.0) || (!matches_well && self.is_beyond(EARLY)) {
+            let to_scan = self.to_scan;
+            if is_lost {
+                self.to_scan = lost(&to_scan);
+            }
             told.key = self.new_key(&rays, evidence.filter(|_| matches_well));
+            if told.key.is_none() {
+                self.to_scan = to_scan;
+            }
         }
         told
     }
 
     /// The motion since the key scan by wheels and this scan, and the share of its
-    /// points that match: with the wheels as they should be, then with wheels that
-    /// slipped, then with a search around.
+    /// points that match: with the wheels as they should be, or where that does not fit,
+    /// near the best pose in the submap.
     fn matched(&self, surface: &Surface, rays: &[Ray]) -> Result<(Fused, Match), NoMatch> {
         let (options, guess) = (&self.options.icp, self.to_scan.now_in_then);
-        let with = |found: Match, wheels: &Motion| {
+        let wheels = &self.wheels.since_key();
+        let with = |guess: &SE2, wheels: &Motion| {
+            let found = match_scans(surface, &self.laser, rays, guess, wheels, options)?;
             let fused = found.evidence.fuse(wheels).ok_or(NoMatch::NoSolution)?;
             Ok((fused, found))
         };
-        let fits = |(fused, found): &(Fused, Match)| {
-            found.share >= self.options.key_share && fused.innovation.nis <= SLIPPED_CHI2
-        };
-        let wheels = &self.wheels.since_key();
-        let by_the_book = match_scans(surface, &self.laser, rays, &guess, wheels, options)
-            .and_then(|found| with(found, wheels));
-        if by_the_book.as_ref().is_ok_and(fits) {
-            return by_the_book;
+        let book = with(&guess, wheels);
+        let is_usual = |(fused, _): &(Fused, Match)| fused.innovation.nis <= SLIPPED_CHI2;
+        let fits = |told: &(Fused, Match)| told.1.share >= self.options.key_share && is_usual(told);
+        if book.as_ref().is_ok_and(fits) || matches!(book, Err(NoMatch::FewEnds { .. })) {
+            return book;
         }
-        let slipped = slipped(wheels);
-        let mut again = match_scans(surface, &self.laser, rays, &guess, &slipped, options)
-            .and_then(|found| with(found, &slipped));
-        if share_of(&again) < self.options.key_share {
-            let half = Vector3::new(LOST_M, LOST_M, LOST_RAD);
-            let mut lost = *wheels;
-            lost.covariance += Matrix3::from_diagonal(&half.component_mul(&half));
-            let wide = match_widely(surface, &self.laser, rays, &lost, &half, options)
-                .and_then(|found| with(found, &lost));
-            if share_of(&wide) > share_of(&again) + BETTER_SHARE {
-                again = wide;
+        let map = Submap::new(self.recent.iter().map(|(pose, rays)| (*pose, rays.as_slice())));
+        let [best, other] = self.searched(&map, rays);
+        let Some(best) = best.filter(|best| best.score >= FITS_SCORE) else {
+            return Err(book.err().unwrap_or(NoMatch::NoSolution));
+        };
+        let is_best = |(fused, _): &(Fused, Match)| {
+            map.score(rays, &fused.motion.now_in_then) >= best.score - EQUAL_SCORE
+        };
+        // How surprising it was is told as the wheels should have been.
+        let innovation = book.as_ref().ok().map(|(fused, _)| fused.innovation);
+        let as_expected = |(fused, found): (Fused, Match)| {
+            let innovation = innovation.unwrap_or(fused.innovation);
+            (Fused { innovation, ..fused }, found)
+        };
+        let (slipped, lost) = (slipped(wheels), lost(wheels));
+        let usual = |told: &(Fused, Match)| is_usual(told) && is_best(told);
+        if book.as_ref().is_ok_and(usual) {
+            return book;
+        }
+        let attempts = std::iter::once((guess, &slipped))
+            .chain([Some(best), other].into_iter().flatten().map(|place| (place.pose, &lost)));
+        for (start, wheels) in attempts {
+            if let Some(told) = with(&start, wheels).ok().filter(usual) {
+                return Ok(as_expected(told));
             }
         }
-        if again.is_err() || share_of(&again) < share_of(&by_the_book) - WORSE_SHARE {
-            return by_the_book;
-        }
-        // How surprising it was is told as the wheels should have been.
-        if let (Ok((fused, _)), Ok((book, _))) = (&mut again, &by_the_book) {
-            fused.innovation = book.innovation;
-        }
-        again
+        let evidence = map.spread(rays, &best.pose).into();
+        let found = Match { evidence, share: 0.0, pairs: 0 };
+        let fused = found.evidence.fuse(&lost).ok_or(NoMatch::NoSolution)?;
+        Ok(as_expected((fused, found)))
+    }
+
+    /// The best poses of a scan in a submap, in the smallest window with a good one.
+    fn searched(&self, map: &Submap, rays: &[Ray]) -> [Option<Placement>; 2] {
+        let centre = self.to_scan.now_in_then;
+        let search = |(half_m, half_rad)| map.search(rays, &Window { centre, half_m, half_rad });
+        let [small, wide] = WINDOWS;
+        let found = search(small);
+        if found[0].is_some_and(|best| best.score >= FITS_SCORE) { found } else { search(wide) }
     }
 
     /// Whether it has come farther than this part of the way, or turned more than
@@ -255,6 +289,11 @@ impl Tracker {
         self.wheels.begin_key();
         let since_last = std::mem::take(&mut self.to_scan);
         self.to_now = Motion::default();
+        let back = since_last.now_in_then.inverse();
+        self.recent.iter_mut().for_each(|(pose, _)| *pose = back * *pose);
+        let first = (self.recent.len() + 1).saturating_sub(SUBMAP_SCANS);
+        self.recent.drain(..first);
+        self.recent.push((SE2::identity(), rays.to_vec()));
         self.surface = Some(surface.clone());
         Some(KeyScan { surface, since_last })
     }

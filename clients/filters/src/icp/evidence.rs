@@ -93,6 +93,15 @@ pub struct Fused {
     pub innovation: Innovation,
 }
 
+impl From<Motion> for Evidence {
+    /// A motion that was measured with this covariance in all directions.
+    fn from(measured: Motion) -> Self {
+        let information = measured.covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
+        let gain = symmetric(&information);
+        Self { at: measured.now_in_then, gain, measured: Vector3::zeros(), noise: gain }
+    }
+}
+
 impl Evidence {
     /// What these pairs say at the pose `at`. With `exactly` the noise goes
     /// through the fitted lines; without it is H, which is what weights by the

@@ -1,0 +1,342 @@
+//! A small map of some scans, and the pose at which another scan fits it best.
+//!
+//! Sources: E. Olson, *Real-time correlative scan matching*, ICRA 2009: all poses of a
+//! window are scored on a table of how likely a beam ends in a cell, and the scores give
+//! the covariance, too (eqs. 3 to 5). W. Hess, D. Kohler, H. Rapp, D. Andor, *Real-time
+//! loop closure in 2D LIDAR SLAM*, ICRA 2016, alg. 3: branch and bound finds the best
+//! pose of the window exactly; tables of the maxima of 2, 4, … cells bound the scores.
+//!
+//! Departures, and why:
+//! * A cell has the likelihood of the nearest end (a Gaussian), as in a likelihood field,
+//!   and not its occupancy: the table of a few scans is made in a millisecond.
+//! * The distance from the guess costs a little of the score. Along a corridor all poses
+//!   score the same, and the guess decides.
+
+use std::collections::BinaryHeap;
+
+use nalgebra::{Matrix3, Point2, Vector3};
+use rusty_geometry::{SE2, trig};
+
+use crate::Motion;
+use crate::icp::Ray;
+use crate::tangent::symmetric;
+
+/// Size of a cell, m.
+const CELL_M: f64 = 0.05;
+/// Deviation of an end from a wall of the table, m.
+const BLUR_M: f64 = 0.08;
+/// Cells to each side of an end that have a likelihood because of it.
+const BLUR_CELLS: i32 = 4;
+/// Angle between neighbouring poses, rad.
+const TURN_RAD: f64 = 0.0125;
+/// Ends farther from the middle of the map are left out, m.
+const RADIUS_M: f64 = 20.0;
+/// Tables: the coarsest has the maxima of 2⁴ × 2⁴ cells.
+const LEVELS: usize = 5;
+/// Ends of a scan are at least this far apart, m, and at most this many are scored.
+const APART_M: f64 = 0.1;
+const MOST_ENDS: usize = 150;
+/// Ends of neighbouring beams no farther apart than this are on one wall, m.
+const WALL_GAP_M: f64 = 0.4;
+/// The part of a score that is lost at the edge of the window.
+const EDGE_COSTS: f64 = 0.05;
+/// A pose that scores this much less than the best is e^−½ times as likely. Beams are
+/// not independent: the error of a wall is that of all its beams.
+const SCORE_STD: f64 = 0.03;
+/// Poses as near to the best as this (m, rad) are not another solution.
+const OTHER_M: f64 = 0.4;
+const OTHER_RAD: f64 = 0.2;
+
+/// A table of likelihoods, in the frame of a reference pose.
+#[derive(Clone, Debug)]
+pub struct Submap {
+    /// Indices of the cell in the lower left corner, in cells from the origin.
+    corner: [i32; 2],
+    size: [i32; 2],
+    /// Table k has the maxima over 2ᵏ × 2ᵏ cells, from the cell to the upper right.
+    levels: Vec<Vec<u8>>,
+}
+
+/// A pose in the frame of the submap, and its score.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// The pose of the body.
+    pub pose: SE2,
+    /// Mean likelihood of its ends, 0 to 1.
+    pub score: f64,
+}
+
+/// The window of a search, around a guess.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// The guess, frame of the submap.
+    pub centre: SE2,
+    /// Distance to each side, m.
+    pub half_m: f64,
+    /// Angle to each side, rad.
+    pub half_rad: f64,
+}
+
+/// Poses of a window: 2^`level` offsets in x and y from one on, at one angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Branch {
+    bound: f64,
+    level: usize,
+    turn: i32,
+    offset: [i32; 2],
+}
+
+impl Eq for Branch {}
+
+impl Ord for Branch {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        let place = |b: &Self| (b.level, b.turn, b.offset);
+        self.bound.total_cmp(&other.bound).then_with(|| place(other).cmp(&place(self)))
+    }
+}
+
+impl PartialOrd for Branch {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Submap {
+    /// Draws scans, each with the pose of its body in the frame of the map.
+    pub fn new<'a>(scans: impl Iterator<Item = (SE2, &'a [Ray])>) -> Self {
+        let place = |(pose, rays): (SE2, &'a [Ray])| {
+            drawn(rays).into_iter().map(move |point| pose.transform_point(&point))
+        };
+        let ends: Vec<Point2<f64>> =
+            scans.flat_map(place).filter(|p| p.coords.norm() < RADIUS_M).collect();
+        let cells = ends.iter().map(|end| [cell(end.x), cell(end.y)]);
+        let (mut low, mut high) = ([0; 2], [0; 2]);
+        for cell in cells {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(cell[axis]);
+                high[axis] = high[axis].max(cell[axis]);
+            }
+        }
+        // Coarse cells reach to the upper right: bounds count from farther left, too.
+        let margin = BLUR_CELLS + (1 << (LEVELS - 1));
+        let corner = low.map(|c| c - margin);
+        let size = [0, 1].map(|axis| high[axis] - corner[axis] + BLUR_CELLS + 1);
+        let mut finest = vec![0u8; (size[0] * size[1]) as usize];
+        let kernel = kernel();
+        for end in &ends {
+            let (column, row) = (cell(end.x) - corner[0], cell(end.y) - corner[1]);
+            for (dy, line) in (-BLUR_CELLS..).zip(&kernel) {
+                let first = ((row + dy) * size[0] + column - BLUR_CELLS) as usize;
+                let cells = finest[first..first + line.len()].iter_mut();
+                cells.zip(line).for_each(|(cell, value)| *cell = (*cell).max(*value));
+            }
+        }
+        let mut map = Self { corner, size, levels: vec![finest] };
+        for level in 1..LEVELS {
+            map.levels.push(map.maxima(level));
+        }
+        map
+    }
+
+    /// The maxima over twice as many cells to each side as in the table before `level`.
+    fn maxima(&self, level: usize) -> Vec<u8> {
+        let (before, width) = (&self.levels[level - 1], self.size[0] as usize);
+        let step = 1usize << (level - 1);
+        let mut wide = before.clone();
+        for (row, line) in wide.chunks_mut(width).zip(before.chunks(width)) {
+            row.iter_mut().zip(&line[step.min(width)..]).for_each(|(a, b)| *a = (*a).max(*b));
+        }
+        let mut both = wide.clone();
+        let above = wide.get(step * width..).unwrap_or_default();
+        both.iter_mut().zip(above).for_each(|(a, b)| *a = (*a).max(*b));
+        both
+    }
+
+    fn value(&self, level: usize, column: i32, row: i32) -> u32 {
+        let (x, y) = (column - self.corner[0], row - self.corner[1]);
+        let is_inside = (0..self.size[0]).contains(&x) && (0..self.size[1]).contains(&y);
+        if is_inside { u32::from(self.levels[level][(y * self.size[0] + x) as usize]) } else { 0 }
+    }
+
+    fn sum(&self, level: usize, cells: &[[i32; 2]], offset: [i32; 2]) -> f64 {
+        let of = |c: &[i32; 2]| self.value(level, c[0] + offset[0], c[1] + offset[1]);
+        let sum: u32 = cells.iter().map(of).sum();
+        f64::from(sum) / (255.0 * cells.len().max(1) as f64)
+    }
+
+    /// Mean likelihood of the ends of a scan at a pose, 0 to 1.
+    pub fn score(&self, rays: &[Ray], pose: &SE2) -> f64 {
+        self.sum(0, &cells(&thinned(rays), pose), [0; 2])
+    }
+
+    /// The best pose of the window, to a cell and an angle of the grid, and the best
+    /// one that is another solution.
+    pub fn search(&self, rays: &[Ray], window: &Window) -> [Option<Placement>; 2] {
+        let ends = thinned(rays);
+        if ends.is_empty() {
+            return [None; 2];
+        }
+        let most = (window.half_rad / TURN_RAD).ceil() as i32;
+        let turns: Vec<Vec<[i32; 2]>> =
+            (-most..=most).map(|turn| cells(&ends, &window.at(turn, [0; 2]))).collect();
+        let of = |turn: i32| &turns[(turn + most) as usize];
+        let half = (window.half_m / CELL_M).ceil() as i32;
+        let (top, step) = (LEVELS - 1, 1 << (LEVELS - 1));
+        let mut heap = BinaryHeap::new();
+        let branch = |level: usize, turn: i32, offset: [i32; 2]| {
+            let cost = window.cost(level, turn, offset);
+            Branch { bound: self.sum(level, of(turn), offset) - cost, level, turn, offset }
+        };
+        for turn in -most..=most {
+            for y in (-half..=half).step_by(step) {
+                heap.extend((-half..=half).step_by(step).map(|x| branch(top, turn, [x, y])));
+            }
+        }
+        let mut found: [Option<Placement>; 2] = [None; 2];
+        while let Some(Branch { level, turn, offset, .. }) = heap.pop() {
+            if level == 0 {
+                let pose = window.at(turn, offset);
+                let placement = Placement { pose, score: self.sum(0, of(turn), offset) };
+                match found[0] {
+                    None => found[0] = Some(placement),
+                    Some(best) if is_other(&best.pose, &pose) => {
+                        found[1] = Some(placement);
+                        break;
+                    }
+                    _ => {}
+                }
+                continue;
+            }
+            let half_step = 1 << (level - 1);
+            for (dx, dy) in [(0, 0), (half_step, 0), (0, half_step), (half_step, half_step)] {
+                let next = [offset[0] + dx, offset[1] + dy];
+                let is_in = next[0] <= half && next[1] <= half;
+                // What is as near to the best as the whole branch is not looked at.
+                if is_in
+                    && !found[0]
+                        .is_some_and(|best| window.is_near(&best.pose, level - 1, turn, next))
+                {
+                    heap.push(branch(level - 1, turn, next));
+                }
+            }
+        }
+        found
+    }
+
+    /// A pose and its covariance, from the scores around a pose that was found. Along a
+    /// corridor it is too sure, because ends far away are sparse.
+    pub fn spread(&self, rays: &[Ray], at: &SE2) -> Motion {
+        let ends = thinned(rays);
+        let best = self.sum(0, &cells(&ends, at), [0; 2]);
+        let (mut sum, mut mean, mut square) = (0.0, Vector3::zeros(), Matrix3::zeros());
+        for turn in -5..=5 {
+            let angle = 0.5 * TURN_RAD * f64::from(turn);
+            let cells = cells(&ends, &SE2::new(at.x(), at.y(), at.theta() + angle));
+            for y in -5..=5 {
+                for x in -5..=5 {
+                    let less = (best - self.sum(0, &cells, [x, y])) / SCORE_STD;
+                    let weight = trig::exp((-0.5 * less.max(0.0) * less).max(-50.0));
+                    let off = Vector3::new(CELL_M * f64::from(x), CELL_M * f64::from(y), angle);
+                    sum += weight;
+                    mean += off * weight;
+                    square += off * off.transpose() * weight;
+                }
+            }
+        }
+        let mean = mean / sum;
+        let covariance = square / sum - mean * mean.transpose();
+        let pose = SE2::new(at.x() + mean.x, at.y() + mean.y, at.theta() + mean.z);
+        let own = Vector3::new(0.5 * CELL_M, 0.5 * CELL_M, 0.5 * TURN_RAD);
+        let covariance = covariance + Matrix3::from_diagonal(&own.component_mul(&own));
+        // From the axes of the map to those of the body.
+        let (s, c) = trig::sin_cos(pose.theta());
+        let back = Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
+        let covariance = symmetric(&(back * covariance * back.transpose()));
+        Motion { now_in_then: pose, covariance }
+    }
+}
+
+impl Window {
+    fn at(&self, turn: i32, offset: [i32; 2]) -> SE2 {
+        let [x, y] = offset.map(|cells| CELL_M * f64::from(cells));
+        let theta = self.centre.theta() + TURN_RAD * f64::from(turn);
+        SE2::new(self.centre.x() + x, self.centre.y() + y, theta)
+    }
+
+    /// The least that the poses of a branch lose because they are not the guess.
+    fn cost(&self, level: usize, turn: i32, offset: [i32; 2]) -> f64 {
+        let last = (1 << level) - 1;
+        let away = offset.map(|from| f64::from(0.max(from).max(-from - last)) * CELL_M);
+        let part_m = (away[0] * away[0] + away[1] * away[1]) / (self.half_m * self.half_m);
+        let turned = f64::from(turn) * TURN_RAD / self.half_rad;
+        EDGE_COSTS * (part_m + turned * turned)
+    }
+
+    /// Whether all poses of a branch are near a pose.
+    fn is_near(&self, pose: &SE2, level: usize, turn: i32, offset: [i32; 2]) -> bool {
+        let last = (1 << level) - 1;
+        let ends = [offset, [offset[0] + last, offset[1] + last]];
+        let ends = [ends[0], ends[1], [ends[0][0], ends[1][1]], [ends[1][0], ends[0][1]]];
+        ends.iter().all(|end| !is_other(pose, &self.at(turn, *end)))
+    }
+}
+
+fn is_other(best: &SE2, pose: &SE2) -> bool {
+    let apart = best.inverse() * *pose;
+    trig::hypot(apart.x(), apart.y()) > OTHER_M || apart.theta().abs() > OTHER_RAD
+}
+
+fn cell(at_m: f64) -> i32 {
+    (at_m / CELL_M).floor() as i32
+}
+
+fn cells(ends: &[Point2<f64>], pose: &SE2) -> Vec<[i32; 2]> {
+    let cell_of = |end: &Point2<f64>| {
+        let point = pose.transform_point(end);
+        [cell(point.x), cell(point.y)]
+    };
+    ends.iter().map(cell_of).collect()
+}
+
+/// Ends of a scan and the walls between ends of neighbouring beams: without these, a
+/// scan fits best where its beams end at the points of others, and not along the wall.
+fn drawn(rays: &[Ray]) -> Vec<Point2<f64>> {
+    let mut points: Vec<Point2<f64>> = rays.iter().map(|ray| ray.point).collect();
+    for pair in rays.windows(2) {
+        let gap = pair[1].point - pair[0].point;
+        let gap_m = gap.norm();
+        if pair[1].beam == pair[0].beam + 1 && gap_m < WALL_GAP_M {
+            let between = (gap_m / CELL_M).floor() as u32;
+            let part = |k: u32| f64::from(k) / f64::from(between + 1);
+            points.extend((1..=between).map(|k| pair[0].point + gap * part(k)));
+        }
+    }
+    points
+}
+
+/// Ends of a scan, about evenly along the walls.
+fn thinned(rays: &[Ray]) -> Vec<Point2<f64>> {
+    let mut ends: Vec<Point2<f64>> = Vec::new();
+    for ray in rays {
+        let is_apart = ends.last().is_none_or(|last| (last - ray.point).norm() >= APART_M);
+        if is_apart && ray.point.coords.norm() < RADIUS_M {
+            ends.push(ray.point);
+        }
+    }
+    let step = 1 + ends.len() / MOST_ENDS;
+    ends.into_iter().step_by(step).collect()
+}
+
+/// The likelihoods around an end.
+fn kernel() -> Vec<Vec<u8>> {
+    let value = |x: i32, y: i32| {
+        let away = CELL_M / BLUR_M;
+        let square = away * away * f64::from(x * x + y * y);
+        (255.0 * trig::exp(-0.5 * square)).round() as u8
+    };
+    let all = -BLUR_CELLS..=BLUR_CELLS;
+    all.clone().map(|y| all.clone().map(|x| value(x, y)).collect()).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,72 @@
+//! The search finds what trying every pose finds, and says how sure it is.
+
+use rusty_contract::config::LidarConfig;
+use rusty_geometry::{Scan, World, apartment};
+
+use super::*;
+use crate::icp::Laser;
+use crate::scan_match::tests::corridor;
+
+/// A scan without noise.
+fn rays(world: &World, pose: &SE2) -> Vec<Ray> {
+    let lidar = LidarConfig::default();
+    let mut scan = Scan::new(lidar.fan());
+    scan.take(world, pose, lidar.range_max_m);
+    let ranges: Vec<f64> = scan.distances_and_walls().map(|(range_m, _)| range_m).collect();
+    Laser::new(&lidar).rays(&ranges)
+}
+
+fn score_of(map: &Submap, rays: &[Ray], window: &Window, turn: i32, offset: [i32; 2]) -> f64 {
+    let cells = cells(&thinned(rays), &window.at(turn, [0; 2]));
+    map.sum(0, &cells, offset) - window.cost(0, turn, offset)
+}
+
+#[test]
+fn branch_and_bound_finds_the_best_of_all_poses() {
+    let world = apartment();
+    let (there, moved) = (SE2::new(8.0, 2.0, 1.0), SE2::new(0.31, -0.22, 0.21));
+    let (old, new) = (rays(&world, &there), rays(&world, &(there * moved)));
+    let map = Submap::new([(SE2::identity(), old.as_slice())].into_iter());
+    let window = Window { centre: SE2::new(0.02, 0.01, 0.03), half_m: 0.4, half_rad: 0.25 };
+    let found = map.search(&new, &window)[0].unwrap();
+    assert!(found.pose.boxminus(&moved).norm() < 0.08, "{found:?}");
+    let mut best = f64::NEG_INFINITY;
+    for turn in -20..=20 {
+        for y in -8..=8 {
+            for x in -8..=8 {
+                best = best.max(score_of(&map, &new, &window, turn, [x, y]));
+            }
+        }
+    }
+    let apart = found.pose.translation() - window.centre.translation();
+    let offset = [apart.x, apart.y].map(|m| (m / CELL_M).round() as i32);
+    let turn = ((found.pose.theta() - window.centre.theta()) / TURN_RAD).round() as i32;
+    assert_eq!(score_of(&map, &new, &window, turn, offset), best);
+    // A scan of another room scores less than half.
+    let other = rays(&world, &SE2::new(2.0, 6.0, 0.4));
+    let other = map.search(&other, &window)[0].unwrap();
+    assert!(other.score < 0.7 * found.score, "{other:?}, {found:?}");
+}
+
+#[test]
+fn a_corridor_leaves_the_guess_along_it() {
+    let there = SE2::new(-3.0, 0.1, 0.0);
+    let rays = rays(&corridor(), &there);
+    let map = Submap::new([(SE2::identity(), rays.as_slice())].into_iter());
+    let window = Window { centre: SE2::new(0.0, 0.15, 0.1), half_m: 0.5, half_rad: 0.5 };
+    let found = map.search(&rays, &window)[0].unwrap().pose;
+    assert!(found.x().abs() < 0.21 && found.y().abs() < 0.06, "{found:?}");
+    assert!(found.theta().abs() < 0.02, "{found:?}");
+    let spread = map.spread(&rays, &SE2::identity()).covariance;
+    // Too sure along the corridor: far ends are too sparse to be drawn as a wall.
+    assert!(spread[(0, 0)] > 1.5 * spread[(1, 1)], "{spread}");
+}
+
+#[test]
+fn nothing_seen_finds_nothing() {
+    let map = Submap::new(std::iter::empty());
+    let window = Window { centre: SE2::identity(), half_m: 0.5, half_rad: 0.5 };
+    assert_eq!(map.search(&[], &window), [None, None]);
+    let rays = rays(&apartment(), &SE2::new(8.0, 2.0, 1.0));
+    assert_eq!(map.search(&rays, &window)[0].unwrap().score, 0.0);
+}
