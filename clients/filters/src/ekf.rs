@@ -25,8 +25,17 @@
 //!   the Apartment's corridor the errors along it were 0.7 to 1.6 mm (standard
 //!   deviation), those across 0.4 to 0.5 mm. A door post is known to about half
 //!   the distance between two beams, centimetres, and its error is not normal.
+//! * Without further means an EKF that diverges is wrong and sure of it. Here a test of
+//!   the innovations (`monitor`) adds the constant errors of the wheels to the state
+//!   (`wheels`) and raises the process noise. A test of the beams' ends (`search`) finds a
+//!   lost robot again, and makes the filter abstain until then. A filter that passes both
+//!   tests has the bits of one without them.
 //! * Matches are found before the first update, updates are one after the other,
 //!   each linearised where the last one led.
+
+mod monitor;
+mod search;
+mod wheels;
 
 use clap::Args;
 use nalgebra::{Matrix3, Vector3};
@@ -34,16 +43,24 @@ use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Estimate, Innovation, Reply, Start, errln};
 use rusty_geometry::{EncoderCounts, SE2};
 
+use self::monitor::{Monitor, Verdict};
+use self::search::Watch;
+use self::wheels::WheelErrors;
 use crate::beams::believed_lidar;
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
 use crate::lines::{Extraction, Segment};
+use crate::motion::Steps;
 use crate::numbers::{number, positive};
 use crate::tangent::{estimate, placed, right_jacobian, symmetric};
-use crate::{Beams, Odometry, OdometryNoise};
+use crate::{Beams, Motion, OdometryNoise};
 
 /// The smallest σ that is believed of a range, m: a laser without any error
 /// would leave nothing to divide by.
 const LEAST_RANGE_STD_M: f64 = 1e-4;
+/// The smallest σ of a range in a search, m: sharper fields take too much memory.
+const LEAST_MCL_STD_M: f64 = 0.01;
+/// The greatest factor by which a failed test widens the covariance.
+const MOST_WIDENED: f64 = 4.0;
 
 /// Localise on a floor plan with an extended Kalman filter
 ///
@@ -102,15 +119,20 @@ fn probability(text: &str) -> Result<f64, String> {
 }
 
 /// EKF localisation by straight walls.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Ekf {
-    odometry: Odometry,
+    steps: Steps,
+    counts: EncoderCounts,
     beams: Beams,
     extraction: Extraction,
     map: LineMap,
     gate: Gate,
     pose_in_world: SE2,
     covariance: Matrix3<f64>,
+    monitor: Monitor,
+    /// The constant errors of the wheels, once the innovations call for them.
+    wheels: Option<WheelErrors>,
+    watch: Option<Watch>,
 }
 
 impl Ekf {
@@ -119,7 +141,7 @@ impl Ekf {
     ///
     /// # Errors
     /// [`ClientError::Unusable`] where no pose is told: this filter follows a
-    /// robot, it does not find one.
+    /// robot, it does not begin without one. Or the walls of the map are invalid.
     pub fn new(start: &Start, options: &Options) -> Result<Self, ClientError> {
         let Some(pose_in_world) = start.initial_pose else {
             return Err(ClientError::Unusable(format!(
@@ -138,6 +160,7 @@ impl Ekf {
         let walls = &options.walls;
         let lidar = believed_lidar(start);
         let range_std_m = walls.range_std_m.unwrap_or(lidar.range_std_m);
+        let watch = Watch::new(start, options.odometry, range_std_m.max(LEAST_MCL_STD_M))?;
         let extraction = Extraction {
             range_std_m: range_std_m.max(LEAST_RANGE_STD_M),
             min_points: walls.min_points as usize,
@@ -146,23 +169,39 @@ impl Ekf {
         let (place, heading) = (walls.start_std_m, walls.start_std_deg.to_radians());
         let variances = Vector3::new(place * place, place * place, heading * heading);
         Ok(Self {
-            odometry: Odometry::new(start.robot.drive, options.odometry),
+            steps: Steps::new(start.robot.drive, options.odometry),
+            counts: EncoderCounts::default(),
             beams: Beams::new(&lidar),
             extraction,
             map,
             gate: Gate::of_probability(walls.gate, walls.covered),
             pose_in_world,
             covariance: Matrix3::from_diagonal(&variances),
+            monitor: Monitor::default(),
+            wheels: None,
+            watch,
         })
     }
 
     /// Predicts: takes the encoder counts at the end of a tick (Table 7.2, lines
     /// 2 to 7).
     pub fn advance(&mut self, ticks: EncoderCounts) {
-        self.odometry.advance(ticks);
-        let motion = self.odometry.take();
+        let (step, of_step) = self.steps.advance(ticks);
+        let mut motion = Motion::default();
+        match &mut self.wheels {
+            None => motion.push(&step, &(of_step * self.monitor.noise())),
+            Some(wheels) => {
+                let believed = wheels.believed(&step);
+                let unknown = wheels.predict(&step);
+                motion.push(&believed, &(of_step * self.monitor.noise() + unknown));
+            }
+        }
         (self.pose_in_world, self.covariance) =
             placed(&self.pose_in_world, &self.covariance, &motion);
+        self.counts = ticks;
+        if let Some(watch) = &mut self.watch {
+            watch.advance(ticks);
+        }
     }
 
     /// Corrects by the scan that was taken at the end of the tick (Table 7.3):
@@ -179,11 +218,51 @@ impl Ekf {
             let Some(updated) = updated(&self.pose_in_world, &self.covariance, &innovation) else {
                 continue;
             };
+            if let Some(wheels) = &mut self.wheels {
+                wheels.correct(&innovation, &self.covariance);
+            }
             (self.pose_in_world, self.covariance) = updated;
             sum.nis += innovation.nis();
             sum.degrees += 2;
         }
+        self.test(sum);
+        self.find_back(ranges_m);
         (sum.degrees > 0).then_some(sum)
+    }
+
+    /// Tests the innovations. Where they are too large, the constant errors of the wheels
+    /// enter the state, the next time the noise is raised, and the covariance is widened.
+    fn test(&mut self, innovation: Innovation) {
+        match self.monitor.take(innovation) {
+            Verdict::Consistent => {}
+            Verdict::TooSmall if self.monitor.noise() > 1.0 => self.monitor.lower(),
+            Verdict::TooSmall => {}
+            Verdict::TooLarge(by) => {
+                self.covariance *= by.min(MOST_WIDENED);
+                if self.wheels.is_none() {
+                    self.wheels = Some(WheelErrors::unknown());
+                    self.monitor.restart();
+                } else {
+                    self.monitor.raise();
+                }
+            }
+        }
+    }
+
+    /// Takes the pose of the search, if the robot was lost and found.
+    fn find_back(&mut self, ranges_m: &[f64]) {
+        let Some(watch) = &mut self.watch else { return };
+        let belief = (&self.pose_in_world, &self.covariance);
+        let Some(found) = watch.scan(&self.beams, ranges_m, belief, self.counts) else { return };
+        (self.pose_in_world, self.covariance) = found;
+        self.monitor.restart();
+        // It was lost with the errors that it had learned.
+        self.wheels = Some(WheelErrors::unknown());
+    }
+
+    /// Whether the scans contradict the belief so much that it is not an answer.
+    pub fn is_lost(&self) -> bool {
+        self.watch.as_ref().is_some_and(|watch| watch.is_lost(&self.covariance))
     }
 
     /// Pieces of wall with the line of the map that each is, as far as that is
@@ -209,6 +288,9 @@ impl Filter for Ekf {
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
         self.advance(tick.encoders());
         let innovation = tick.ranges_m().and_then(|ranges_m| self.scan(ranges_m));
+        if self.is_lost() {
+            return Reply::Abstain;
+        }
         Estimate { innovation, ..estimate(&self.pose_in_world, &self.covariance) }.into()
     }
 }

@@ -228,6 +228,17 @@ impl Mcl {
         self.belief.particles.level();
     }
 
+    /// Forgets the belief, and looks for the robot around a pose with this covariance
+    /// (m, m, rad). For a filter that is awake.
+    pub fn look_around(&mut self, pose_in_world: &SE2, covariance: &Matrix3<f64>) {
+        let most = self.options.particles as usize;
+        self.belief.clear();
+        self.belief.particles.push_normal(pose_in_world, covariance, most, &mut self.places);
+        self.belief.particles.level();
+        self.recovery = Recovery::lost(self.sensor.expected_likelihood());
+        self.answer = None;
+    }
+
     /// Takes a scan at the end of the tick that was advanced to last.
     pub fn scan(&mut self, ranges_m: &[f64]) {
         if self.asleep {

@@ -1,0 +1,164 @@
+//! Noticing that the scans do not fit the map any more, and finding back.
+//!
+//! The innovations of matched lines cannot show that a filter is lost: a gate lets only
+//! small ones through. The ends of all beams can. The share of those that are near a wall
+//! of the map has a fast and a slow mean, as the likelihood in [`crate::mcl::recovery`].
+//! When the fast one falls below the slow one, the robot is searched for, and while it is
+//! far below, the filter abstains.
+//!
+//! The search is a cloud of particles ([`crate::mcl`]) around the belief, as wide as its
+//! covariance says and a metre more. Its likelihood fields go from coarse to fine, and it
+//! begins everywhere if it fails. The pose that it finds must explain the beams better
+//! than the belief does over ten scans. If it does not, half of the doubt goes.
+
+use nalgebra::{Matrix3, Vector3};
+use rusty_clients::ClientError;
+use rusty_contract::Start;
+use rusty_geometry::{EncoderCounts, SE2, World};
+
+use crate::mcl::recovery::Recovery;
+use crate::mcl::{self, Mcl, Prepared};
+use crate::{Beams, OdometryNoise};
+
+/// An end of a beam is explained by a wall that is nearer than this, m.
+const NEAR_M: f64 = 0.15;
+/// At most this many beams of a scan are looked at.
+const MOST_BEAMS: usize = 60;
+/// A search begins at this doubt, from 0 to 1,
+const DOUBT: f64 = 0.15;
+/// and no answer is given from this one on.
+const LOST: f64 = 0.35;
+/// Scans over which belief and search are compared.
+const SCANS: u32 = 10;
+/// Share of the beams by which a search must be better.
+const BETTER: f64 = 0.05;
+/// A search is this much wider than the belief, m and rad, one deviation.
+const WIDER_M: f64 = 1.0;
+const WIDER_RAD: f64 = 0.5;
+/// An answer with a larger deviation, m, is none.
+const NOWHERE_M: f64 = 1.0;
+/// The wheels have this many times the noise of the options in a search.
+const NOISE: f64 = 8.0;
+
+/// The doubt, and the search for the robot while there is one.
+#[derive(Debug)]
+pub struct Watch {
+    start: Start,
+    options: mcl::Options,
+    world: World,
+    doubt: Recovery,
+    search: Option<Box<Mcl>>,
+    prepared: Option<Prepared>,
+    /// Shares of belief and search, summed over so many scans.
+    compared: (f64, f64, u32),
+}
+
+impl Watch {
+    /// Begins without doubt; `None` without a map.
+    ///
+    /// # Errors
+    /// [`ClientError::Unusable`]: the walls are invalid.
+    pub fn new(
+        start: &Start,
+        noise: OdometryNoise,
+        range_std_m: f64,
+    ) -> Result<Option<Self>, ClientError> {
+        let Some(map) = &start.map else { return Ok(None) };
+        let world = World::new(map.clone()).map_err(|e| ClientError::Unusable(e.to_string()))?;
+        let mut options = mcl::Options { noise: noise.times(NOISE), ..mcl::Options::default() };
+        options.reading.sigma_m = Some(range_std_m);
+        Ok(Some(Self {
+            start: start.without_run(),
+            options,
+            world,
+            doubt: Recovery::trusting(),
+            search: None,
+            prepared: None,
+            compared: (0.0, 0.0, 0),
+        }))
+    }
+
+    /// Whether the filter must abstain.
+    pub fn is_lost(&self, covariance: &Matrix3<f64>) -> bool {
+        let variance_m2 = covariance[(0, 0)].max(covariance[(1, 1)]);
+        self.doubt.share() > LOST || variance_m2 > NOWHERE_M * NOWHERE_M
+    }
+
+    /// Takes the counts at the end of a tick.
+    pub fn advance(&mut self, counts: EncoderCounts) {
+        if let Some(search) = &mut self.search {
+            search.advance(0.0, counts);
+        }
+    }
+
+    /// Takes the scan of the tick, after the belief was corrected by it. Returns pose and
+    /// covariance where the robot was found elsewhere.
+    pub fn scan(
+        &mut self,
+        beams: &Beams,
+        ranges_m: &[f64],
+        belief: (&SE2, &Matrix3<f64>),
+        counts: EncoderCounts,
+    ) -> Option<(SE2, Matrix3<f64>)> {
+        let share = self.explained(beams, ranges_m, belief.0)?;
+        self.doubt.update(share);
+        let Some(search) = &mut self.search else {
+            if self.doubt.share() > DOUBT || self.is_lost(belief.1) {
+                self.begin(belief, counts);
+            }
+            return None;
+        };
+        search.scan(ranges_m);
+        let Some(found) = search.answer() else {
+            self.compared = (0.0, 0.0, 0);
+            return None;
+        };
+        let covariance = Matrix3::from_row_slice(&found.covariance.unwrap_or_default());
+        let of_search = self.explained(beams, ranges_m, &found.pose_in_world)?;
+        let (of_belief, of_found, scans) = &mut self.compared;
+        (*of_belief, *of_found, *scans) = (*of_belief + share, *of_found + of_search, *scans + 1);
+        if *scans < SCANS {
+            return None;
+        }
+        let is_better = *of_found > *of_belief + BETTER * f64::from(SCANS);
+        self.compared = (0.0, 0.0, 0);
+        self.search = None;
+        if !is_better && !self.is_wide(belief.1) {
+            self.doubt.allay();
+            return None;
+        }
+        self.doubt.found(of_search);
+        Some((found.pose_in_world, covariance))
+    }
+
+    /// Whether a covariance alone calls for a search.
+    fn is_wide(&self, covariance: &Matrix3<f64>) -> bool {
+        covariance[(0, 0)].max(covariance[(1, 1)]) > NOWHERE_M * NOWHERE_M
+    }
+
+    fn begin(&mut self, (pose, covariance): (&SE2, &Matrix3<f64>), counts: EncoderCounts) {
+        let begun = Mcl::of_next_start(&self.start, &self.options, &mut self.prepared);
+        // A map without a place for the robot has nothing to search.
+        let Ok(mut search) = begun else { return };
+        let wider = Vector3::new(WIDER_M, WIDER_M, WIDER_RAD);
+        let wide = covariance + Matrix3::from_diagonal(&wider.component_mul(&wider));
+        search.advance(0.0, counts);
+        search.look_around(pose, &wide);
+        self.search = Some(Box::new(search));
+        self.compared = (0.0, 0.0, 0);
+    }
+
+    /// Share of the beams that met something whose ends are near a wall, seen from
+    /// `pose_in_world`; `None` where none met anything.
+    fn explained(&self, beams: &Beams, ranges_m: &[f64], pose_in_world: &SE2) -> Option<f64> {
+        let stride = beams.count().div_ceil(MOST_BEAMS).max(1);
+        let (mut near, mut all) = (0.0, 0.0);
+        for end in beams.endpoints(ranges_m).filter(|end| end.beam.is_multiple_of(stride)) {
+            let distance_m =
+                self.world.distance_to_nearest(pose_in_world.transform_point(&end.in_body));
+            near += if distance_m < NEAR_M { 1.0 } else { 0.0 };
+            all += 1.0;
+        }
+        (all > 0.0).then(|| near / all)
+    }
+}
