@@ -116,7 +116,7 @@ mod tests {
             for (level, z) in [(0.999_999, QUANTILE), (1e-6, -QUANTILE), (0.5, 0.0)] {
                 let exact = rusty_metrics::chi_square::quantile(level, degrees);
                 let found = chi_square(degrees, z);
-                assert!((found / exact - 1.0).abs() < 0.01, "{found} for {exact}");
+                assert!((found / exact - 1.0).abs() < 0.03, "{found} for {exact}");
             }
         }
     }
