@@ -58,7 +58,8 @@ impl FromStr for Waypoint {
 ///
 /// The driver uses its own pose estimate (an EKF on straight walls, like `ekf`). The
 /// default waypoints are the middle of every room of the Apartment and back. It sends
-/// no command that could touch, before the next scan, a wall that its laser has hit.
+/// no command that could touch, before the next scan, a wall that its laser has hit, and
+/// none at all while its EKF abstains.
 /// It does not see walls between the beams, and it assumes that commands take effect
 /// within the time of one scan. At the end it prints the number of waypoints reached
 /// and of ticks used. The scenario needs a script of kind "driver"; the role is driver.
@@ -305,6 +306,8 @@ impl Goto {
 }
 
 impl Task for Goto {
+    const NEEDS_POSE: bool = true;
+
     fn command(&mut self, pilot: &mut Pilot, pose: &SE2, _: Option<&[f64]>) -> Twist {
         let Some(to) = self.plan.waypoints.get(self.next).copied() else {
             return Twist::default();
@@ -325,6 +328,11 @@ impl Task for Goto {
             }
         }
         command
+    }
+
+    /// Plans anew from where it turned out to be; the way before does not count as a try.
+    fn relocated(&mut self) {
+        (self.planned, self.tries) = (false, self.tries.saturating_sub(1));
     }
 
     fn is_done(&self) -> bool {
