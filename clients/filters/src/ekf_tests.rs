@@ -185,3 +185,46 @@ fn nonsense_moves_nothing_and_is_never_answered_with_nan() {
     assert!(ekf.covariance().iter().all(|v| v.is_finite()));
     assert!(ekf.covariance().diagonal().min() >= 0.0);
 }
+
+/// Scans after which a robot that was put elsewhere has no answer any more, and from then
+/// on to the next; and the largest error of an answer after the first of them, m.
+fn carried_to(place: SE2, seed: u64) -> (Option<usize>, Option<usize>, f64) {
+    let from = SE2::new(9.6, 2.0, 0.0);
+    let mut robot = Robot::new(from, seed);
+    let mut ekf = Ekf::new(&start(true, Some(from)), &Options::default()).unwrap();
+    let (mut lost, mut found, mut error_m) = (None, None, 0.0_f64);
+    for scan in 0..120 {
+        if scan == 30 {
+            robot.pose = place;
+        }
+        for _ in 0..5 {
+            ekf.advance(robot.drive(Twist { v_m_s: 0.3, omega_rad_s: 0.6 }, 0.02));
+        }
+        let ranges_m = robot.look();
+        ekf.scan(&ranges_m);
+        match (ekf.is_lost(), lost) {
+            (true, None) => lost = Some(scan - 30),
+            (false, Some(since)) => {
+                found = found.or(Some(scan - 30 - since));
+                let off_m = (ekf.pose_in_world().translation() - robot.pose.translation()).norm();
+                error_m = error_m.max(off_m);
+            }
+            _ => {}
+        }
+    }
+    (lost, found, error_m)
+}
+
+#[test]
+fn a_robot_put_elsewhere_is_not_answered_for_until_it_is_found() {
+    for (seed, place) in
+        [SE2::new(9.0, 5.5, 2.0), SE2::new(1.6, 6.6, -1.2), SE2::new(8.6, 2.6, 1.5)]
+            .into_iter()
+            .enumerate()
+    {
+        let (lost, found, error_m) = carried_to(place, seed as u64);
+        assert!(lost.is_some_and(|scans| scans <= 20), "{place:?}: {lost:?}");
+        assert!(found.is_some_and(|scans| scans <= 80), "{place:?}: {found:?}");
+        assert!(error_m < 0.1, "{place:?}: {error_m} m");
+    }
+}

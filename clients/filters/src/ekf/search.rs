@@ -27,7 +27,7 @@ const MOST_BEAMS: usize = 60;
 /// A search begins at this doubt, from 0 to 1,
 const DOUBT: f64 = 0.15;
 /// and no answer is given from this one on.
-const LOST: f64 = 0.35;
+const LOST: f64 = 0.25;
 /// Scans over which belief and search are compared.
 const SCANS: u32 = 10;
 /// Share of the beams by which a search must be better.
