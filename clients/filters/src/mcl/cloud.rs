@@ -13,6 +13,7 @@
 //! robot that is carried away with its wheels still is missed.
 
 use super::sensor::Sensor;
+use super::strata::Strata;
 use super::{Options, Particles};
 use crate::kld::{Bins, sample_size};
 use crate::resampling::{effective_size, low_variance};
@@ -48,7 +49,9 @@ pub(super) struct Cloud {
     bins: Bins,
     /// By how much the survivors of the last scan are to be spread (m, rad).
     spread: (f64, f64),
+    strata: Strata,
     drawn: Vec<u32>,
+    heavy: Vec<f64>,
     trial: Vec<SE2>,
     motions: Random,
     draws: Random,
@@ -65,7 +68,9 @@ impl Cloud {
             since: SE2::identity(),
             bins: Bins::new(BINS.0, BINS.1),
             spread: (0.0, 0.0),
+            strata: Strata::default(),
             drawn: Vec::new(),
+            heavy: Vec::new(),
             trial: Vec::new(),
             motions: Random::new(seed, purpose),
             draws: Random::new(seed, purpose + 1),
@@ -96,7 +101,12 @@ impl Cloud {
             self.scans += 1;
             return true;
         }
+        let is_apart = self.strata.find(&self.particles);
         let Some(weighed) = sensor.weigh(ranges_m, &mut self.particles) else { return false };
+        let (rung, prior) = sensor.rung();
+        if is_apart {
+            self.strata.weigh(prior, &rung, &mut self.particles.weights);
+        }
         self.beam_likelihood = weighed.beam_likelihood;
         self.spread = weighed.spread;
         self.settled = weighed.spread.0 == 0.0;
@@ -117,6 +127,10 @@ impl Cloud {
         if effective_size(weights) >= WORTH * weights.len() as f64 {
             return;
         }
+        if self.strata.find(&self.particles) {
+            self.draw_apart(least, most);
+            return;
+        }
         low_variance(weights, weights.len(), self.draws.uniform(), &mut self.drawn);
         // Spread as those that are kept will be: that is what their bins are of.
         self.particles.draw(&self.drawn, self.spread, &mut self.draws, &mut self.trial);
@@ -125,6 +139,23 @@ impl Cloud {
         low_variance(weights, count, self.draws.uniform(), &mut self.drawn);
         self.particles.draw(&self.drawn, self.spread, &mut self.draws, &mut self.trial);
         self.particles.set(&self.trial);
+    }
+
+    /// The same where the belief has several places: from each for itself.
+    fn draw_apart(&mut self, least: usize, most: usize) {
+        let Self { particles, strata, bins, drawn, heavy, trial, draws, spread, .. } = self;
+        let weights = &particles.weights;
+        if strata.effective_size(weights) >= WORTH * weights.len() as f64 {
+            return;
+        }
+        let start = draws.uniform();
+        strata.draw(weights, weights.len().min(most), start, drawn, heavy);
+        particles.draw(drawn, *spread, draws, trial);
+        let needed = sample_size(bins.fill(trial.iter().copied()), EPSILON, QUANTILE);
+        strata.draw(weights, needed.max(least).min(most), draws.uniform(), drawn, heavy);
+        particles.draw(drawn, *spread, draws, trial);
+        particles.set(trial);
+        particles.weights.clone_from(heavy);
     }
 }
 

@@ -23,7 +23,10 @@
 //!   [`search`].
 //! * The answer is one mode of the belief ([`mode`]), and there is none while
 //!   less than half of the belief can be said to be in one place: the share of its
-//!   heaviest mode, times w_fast / w_slow of [`recovery`].
+//!   heaviest mode, times w_fast / w_slow of [`recovery`]; nor while a second mode has
+//!   more than a twentieth.
+//! * Modes are weighed and drawn each for itself, so that only the likelihood decides
+//!   between them: see the module `strata`.
 
 mod cloud;
 mod free_space;
@@ -33,6 +36,7 @@ mod particles;
 pub mod recovery;
 pub mod search;
 pub mod sensor;
+mod strata;
 
 use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
@@ -62,6 +66,8 @@ const INITIAL_RAD: f64 = 0.05;
 const LOST: f64 = 0.05;
 /// An answer whose position has a larger σ than this, m, is none.
 const NOWHERE_M: f64 = 1.0;
+/// While a second place has more than this share of the belief, there is no answer.
+const RIVAL: f64 = 0.05;
 
 /// The map to localise in.
 #[derive(Clone, Debug)]
@@ -97,6 +103,8 @@ pub struct Mcl {
     modes: Modes,
     /// The heaviest mode after the last scan, if that is an answer.
     answer: Option<Mode>,
+    /// Whether the last search found another place that explains the scans as well.
+    is_contested: bool,
     /// Time of the first tick, s.
     began_s: Option<f64>,
     asleep: bool,
@@ -190,6 +198,7 @@ impl Mcl {
             search: Search::new(options.seed),
             modes: Modes::default(),
             answer: None,
+            is_contested: false,
             began_s: None,
             asleep: true,
             places: Random::new(options.seed, 1),
@@ -220,7 +229,8 @@ impl Mcl {
             let mean = initial.compose(&motion.now_in_then);
             let covariance = motion.propagate(&before);
             particles.push_normal(&mean, &covariance, most, &mut self.places);
-            self.answer = Some(Mode { pose_in_world: mean, covariance, share: 1.0 });
+            self.answer =
+                Some(Mode { pose_in_world: mean, covariance, share: 1.0, second_share: 0.0 });
         } else {
             self.space.fill(particles, most, &mut self.places);
             self.recovery = Recovery::lost(self.sensor.expected_likelihood());
@@ -260,16 +270,26 @@ impl Mcl {
             let Self { belief, search, sensor, space, options, .. } = self;
             match search.scan(belief, sensor, ranges_m, space, options) {
                 Outcome::Looking => {}
-                Outcome::Found => self.recovery.found(self.belief.beam_likelihood),
-                Outcome::Nothing => self.recovery.allay(),
+                Outcome::Found => {
+                    self.recovery.found(self.belief.beam_likelihood);
+                    self.is_contested = false;
+                }
+                Outcome::Nothing => {
+                    self.recovery.allay();
+                    self.is_contested = false;
+                }
+                Outcome::Rival => self.is_contested = true,
             }
         } else if self.recovery.share() <= LOST {
             self.search.give_up();
+            self.is_contested = false;
         }
+        let is_contested = self.is_contested;
         let trusted = 1.0 - self.recovery.share();
         let known = |mode: &Mode| {
             let variance_m2 = mode.covariance[(0, 0)].max(mode.covariance[(1, 1)]);
-            mode.share * trusted >= 0.5 && variance_m2 <= NOWHERE_M * NOWHERE_M
+            let is_likely = mode.share * trusted >= 0.5 && mode.second_share <= RIVAL;
+            is_likely && !is_contested && variance_m2 <= NOWHERE_M * NOWHERE_M
         };
         self.answer = self.modes.heaviest(&self.belief.particles).filter(known);
         self.belief.draw(&self.options);

@@ -11,9 +11,12 @@ use super::Particles;
 use crate::kld::Bins;
 
 /// Side of the bins that touch within a mode, m.
-const SIDE_M: f64 = 0.25;
+pub(super) const SIDE_M: f64 = 0.25;
 /// How many of them to a full turn.
-const TURNS: u32 = 24;
+pub(super) const TURNS: u32 = 24;
+
+/// Modes of two beliefs farther apart than this are not the same place, m.
+const APART_M: f64 = 0.5;
 
 /// A part of the belief.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +27,8 @@ pub struct Mode {
     pub covariance: Matrix3<f64>,
     /// How much of the belief is in it.
     pub share: f64,
+    /// How much of it is in the second heaviest.
+    pub second_share: f64,
 }
 
 /// Finds the heaviest mode.
@@ -40,6 +45,15 @@ impl Default for Modes {
 }
 
 impl Modes {
+    /// Whether the heaviest modes of two beliefs are more than half a metre apart.
+    pub fn are_apart(&mut self, one: &Particles, other: &Particles) -> bool {
+        let [one, other] = [one, other].map(|particles| self.heaviest(particles));
+        one.zip(other).is_some_and(|(one, other)| {
+            let way = one.pose_in_world.translation() - other.pose_in_world.translation();
+            way.norm() > APART_M
+        })
+    }
+
     /// The heaviest mode; `None` of no particles.
     pub fn heaviest(&mut self, particles: &Particles) -> Option<Mode> {
         self.bins.fill(particles.poses());
@@ -56,6 +70,8 @@ impl Modes {
             }
         }
         let share = *self.shares.get(best)?;
+        let others = self.shares.iter().enumerate().filter(|(mode, _)| *mode != best);
+        let second_share = others.map(|(_, share)| *share).fold(0.0, f64::max);
         let members = |k: &usize| mode_of[*k] as usize == best && particles.weights[*k] > 0.0;
         let members: Vec<usize> = (0..particles.count()).filter(members).collect();
         let heaviest =
@@ -75,7 +91,7 @@ impl Modes {
             let tau = particles.pose(k).boxminus(&mean);
             covariance += tau * tau.transpose() * (particles.weights[k] / share);
         }
-        Some(Mode { pose_in_world: mean, covariance, share })
+        Some(Mode { pose_in_world: mean, covariance, share, second_share })
     }
 }
 
@@ -96,6 +112,7 @@ mod tests {
         particles.weights[6000..].fill(0.7 / 4000.0);
         let mode = Modes::default().heaviest(&particles).unwrap();
         assert!((mode.share - 0.7).abs() < 1e-9, "{mode:?}");
+        assert!((mode.second_share - 0.3).abs() < 1e-9, "{mode:?}");
         let error = mode.pose_in_world.boxminus(&heavy);
         assert!(error.norm() < 2e-3, "{error}");
         for i in 0..3 {

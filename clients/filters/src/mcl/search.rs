@@ -8,17 +8,20 @@
 //! as at the beginning, from the first scan that arouses suspicion on. When it
 //! has settled, the two are compared at one and the same scan: the one that
 //! explains it better is the belief. If that is the old one, the suspicion is
-//! allayed by half, and what is left of it sends for another search. Nearest in
+//! allayed by half (unless the other place is a rival, and then there is no answer), and what is left of it sends for another search. Nearest in
 //! the literature: S. Lenser, M. Veloso,
 //! *Sensor Resetting Localization for Poorly Modelled Mobile Robots* (ICRA 2000).
 
 use super::cloud::Cloud;
+use super::mode::Modes;
 use super::sensor::Sensor;
 use super::{FreeSpace, Options};
 use crate::{Motion, Random};
 
 /// By how much better a beam has to be explained elsewhere.
 const BETTER: f64 = 1.02;
+/// By how much worse a beam may be explained elsewhere for that place to be a rival.
+const AS_WELL: f64 = 1.1;
 /// A search that has not settled after this many scans has failed. The belief of a
 /// robot that does not know where it begins is one, too.
 pub(super) const MOST_SCANS: u32 = 50;
@@ -34,19 +37,22 @@ pub(super) enum Outcome {
     Found,
     /// There is nothing better than the belief as it was.
     Nothing,
+    /// Another place explains the scan as well as the belief does.
+    Rival,
 }
 
 /// The search for a robot.
 #[derive(Debug)]
 pub struct Search {
     cloud: Cloud,
+    modes: Modes,
     places: Random,
 }
 
 impl Search {
     /// None is under way.
     pub fn new(seed: u64) -> Self {
-        Self { cloud: Cloud::new(seed, 4), places: Random::new(seed, 6) }
+        Self { cloud: Cloud::new(seed, 4), modes: Modes::default(), places: Random::new(seed, 6) }
     }
 
     /// There is nothing to look for any more.
@@ -79,11 +85,18 @@ impl Search {
         let settled = cloud.settled && cloud.scans >= LEAST_SCANS;
         if settled || cloud.scans >= MOST_SCANS {
             let found = settled && cloud.beam_likelihood > BETTER * belief.beam_likelihood;
+            let is_rival = settled
+                && cloud.beam_likelihood * AS_WELL > belief.beam_likelihood
+                && self.modes.are_apart(&cloud.particles, &belief.particles);
             if found {
                 std::mem::swap(cloud, belief);
             }
             self.give_up();
-            return if found { Outcome::Found } else { Outcome::Nothing };
+            return match (found, is_rival) {
+                (true, _) => Outcome::Found,
+                (false, true) => Outcome::Rival,
+                (false, false) => Outcome::Nothing,
+            };
         }
         cloud.draw(options);
         Outcome::Looking

@@ -28,7 +28,7 @@ use crate::{BeamModel, Beams, DistanceField, LikelihoodField, OccupancyMap};
 
 /// How many independent beams a scan is worth while the particles are too far
 /// apart to tell its beams apart: a wrong pose moves the ends of all together.
-const BEAMS_WORTH: f64 = 8.0;
+pub(super) const BEAMS_WORTH: f64 = 8.0;
 /// The most beams that are looked up in a blurred field.
 const FEW: usize = 60;
 /// The most blur, m: about the width of a door.
@@ -56,6 +56,17 @@ pub struct Weighed {
     pub beam_likelihood: f64,
 }
 
+/// The likelihoods by which the last scan was weighed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rung<'a> {
+    /// ln p of the scan for every particle.
+    pub logs: &'a [f64],
+    /// The power to which the likelihood was raised.
+    pub exponent: f64,
+    /// How many beams the scan is then worth.
+    pub worth: f64,
+}
+
 /// The fields of a map, and the scan that is being taken.
 #[derive(Clone, Debug)]
 pub struct Sensor {
@@ -69,6 +80,8 @@ pub struct Sensor {
     few: Ends,
     logs: Vec<f64>,
     prior: Vec<f64>,
+    /// Exponent of the last scan, and how many beams that makes it worth.
+    weighed_by: (f64, f64),
 }
 
 /// The beam model, which needs a ray for every beam and particle.
@@ -139,6 +152,7 @@ impl Sensor {
             few: Ends::default(),
             logs: Vec::new(),
             prior: Vec::new(),
+            weighed_by: (1.0, 0.0),
         }
     }
 
@@ -214,6 +228,7 @@ impl Sensor {
             if survivors(&self.prior, &self.logs, exponent, &mut particles.weights) >= enough {
                 let top = exponent >= self.exponent;
                 let width_m = width(self.fields[0].sigma_m(), exponent * beams);
+                self.weighed_by = (exponent, exponent * beams);
                 return if top { 0.0 } else { width_m };
             }
             if exponent <= least {
@@ -228,6 +243,7 @@ impl Sensor {
             (sigma_m, worth) = (field.sigma_m(), exponent * few);
             look_up(field, &self.few, particles, &mut self.logs);
             if survivors(&self.prior, &self.logs, exponent, &mut particles.weights) >= enough {
+                self.weighed_by = (exponent, worth);
                 return width(sigma_m, worth);
             }
         }
@@ -238,7 +254,14 @@ impl Sensor {
                 break;
             }
         }
+        self.weighed_by = (exponent, worth);
         width(sigma_m, worth)
+    }
+
+    /// The likelihoods by which the last scan was weighed, and the weights before it.
+    pub(super) fn rung(&self) -> (Rung<'_>, &[f64]) {
+        let (exponent, worth) = self.weighed_by;
+        (Rung { logs: &self.logs, exponent, worth }, &self.prior)
     }
 }
 
