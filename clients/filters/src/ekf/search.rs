@@ -49,7 +49,7 @@ pub struct Watch {
     doubt: Recovery,
     search: Option<Box<Mcl>>,
     prepared: Option<Prepared>,
-    /// Shares of belief and search, summed over so many scans.
+    /// Shares of belief and search, summed, and the number of scans.
     compared: (f64, f64, u32),
 }
 

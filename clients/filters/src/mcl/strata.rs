@@ -5,8 +5,8 @@
 //! nearest particle decides, and errors that the beams have in common count 180 times.
 //!
 //! Source: A. Milstein, J. Sánchez, E. Williamson, *Robust global localization using
-//! clustered particle filtering* (AAAI 2002): clusters of particles are filters of their
-//! own, each with a probability that the likelihoods of its particles change, and drawing
+//! clustered particle filtering* (AAAI 2002): clusters of particles are separate
+//! filters, each with a probability that the likelihoods of its particles change, and drawing
 //! moves no particles from one cluster to another. The mixture of J. Vermaak, A. Doucet,
 //! P. Pérez (*Maintaining multi-modality through mixture tracking*, ICCV 2003) is the same.
 //!
