@@ -2,8 +2,8 @@
 //!
 //! A waiter looks for data for an *awake time*; then it blocks on a descriptor, in bounded
 //! slices. Between looks it gives its core away (`sched_yield`), except in its first
-//! microseconds while nobody seems to want the core: a yield that returns late says that
-//! somebody does, and the waits after it yield at once.
+//! microseconds while no process seems to want the core: a yield that returns late says that
+//! one does, and the waits after it yield at once.
 //!
 //! Awake times and the moments at which waiting began travel with the data, so
 //! a sender can tell whether its receiver may be asleep: only then does it pay
@@ -84,7 +84,7 @@ pub(crate) fn may_sleep(now_ns: u64, since_ns: u64, awake_ns: u64) -> bool {
 /// process on another core.
 const KEEP_CORE_NS: u64 = 3_000;
 
-/// A yield longer than this ran another process, ns. With nobody else on the core it is a
+/// A yield longer than this ran another process, ns. With no other process on the core it is a
 /// system call of 0.2 to 0.6 µs.
 const RAN_ANOTHER_NS: u64 = 1_500;
 
@@ -153,7 +153,7 @@ impl Waiter {
     }
 
     /// Whether it is still in its awake time; if so, the core was given away once, or
-    /// kept because it is early and nobody wants it.
+    /// kept because it is early and no process wants it.
     pub(crate) fn yielded(&self) -> bool {
         // Read at every look: on a busy machine one yield can take longer than
         // the whole awake time, and who sleeps is woken sooner.
