@@ -12,7 +12,7 @@
 //!
 //! Departures, and why:
 //! * Clusters are found anew at every scan, as the modes of the answer are ([`Bins`]).
-//! * Between clusters a scan counts as at most so many independent beams as in a blurred
+//! * Between clusters a scan counts as at most as many independent beams as in a blurred
 //!   field ([`super::sensor`]), and with the mean logarithm of the particles that explain
 //!   it, so that the one nearest particle does not decide. Small differences do not count: the
 //!   cells of a field make them in every scan alike, and they would add up. Within a
