@@ -104,7 +104,7 @@ mod tests {
     fn verdict(variance: f64, scans: usize, seed: u64) -> Option<Verdict> {
         let (mut monitor, mut random) = (Monitor::default(), Random::new(seed, 1));
         let mut of_scan = || {
-            let squares = (0..10).map(|_| random.normal().powi(2));
+            let squares = (0..10).map(|_| random.normal()).map(|z| z * z);
             Innovation { nis: variance * squares.sum::<f64>(), degrees: 10 }
         };
         (0..scans).map(|_| monitor.take(of_scan())).find(|v| *v != Verdict::Consistent)
