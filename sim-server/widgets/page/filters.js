@@ -17,7 +17,7 @@ const page = new RunPage({
   rate: 100,
   stages: [{
     sets,
-    text: 'After 10 s the robot is carried to another room, and no filter is told. MCL finds it again; the EKF, which follows one pose, does not.',
+    text: 'After 10 s the robot is carried to another room, and no filter is told. MCL finds it again; the EKF, which follows one pose, sees that it is lost, gives no answer and searches.',
   }, {
     sets: { ...sets, 'lidar.dropout': 0.5 },
     text: 'Half of the beams are lost. MCL still finds the robot.',

@@ -185,9 +185,10 @@ fn filters_in_a_page_answer_as_their_programs_do_also_when_kidnapped() {
     at_tick(&mut browser, after);
     pause(&mut browser);
     compare(&mut browser, &files);
-    let lost =
+    let far =
         browser.value("rustyWidget.estimators.map(({ name, errors }) => [name, errors[0] > 1])");
-    assert_eq!(lost[2], json!(["ekf", true]), "an EKF follows a robot that is carried away");
+    assert_eq!(far[0], json!(["dead-reckoning", true]), "the robot was carried away");
+    assert_eq!(far[2], json!(["ekf", false]), "an EKF that is lost does not answer");
     assert!(browser.value("rustyWidget.beliefs[1].length").as_u64().unwrap() > 100);
     assert_eq!(faults(&mut browser), [""; 0]);
 }
