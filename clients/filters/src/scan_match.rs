@@ -56,6 +56,8 @@ const LOST_RAD: f64 = 0.25;
 const FITS_SCORE: f64 = 0.45;
 /// A match that scores less than the best pose by no more than this is as good.
 const EQUAL_SCORE: f64 = 0.04;
+/// A scan with fewer ends is too sparse for a score to refute a match of it.
+const SPARSE_ENDS: usize = 60;
 /// Key scans of the submap that a scan is searched in.
 const SUBMAP_SCANS: usize = 10;
 /// Where little matches, a key scan follows after this part of the way or turn.
@@ -232,7 +234,8 @@ impl Tracker {
             return Err(book.err().unwrap_or(NoMatch::NoSolution));
         };
         let is_best = |(fused, _): &(Fused, Match)| {
-            map.score(rays, &fused.motion.now_in_then) >= best.score - EQUAL_SCORE
+            rays.len() < SPARSE_ENDS
+                || map.score(rays, &fused.motion.now_in_then) >= best.score - EQUAL_SCORE
         };
         // How surprising it was is told as the wheels should have been.
         let innovation = book.as_ref().ok().map(|(fused, _)| fused.innovation);

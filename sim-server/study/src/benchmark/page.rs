@@ -18,7 +18,7 @@ use crate::versus::Metric;
 
 const HEIGHT: f64 = 200.0;
 /// After [`LOOK_CSS`]. Drawings are white in the dark, too, and wider than a phone.
-const STYLE: &str = "body { max-width: 1240px; padding: 1rem; } \
+const STYLE: &str = "body { max-width: 1240px; padding: 1rem; } h2 { overflow-wrap: anywhere; } \
                      pre, .drawing { overflow-x: auto; } \
                      svg { display: block; min-width: 44rem; max-width: 100%; height: auto; }";
 
