@@ -2,7 +2,8 @@
 //!
 //! Drivers differ in their [`Task`]. Each carries a filter that estimates the pose,
 //! and answers every tick with that estimate and the command for the next tick. While the
-//! filter abstains, the robot of a task that needs a pose stands. A driver has no access to the truth.
+//! filter abstains, the robot of a task that needs a pose stands. A driver has no access
+//! to the truth.
 
 use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Reply, Start, errln};

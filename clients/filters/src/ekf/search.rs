@@ -17,7 +17,7 @@ use rusty_contract::Start;
 use rusty_geometry::{EncoderCounts, SE2, World};
 
 use crate::mcl::recovery::Recovery;
-use crate::mcl::{self, Mcl, Prepared};
+use crate::mcl::{self, Mcl, Prepared, is_somewhere};
 use crate::{Beams, OdometryNoise};
 
 /// An end of a beam is explained by a wall that is nearer than this, m.
@@ -35,8 +35,6 @@ const BETTER: f64 = 0.05;
 /// A search is this much wider than the belief, m and rad, one deviation.
 const WIDER_M: f64 = 1.0;
 const WIDER_RAD: f64 = 0.5;
-/// An answer with a larger deviation, m, is none.
-const NOWHERE_M: f64 = 1.0;
 /// The wheels have this many times the noise of the options in a search.
 const NOISE: f64 = 8.0;
 
@@ -80,8 +78,7 @@ impl Watch {
 
     /// Whether the filter must abstain.
     pub fn is_lost(&self, covariance: &Matrix3<f64>) -> bool {
-        let variance_m2 = covariance[(0, 0)].max(covariance[(1, 1)]);
-        self.doubt.share() > LOST || variance_m2 > NOWHERE_M * NOWHERE_M
+        self.doubt.share() > LOST || !is_somewhere(covariance)
     }
 
     /// Takes the counts at the end of a tick.
@@ -123,17 +120,12 @@ impl Watch {
         let is_better = *of_found > *of_belief + BETTER * f64::from(SCANS);
         self.compared = (0.0, 0.0, 0);
         self.search = None;
-        if !is_better && !self.is_wide(belief.1) {
+        if !is_better && is_somewhere(belief.1) {
             self.doubt.allay();
             return None;
         }
         self.doubt.found(of_search);
         Some((found.pose_in_world, covariance))
-    }
-
-    /// Whether a covariance alone calls for a search.
-    fn is_wide(&self, covariance: &Matrix3<f64>) -> bool {
-        covariance[(0, 0)].max(covariance[(1, 1)]) > NOWHERE_M * NOWHERE_M
     }
 
     fn begin(&mut self, (pose, covariance): (&SE2, &Matrix3<f64>), counts: EncoderCounts) {

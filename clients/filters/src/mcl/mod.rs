@@ -64,10 +64,15 @@ const INITIAL_M: f64 = 0.05;
 const INITIAL_RAD: f64 = 0.05;
 /// From this share of Table 8.3 on, the robot is looked for elsewhere as well.
 const LOST: f64 = 0.05;
-/// An answer whose position has a larger σ than this, m, is none.
+/// The largest σ of the position of an answer, m.
 const NOWHERE_M: f64 = 1.0;
-/// While a second place has more than this share of the belief, there is no answer.
+/// The largest share of the belief that a second place has during an answer.
 const RIVAL: f64 = 0.05;
+
+/// Whether a covariance (m, m, rad) is small enough for an answer.
+pub(crate) fn is_somewhere(covariance: &Matrix3<f64>) -> bool {
+    covariance[(0, 0)].max(covariance[(1, 1)]) <= NOWHERE_M * NOWHERE_M
+}
 
 /// The map to localise in.
 #[derive(Clone, Debug)]
@@ -268,28 +273,23 @@ impl Mcl {
         let doubted = self.belief.settled || self.belief.scans >= search::MOST_SCANS;
         if self.recovery.share() > LOST && doubted {
             let Self { belief, search, sensor, space, options, .. } = self;
-            match search.scan(belief, sensor, ranges_m, space, options) {
-                Outcome::Looking => {}
-                Outcome::Found => {
-                    self.recovery.found(self.belief.beam_likelihood);
-                    self.is_contested = false;
-                }
-                Outcome::Nothing => {
-                    self.recovery.allay();
-                    self.is_contested = false;
-                }
-                Outcome::Rival => self.is_contested = true,
+            let outcome = search.scan(belief, sensor, ranges_m, space, options);
+            match outcome {
+                Outcome::Looking | Outcome::Rival => {}
+                Outcome::Found => self.recovery.found(self.belief.beam_likelihood),
+                Outcome::Nothing => self.recovery.allay(),
+            }
+            if outcome != Outcome::Looking {
+                self.is_contested = outcome == Outcome::Rival;
             }
         } else if self.recovery.share() <= LOST {
             self.search.give_up();
             self.is_contested = false;
         }
-        let is_contested = self.is_contested;
         let trusted = 1.0 - self.recovery.share();
         let known = |mode: &Mode| {
-            let variance_m2 = mode.covariance[(0, 0)].max(mode.covariance[(1, 1)]);
             let is_likely = mode.share * trusted >= 0.5 && mode.second_share <= RIVAL;
-            is_likely && !is_contested && variance_m2 <= NOWHERE_M * NOWHERE_M
+            is_likely && !self.is_contested && is_somewhere(&mode.covariance)
         };
         self.answer = self.modes.heaviest(&self.belief.particles).filter(known);
         self.belief.draw(&self.options);

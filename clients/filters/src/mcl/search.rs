@@ -8,9 +8,10 @@
 //! as at the beginning, from the first scan that arouses suspicion on. When it
 //! has settled, the two are compared at one and the same scan: the one that
 //! explains it better is the belief. If that is the old one, the suspicion is
-//! allayed by half (unless the other place is a rival, and then there is no answer), and what is left of it sends for another search. Nearest in
-//! the literature: S. Lenser, M. Veloso,
-//! *Sensor Resetting Localization for Poorly Modelled Mobile Robots* (ICRA 2000).
+//! halved, and what remains of it starts another search. If another place explains the
+//! scan as well, the filter does not answer, and the suspicion remains. Nearest in the
+//! literature: S. Lenser, M. Veloso, *Sensor Resetting Localization for Poorly Modelled
+//! Mobile Robots* (ICRA 2000).
 
 use super::cloud::Cloud;
 use super::mode::Modes;

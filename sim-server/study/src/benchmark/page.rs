@@ -35,7 +35,8 @@ pub fn page(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
-         style-src 'unsafe-inline'\">\n<title>{title}</title>\n<style>\n{LOOK_CSS}{STYLE}</style>\n</head>\n\
+         style-src 'unsafe-inline'\">\n<title>{title}</title>\n\
+         <style>\n{LOOK_CSS}{STYLE}</style>\n</head>\n\
          <body>\n<h1>{title}</h1>\n<pre>{}</pre>\n",
         preformatted(&LeaderboardText(standings).to_string())
     );
