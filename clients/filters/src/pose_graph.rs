@@ -14,6 +14,11 @@
 //! * Loops have a weight each, by their residual: dynamic covariance scaling
 //!   (P. Agarwal et al., *Robust map optimization using dynamic covariance
 //!   scaling*, ICRA 2013, eq. 15), so that one wrong loop does not bend the map.
+//! * The scaling begins with Φ at the χ² of the worst loop and ends at its own, so that
+//!   right loops that find the poses far off are not taken for wrong ones. This is
+//!   graduated non-convexity (H. Yang, P. Antonante, V. Tzoumas, L. Carlone,
+//!   *Graduated non-convexity for robust spatial perception*, RA-L 5 (2020)), with this
+//!   scaling in place of their loss.
 
 use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::SE2;
@@ -28,6 +33,8 @@ const SMALL_STEP: f64 = 1e-5;
 /// Φ of dynamic covariance scaling: a loop with χ² beyond it (99 % of three
 /// numbers) begins to count less.
 const SUSPECT_CHI2: f64 = 11.3;
+/// From one step to the next Φ shrinks to this part, down to that.
+const GRADUATION: f64 = 0.2;
 
 /// Where a motion comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,12 +86,12 @@ impl Constraint {
         (e.transpose() * self.information * e).x
     }
 
-    /// What it counts, 0 to 1.
-    fn weight(&self, chi2: f64) -> f64 {
-        if self.kind == Kind::Chain || chi2 <= SUSPECT_CHI2 {
+    /// Returns the weight of a loop with this χ², 0 to 1, where `suspect_chi2` is Φ.
+    fn weight(&self, chi2: f64, suspect_chi2: f64) -> f64 {
+        if self.kind == Kind::Chain || chi2 <= suspect_chi2 {
             return 1.0;
         }
-        let scale = 2.0 * SUSPECT_CHI2 / (SUSPECT_CHI2 + chi2);
+        let scale = 2.0 * suspect_chi2 / (suspect_chi2 + chi2);
         scale * scale
     }
 }
@@ -144,8 +151,11 @@ impl PoseGraph {
     /// poses (they then stay).
     pub fn optimise(&mut self) -> Option<u32> {
         let before = self.poses.clone();
+        let loops = self.constraints.iter().filter(|c| c.kind == Kind::Loop);
+        let worst = loops.map(|c| c.chi2(&self.poses)).fold(0.0, f64::max);
+        let mut suspect_chi2 = SUSPECT_CHI2.max(worst);
         for step in 1..=MOST_STEPS {
-            let (matrix, mut tau) = self.system();
+            let (matrix, mut tau) = self.system(suspect_chi2);
             let Some(factor) = Cholesky::of(&matrix) else {
                 self.poses = before;
                 return None;
@@ -159,21 +169,22 @@ impl PoseGraph {
             let moved = self.poses[1..].iter_mut().zip(&tau);
             moved.for_each(|(pose, tau)| *pose = pose.boxplus(tau));
             self.factor = Some(factor);
-            if largest < SMALL_STEP {
+            if largest < SMALL_STEP && suspect_chi2 <= SUSPECT_CHI2 {
                 return Some(step);
             }
+            suspect_chi2 = (suspect_chi2 * GRADUATION).max(SUSPECT_CHI2);
         }
         Some(MOST_STEPS)
     }
 
-    /// H and −g of the cost at these poses, without the first one.
-    fn system(&self) -> (BlockMatrix, Vec<Vector3<f64>>) {
+    /// H and −g of the cost at these poses, without the first one, where `suspect_chi2` is Φ.
+    fn system(&self, suspect_chi2: f64) -> (BlockMatrix, Vec<Vector3<f64>>) {
         let free = self.poses.len() - 1;
         let (mut matrix, mut right) = (BlockMatrix::zeros(free), vec![Vector3::zeros(); free]);
         for constraint in &self.constraints {
             let Linear { residual, of_from, of_to } = constraint.linear(&self.poses);
             let chi2 = (residual.transpose() * constraint.information * residual).x;
-            let information = constraint.information * constraint.weight(chi2);
+            let information = constraint.information * constraint.weight(chi2, suspect_chi2);
             let sides = [(constraint.from, of_from), (constraint.to, of_to)];
             for (i, of_i) in sides.iter().filter(|(i, _)| *i > 0) {
                 let weighted = of_i.transpose() * information;
@@ -224,7 +235,7 @@ impl PoseGraph {
     /// The factorised information at these poses.
     fn factored(&mut self) -> Option<&Cholesky> {
         if self.factor.is_none() {
-            self.factor = Cholesky::of(&self.system().0);
+            self.factor = Cholesky::of(&self.system(SUSPECT_CHI2).0);
         }
         self.factor.as_ref()
     }

@@ -8,11 +8,16 @@
 //!
 //! Every key scan is a pose of the graph, tied to the one before by the motion
 //! that wheels and matches say. A new one is matched with old ones near it, too:
-//! those loops are what keeps the map in one piece. A loop counts when
+//! these loops keep the map in one piece (`loops.rs`). A loop counts when
 //! * the graph holds it possible that both scans look at the same walls,
 //! * enough points of the new scan lie on the old one's walls,
 //! * the match is no surprise to the graph (χ²), and
 //! * it stays so next to all other motions: a match that does not loses weight.
+//!
+//! Where the graph is unsure of an old place, the new scan is first searched in a
+//! [`Submap`](crate::submap::Submap) of the key scans there, in a window of three deviations and at most
+//! 6 m and 46° to each side. Such a loop counts when no other pose of the window fits as
+//! well and a second loop, of another new key scan, agrees with it.
 //!
 //! Departures: the answer of a tick is the newest key pose and the motion since
 //! then; earlier answers stay as they were given. Points never move within their
@@ -24,38 +29,23 @@
 //! bytes for each beam, and a pose and its motions, which are little compared with that. It
 //! is the way that counts, not the time: with 180 beams and a key scan every 0.75 m,
 //! 40 MB for each kilometre, even where the robot has been before.
-//!
-//! Where the graph is unsure of an old place, the match begins from a search that
-//! ends 1.5 m and 0.48 rad from where the graph has it ([`match_widely`]): a robot
-//! farther off than that closes no loop there.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use nalgebra::{Matrix3, Point2, Vector3};
+use nalgebra::{Matrix3, Point2};
 use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Estimate, Reply, Start, errln};
-use rusty_geometry::{EncoderCounts, SE2, trig};
+use rusty_geometry::{EncoderCounts, SE2};
 
-use crate::Motion;
 use crate::gridmap::{self, Mapper, Poses};
-use crate::icp::{Surface, match_widely};
+use crate::icp::Surface;
 use crate::motion::carried;
 use crate::numbers::{positive, seconds, share};
 use crate::occupancy_grid::InverseModel;
 use crate::pose_graph::{Constraint, Kind, PoseGraph};
 use crate::scan_match::{ScanMatchOptions, ScanOutcome, Tracker};
 use crate::tangent::{estimate, placed, symmetric};
-
-/// A loop that surprises the graph more (χ² of three numbers) is none. That is far
-/// beyond chance (16 once in a thousand), because motions through real rooms are
-/// less certain than they say; what is doubtful then loses weight.
-const LOOP_CHI2: f64 = 50.0;
-/// What part of a loop's information counts: three loops and a chain share a scan.
-const LOOP_SHARE: f64 = 0.5;
-/// A search begins only where the graph is not this sure (m, rad).
-const SURE_M: f64 = 0.15;
-const SURE_RAD: f64 = 0.15;
 
 /// How loops are closed.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
@@ -124,6 +114,8 @@ pub struct Slam {
     tracker: Tracker,
     graph: PoseGraph,
     seen: Vec<Seen>,
+    /// Loops of a wide search that no other one has confirmed yet.
+    unconfirmed: Vec<Constraint>,
     /// When the first tick began, s.
     began_s: Option<f64>,
     /// Covariance of the first key pose, where wheels alone led to it.
@@ -142,6 +134,7 @@ impl Slam {
             tracker: Tracker::new(start, &options.front),
             graph: PoseGraph::new(start.initial_pose.unwrap_or_default()),
             seen: Vec::new(),
+            unconfirmed: Vec::new(),
             began_s: None,
             of_first: Matrix3::zeros(),
             covariance: Matrix3::zeros(),
@@ -179,83 +172,6 @@ impl Slam {
             self.covariance = symmetric(&(carried(&self.of_first, &way) + covariance));
         }
         told
-    }
-
-    /// Matches the newest key scan with old ones near it. Whether there was any.
-    fn close_loops(&mut self) -> bool {
-        let candidates = self.candidates();
-        if candidates.is_empty() {
-            return false;
-        }
-        let newest = self.seen.len() - 1;
-        let Some(expected) = self.graph.to_last(&candidates) else { return false };
-        let mut closed = false;
-        for (old, expected) in candidates.into_iter().zip(&expected) {
-            if let Some((motion, information)) = self.matched(old, expected) {
-                let information = information * LOOP_SHARE;
-                let kind = Kind::Loop;
-                self.graph.constrain(Constraint {
-                    from: old,
-                    to: newest,
-                    motion,
-                    information,
-                    kind,
-                });
-                closed = true;
-            }
-        }
-        closed
-    }
-
-    /// Old key scans that may have seen what the newest sees, the nearest first,
-    /// no two of them neighbours.
-    fn candidates(&self) -> Vec<usize> {
-        let LoopOptions { loop_distance_m, loop_gap, loops, .. } = self.options.closing;
-        let poses = self.graph.poses();
-        let newest = poses.len() - 1;
-        let unsure_m = 2.0 * (self.covariance[(0, 0)] + self.covariance[(1, 1)]).sqrt();
-        let mut near: Vec<(f64, usize)> = (0..newest.saturating_sub(loop_gap))
-            .map(|k| {
-                let apart = poses[k].inverse() * poses[newest];
-                let distance_m = trig::hypot(apart.x(), apart.y());
-                // Half a metre is worth a sixth of a turn: scans that look elsewhere
-                // have little in common.
-                (distance_m + 0.5 * apart.theta().abs(), distance_m, k)
-            })
-            .filter(|(_, distance_m, _)| *distance_m < loop_distance_m + unsure_m)
-            .map(|(cost, _, k)| (cost, k))
-            .collect();
-        near.sort_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
-        let mut chosen: Vec<usize> = Vec::new();
-        for (_, k) in near {
-            if chosen.len() < loops && chosen.iter().all(|other| other.abs_diff(k) > 2) {
-                chosen.push(k);
-            }
-        }
-        chosen
-    }
-
-    /// The motion from an old key scan to the newest, if they match and the graph
-    /// holds it possible.
-    fn matched(&self, old: usize, expected: &Motion) -> Option<(SE2, Matrix3<f64>)> {
-        let rays = self.seen.last()?.surface.rays();
-        let deviation = |k: usize| expected.covariance[(k, k)].max(0.0).sqrt();
-        let room = |deviation: f64, sure: f64| if deviation < sure { 0.0 } else { 2.0 * deviation };
-        let apart_m = deviation(0).max(deviation(1));
-        let half = Vector3::new(
-            room(apart_m, SURE_M),
-            room(apart_m, SURE_M),
-            room(deviation(2), SURE_RAD),
-        );
-        let icp = &self.options.front.icp;
-        let (surface, laser) = (&self.seen[old].surface, self.tracker.laser());
-        let found = match_widely(surface, laser, rays, expected, &half, icp).ok()?;
-        let surprise = found.evidence.fuse(expected)?.innovation.nis;
-        let overlaps = found.pairs * 3 > rays.len();
-        if surprise > LOOP_CHI2 || found.share < self.options.closing.loop_share || !overlaps {
-            return None;
-        }
-        found.evidence.constraint()
     }
 
     /// Where the robot is, world frame, and the covariance of the error τ.
@@ -344,5 +260,6 @@ impl Filter for Slam {
     }
 }
 
+mod loops;
 #[cfg(test)]
 mod tests;

@@ -26,7 +26,6 @@
 
 mod evidence;
 mod laser;
-mod search;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -38,7 +37,6 @@ use thiserror::Error;
 pub use self::evidence::{Evidence, Fused};
 use self::evidence::{Pair, pairs};
 pub use self::laser::{Laser, Ray};
-pub use self::search::match_widely;
 pub use self::surface::{Piece, Surface};
 use crate::Motion;
 use crate::numbers::{positive, share};

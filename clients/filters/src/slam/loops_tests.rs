@@ -1,0 +1,102 @@
+//! Searches for the place where a robot is that the graph has elsewhere.
+
+use nalgebra::{Matrix3, Vector3};
+use rusty_geometry::{SE2, Twist, apartment};
+
+use super::super::{Seen, Slam, SlamOptions};
+use crate::beams::believed_lidar;
+use crate::icp::{Laser, Surface};
+use crate::scan_match::tests::{Robot, corridor, start};
+
+/// A filter after a round through the largest room.
+fn after_a_round(seed: u64) -> (Robot, Slam) {
+    let mut robot = Robot::new(apartment(), SE2::new(10.4, 3.0, 1.57), seed);
+    let mut slam = Slam::new(&start(&robot.lidar, Some(robot.pose)), &SlamOptions::default());
+    for k in 0..550 {
+        slam.advance(robot.drive(Twist { v_m_s: 0.5, omega_rad_s: 0.6 }));
+        if k % 5 == 4 {
+            slam.scan(&robot.look());
+        }
+    }
+    (robot, slam)
+}
+
+/// Moves the robot by `motion` and adds a key scan there. The wheels are off by `error`
+/// and as unsure as that.
+fn add_key(robot: &mut Robot, slam: &mut Slam, motion: SE2, error: SE2) {
+    robot.pose = robot.pose * motion;
+    let ranges_m = robot.look();
+    let laser = Laser::new(&believed_lidar(&slam.start));
+    let surface = Surface::new(&laser, &laser.rays(&ranges_m), 0.005);
+    slam.seen.push(Seen { ranges_m, surface });
+    let std = error.log().abs() + Vector3::new(0.02, 0.02, 0.01);
+    let covariance = Matrix3::from_diagonal(&std.component_mul(&std));
+    slam.covariance += covariance;
+    slam.graph.extend(&(motion * error), &covariance.try_inverse().unwrap());
+}
+
+#[test]
+fn two_loops_bring_a_lost_robot_back_and_one_does_not() {
+    for (seed, error) in [
+        (1, SE2::new(1.4, -0.9, 0.4)),
+        (2, SE2::new(-1.2, 1.0, -0.3)),
+        (3, SE2::new(0.8, 1.5, 0.45)),
+    ] {
+        let (mut robot, mut slam) = after_a_round(seed);
+        let before = slam.loops();
+        let here = robot.pose;
+        add_key(&mut robot, &mut slam, SE2::identity(), error);
+        assert!(!slam.close_loops() && slam.loops() == before, "{seed}: alone it counts");
+        let waiting = slam.unconfirmed.clone();
+        assert!(!waiting.is_empty(), "{seed}");
+        for found in waiting {
+            let off = here.boxminus(&(slam.graph.poses()[found.from] * found.motion));
+            assert!(off.norm() < 0.1, "{seed}: {off}");
+        }
+        // The next key scan, by wheels that are as sure as usual.
+        add_key(&mut robot, &mut slam, SE2::new(0.6, 0.0, 0.3), SE2::identity());
+        let next = robot.pose;
+        assert!(slam.close_loops() && slam.loops() >= before + 2, "{seed}: {}", slam.loops());
+        slam.graph.optimise().unwrap();
+        let [.., at_here, at_next] = slam.graph.poses() else { unreachable!() };
+        for (pose, truth) in [(at_here, here), (at_next, next)] {
+            assert!(truth.boxminus(pose).norm() < 0.1, "{seed}: {pose:?} for {truth:?}");
+        }
+    }
+}
+
+#[test]
+fn a_place_that_fits_twice_is_no_loop() {
+    let mut robot = Robot::new(corridor(), SE2::new(-8.0, 0.0, 0.0), 4);
+    let mut slam = Slam::new(&start(&robot.lidar, Some(robot.pose)), &SlamOptions::default());
+    for k in 0..600 {
+        slam.advance(robot.drive(Twist { v_m_s: 0.5, omega_rad_s: 0.0 }));
+        if k % 5 == 4 {
+            slam.scan(&robot.look());
+        }
+    }
+    let before = slam.loops();
+    let back = SE2::new(-4.0, 0.0, 0.0);
+    for (motion, error) in
+        [(back, SE2::new(1.5, 0.0, 0.0)), (SE2::new(0.8, 0.0, 0.0), SE2::identity())]
+    {
+        add_key(&mut robot, &mut slam, motion, error);
+        assert!(!slam.close_loops(), "{motion:?}");
+    }
+    assert_eq!((slam.loops(), slam.unconfirmed.len()), (before, 0));
+}
+
+#[test]
+fn loops_that_contradict_each_other_are_not_added() {
+    let (mut robot, mut slam) = after_a_round(5);
+    add_key(&mut robot, &mut slam, SE2::identity(), SE2::new(1.4, -0.9, 0.4));
+    slam.close_loops();
+    let before = slam.loops();
+    assert!(!slam.unconfirmed.is_empty());
+    for found in &mut slam.unconfirmed {
+        found.motion = found.motion * SE2::new(0.5, 0.5, 0.0);
+    }
+    add_key(&mut robot, &mut slam, SE2::new(0.6, 0.0, 0.3), SE2::identity());
+    assert!(!slam.close_loops());
+    assert_eq!(slam.loops(), before);
+}
