@@ -50,7 +50,7 @@ use crate::beams::believed_lidar;
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
 use crate::lines::{Extraction, Segment};
 use crate::motion::Steps;
-use crate::numbers::{number, positive};
+use crate::numbers::{positive, probability};
 use crate::tangent::{estimate, placed, right_jacobian, symmetric};
 use crate::{Beams, Motion, OdometryNoise};
 
@@ -113,10 +113,6 @@ pub struct WallOptions {
 }
 
 crate::numbers::default_of_command_line!(Options);
-
-fn probability(text: &str) -> Result<f64, String> {
-    number(text, |v| v > 0.0 && v < 1.0, "a number between 0 and 1")
-}
 
 /// EKF localisation by straight walls.
 #[derive(Debug)]

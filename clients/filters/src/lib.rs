@@ -25,6 +25,9 @@
 //! [`occupancy_grid`] ([`ray_walk`], [`map_picture`]); [`bayes_hallway`], on a
 //! [`histogram`] and what a [`corridor`] shows.
 //!
+//! The filters of landmarks, on the model and association of [`landmarks`]:
+//! [`ekf_landmarks`] on a given map; [`ekf_slam`] and [`fastslam`] make one.
+//!
 //! The drivers: [`driver`] is the loop of all. [`surroundings`] keeps a robot off the
 //! walls, [`steering`] finds a free way; [`wander`] needs no more than [`reckoning`].
 //! [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them: [`goto`]
@@ -58,6 +61,11 @@ pub mod kld;
 pub mod likelihood_field;
 pub mod mcl;
 pub mod resampling;
+
+pub mod ekf_landmarks;
+pub mod ekf_slam;
+pub mod fastslam;
+pub mod landmarks;
 
 pub mod calibration;
 pub mod icp;

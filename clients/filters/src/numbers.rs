@@ -34,6 +34,11 @@ pub(crate) fn share(text: &str) -> Result<f64, String> {
     number(text, |v| (0.0..=1.0).contains(&v), "a share from 0 to 1")
 }
 
+/// A probability, neither 0 nor 1.
+pub(crate) fn probability(text: &str) -> Result<f64, String> {
+    number(text, |v| v > 0.0 && v < 1.0, "a number between 0 and 1")
+}
+
 /// A time after the start, s.
 pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), "a time in seconds, 0 or more")
@@ -46,7 +51,7 @@ mod tests {
     use clap::{Args, Command};
 
     fn check<O: Args>() {
-        let command = rusty_clients::ClientArgs::augment_args(Command::new("filter"));
+        let command = rusty_clients::ClientArgs::augment_args(Command::new("filter").version("1"));
         O::augment_args(command).debug_assert();
     }
 
@@ -55,7 +60,10 @@ mod tests {
         check::<bayes_hallway::Options>();
         check::<rusty_clients::dead_reckoning::Options>();
         check::<ekf::Options>();
+        check::<ekf_landmarks::Options>();
+        check::<ekf_slam::Options>();
         check::<explore::Options>();
+        check::<fastslam::Options>();
         check::<fit_beam::Options>();
         check::<fit_motion::Options>();
         check::<trajectory::Options>();

@@ -6,6 +6,9 @@ use rusty_contract::{Exit, Program};
 
 use crate::bayes_hallway::{self, BayesHallway};
 use crate::ekf::{self, Ekf};
+use crate::ekf_landmarks::{self, EkfLandmarks};
+use crate::ekf_slam::{self, EkfSlam};
+use crate::fastslam::{self, FastSlam};
 use crate::fit_beam::{self, FitBeam};
 use crate::fit_motion::FitMotion;
 use crate::gridmap::{self, GridMap, GridMapOf, Poses, check_free};
@@ -20,7 +23,10 @@ pub const PROGRAMS: &[Program] = &[
     Program::new("bayes-hallway", "localises in a corridor by its doors", bayes_hallway),
     Program::new("dead-reckoning", "integrates the encoders", dead_reckoning),
     Program::new("ekf", "localises on a floor plan by straight walls", ekf),
+    Program::new("ekf-landmarks", "localises on a map of landmarks", ekf_landmarks),
+    Program::new("ekf-slam", "localises and maps landmarks by one Gaussian", ekf_slam),
     Program::new("explore", "drives to the frontiers of the map that it builds", explore),
+    Program::new("fastslam", "localises and maps landmarks by particles", fastslam),
     Program::new("fit-beam", "fits the beam model to a log", fit_beam),
     Program::new("fit-motion", "fits the odometry motion model to a log", fit_motion),
     Program::new("goto", "drives to waypoints", goto),
@@ -46,12 +52,24 @@ fn ekf() -> Exit {
     run(|start, options: ekf::Options| Ekf::new(start, &options))
 }
 
+fn ekf_landmarks() -> Exit {
+    run(|start, options: ekf_landmarks::Options| EkfLandmarks::new(start, &options))
+}
+
+fn ekf_slam() -> Exit {
+    run(|start, options: ekf_slam::Options| EkfSlam::new(start, &options))
+}
+
 fn explore() -> Exit {
     let (args, options) = ClientArgs::with_options::<explore::Options>();
     run_from(&args, |start| {
         options.save.iter().try_for_each(|stem| check_free(&args, stem))?;
         Ok(explore::driver(start, options.clone()))
     })
+}
+
+fn fastslam() -> Exit {
+    run(|start, options: fastslam::Options| FastSlam::new(start, &options))
 }
 
 fn fit_beam() -> Exit {

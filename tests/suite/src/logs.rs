@@ -79,7 +79,7 @@ pub fn header_of(config: RunConfig, roster: Vec<Participant>) -> LogHeader {
 /// The configuration of a scenario with changes.
 pub fn config_of(scenario: &str, changes: &[&str]) -> RunConfig {
     let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
-    scenario_file::load(scenario, &changes).unwrap().config().unwrap()
+    scenario_file::load(scenario, &changes).unwrap().config_with(rusty_floorplan::read).unwrap()
 }
 
 /// Writes a log whose checksums, digests and trailer are those of its content;

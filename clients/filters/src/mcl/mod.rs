@@ -48,6 +48,7 @@ pub use free_space::FreeSpace;
 pub use mode::Mode;
 pub use options::{Model, Options, Reading};
 pub use particles::Particles;
+pub(crate) use particles::root;
 
 use self::cloud::Cloud;
 use self::mode::Modes;

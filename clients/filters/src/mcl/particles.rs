@@ -134,7 +134,7 @@ impl Particles {
 
 /// A lower triangular root of a covariance. One that is not of full rank (the
 /// robot stood still) has zeros there.
-fn root(covariance: &Matrix3<f64>) -> Matrix3<f64> {
+pub(crate) fn root(covariance: &Matrix3<f64>) -> Matrix3<f64> {
     let mut l = Matrix3::<f64>::zeros();
     for j in 0..3 {
         let square = covariance[(j, j)] - (0..j).map(|k| l[(j, k)] * l[(j, k)]).sum::<f64>();

@@ -7,6 +7,7 @@ mod drivers;
 mod ekf;
 mod fitting;
 mod hard_places;
+mod landmarks;
 mod mcl;
 mod slam;
 mod steering;
