@@ -73,7 +73,7 @@ fn a_driver_that_has_arrived_ends_the_run_and_the_log_repeats_it() {
 }
 
 /// How many seeds a loop in this process runs; more on request.
-fn seeds(few: u64) -> u64 {
+pub(crate) fn seeds(few: u64) -> u64 {
     std::env::var("RUSTY_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(few)
 }
 

@@ -9,5 +9,6 @@ mod fitting;
 mod hard_places;
 mod landmarks;
 mod mcl;
+mod recordings;
 mod slam;
 mod steering;
