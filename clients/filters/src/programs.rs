@@ -114,6 +114,7 @@ fn slam() -> Exit {
     let (args, options) = ClientArgs::with_options::<SlamOptions>();
     run_from(&args, |start| {
         options.save_map.iter().try_for_each(|stem| check_free(&args, stem))?;
+        options.save_poses.iter().try_for_each(|file| args.check_free(file))?;
         Ok(Slam::new(start, &options))
     })
 }

@@ -35,6 +35,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use nalgebra::{Matrix3, Point2};
 use rusty_clients::{ClientError, Filter, Tick};
+use rusty_contract::replacement::replace;
 use rusty_contract::{Estimate, Reply, Start, errln};
 use rusty_geometry::{EncoderCounts, SE2};
 
@@ -46,6 +47,7 @@ use crate::occupancy_grid::InverseModel;
 use crate::pose_graph::{Constraint, Kind, PoseGraph};
 use crate::scan_match::{ScanMatchOptions, ScanOutcome, Tracker};
 use crate::tangent::{estimate, placed, symmetric};
+use crate::trajectory::line;
 
 /// How loops are closed.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
@@ -82,6 +84,10 @@ pub struct SlamOptions {
     #[arg(long, value_name = "STEM")]
     pub save_map: Option<PathBuf>,
 
+    /// Save the key poses of the final graph as a TUM trajectory
+    #[arg(long, value_name = "FILE")]
+    pub save_poses: Option<PathBuf>,
+
     /// End of the use of scans after the start of the run, s
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub until: Option<f64>,
@@ -102,6 +108,7 @@ pub struct SlamOptions {
 /// A key scan as the graph keeps it.
 #[derive(Clone, Debug)]
 struct Seen {
+    time_s: f64,
     ranges_m: Vec<f64>,
     surface: Surface,
 }
@@ -118,6 +125,8 @@ pub struct Slam {
     unconfirmed: Vec<Constraint>,
     /// When the first tick began, s.
     began_s: Option<f64>,
+    /// Time of the latest tick, s.
+    now_s: f64,
     /// Covariance of the first key pose, where wheels alone led to it.
     of_first: Matrix3<f64>,
     /// Covariance of the newest key pose, world frame.
@@ -136,6 +145,7 @@ impl Slam {
             seen: Vec::new(),
             unconfirmed: Vec::new(),
             began_s: None,
+            now_s: 0.0,
             of_first: Matrix3::zeros(),
             covariance: Matrix3::zeros(),
         }
@@ -152,7 +162,11 @@ impl Slam {
         let Some(key) = told.key.take() else { return told };
         let since_last = key.since_last;
         let is_first = self.seen.is_empty();
-        self.seen.push(Seen { ranges_m: ranges_m.to_vec(), surface: key.surface });
+        self.seen.push(Seen {
+            time_s: self.now_s,
+            ranges_m: ranges_m.to_vec(),
+            surface: key.surface,
+        });
         if is_first {
             // The first scan that shows walls may come after some way by the wheels.
             self.graph = PoseGraph::new(self.graph.poses()[0] * since_last.now_in_then);
@@ -201,8 +215,19 @@ impl Slam {
     /// Whether a scan at the end of the tick that ends at `time_s` is taken in. The
     /// run began with the first tick that is asked for.
     pub fn takes_in(&mut self, time_s: f64) -> bool {
+        self.now_s = time_s;
         let since_s = time_s - *self.began_s.get_or_insert(time_s - self.start.dt_s);
         self.options.until.is_none_or(|until| since_s <= until)
+    }
+
+    /// Writes the key poses as the graph has them, with the times of their scans.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    fn write_poses(&self, file: &Path) -> Result<(), ClientError> {
+        let keys = self.graph.poses().iter().zip(&self.seen);
+        let lines: String = keys.map(|(pose, key)| line(key.time_s, pose) + "\n").collect();
+        replace(file, lines.as_bytes()).map_err(ClientError::io(file))
     }
 
     /// Writes the map to `stem`, and says what is in it. Where a key scan does not
@@ -252,8 +277,14 @@ impl Filter for Slam {
 
     fn finish(self) -> Result<(), ClientError> {
         // A run that ended before it began is the failure of another process.
-        let stem = self.options.save_map.as_ref().filter(|_| self.began_s.is_some());
-        let Some(stem) = stem else { return Ok(()) };
+        if self.began_s.is_none() {
+            return Ok(());
+        }
+        if let Some(file) = &self.options.save_poses {
+            self.write_poses(file)?;
+            errln!("{} key poses in {}", self.seen.len(), file.display());
+        }
+        let Some(stem) = &self.options.save_map else { return Ok(()) };
         let said = self.write_map(stem)?;
         errln!("{} loops; {said}", self.loops());
         Ok(())

@@ -185,6 +185,12 @@ fn parse(line: &str) -> Result<(f64, Estimate), String> {
     Ok((time_s, tangent::estimate(&pose, &body)))
 }
 
+/// Returns a pose as a line without its end. Every number reads back to the bits it has here.
+pub fn line(time_s: f64, pose: &SE2) -> String {
+    let (sin, cos) = trig::sin_cos(0.5 * pose.theta());
+    format!("{time_s:?} {:?} {:?} 0 0 0 {sin:?} {cos:?}", pose.x(), pose.y())
+}
+
 /// The numbers of a line.
 const COLUMNS: [&str; 14] = [
     "timestamp",
@@ -229,6 +235,15 @@ mod tests {
         assert_eq!(x_m(1.5), None);
         assert_eq!(x_m(2.009), Some(2.0));
         assert_eq!(x_m(2.011), None);
+    }
+
+    #[test]
+    fn a_line_reads_back() {
+        let pose = SE2::new(-1.25, 1e-17, -3.1);
+        let (time_s, estimate) = parse(&line(0.1 + 0.2, &pose)).unwrap();
+        assert_eq!(time_s, 0.1 + 0.2);
+        assert_eq!(estimate.pose_in_world.translation(), pose.translation());
+        assert!((estimate.pose_in_world.theta() - pose.theta()).abs() < 1e-15);
     }
 
     #[test]

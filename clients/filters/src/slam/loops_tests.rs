@@ -28,7 +28,7 @@ fn add_key(robot: &mut Robot, slam: &mut Slam, motion: SE2, error: SE2) {
     let ranges_m = robot.look();
     let laser = Laser::new(&believed_lidar(&slam.start));
     let surface = Surface::new(&laser, &laser.rays(&ranges_m), 0.005);
-    slam.seen.push(Seen { ranges_m, surface });
+    slam.seen.push(Seen { time_s: 0.0, ranges_m, surface });
     let std = error.log().abs() + Vector3::new(0.02, 0.02, 0.01);
     let covariance = Matrix3::from_diagonal(&std.component_mul(&std));
     slam.covariance += covariance;

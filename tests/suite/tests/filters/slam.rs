@@ -126,6 +126,33 @@ fn live_log_and_replay_are_one_and_a_wrong_wheel_is_learned() {
     assert_eq!(replayed["digest"], report["digest"]);
 }
 
+#[test]
+fn key_poses_of_the_final_graph_are_a_trajectory_for_score() {
+    let place = folder();
+    let (out, file) = (place.at("run"), place.at("final.tum"));
+    let log = log_of(&patrol("poses", &out, &[]));
+    let saves = ["--log", arg(&log), "--save-poses", arg(&file)];
+    execute("slam", &saves).expect(0).says("1500 of 1500 answers equal");
+    let (slam, _) = through_the_library(&log);
+    let number = |word: &str| word.parse::<f64>().unwrap();
+    let text = fs::read_to_string(&file).unwrap();
+    let lines: Vec<Vec<f64>> =
+        text.lines().map(|line| line.split(' ').map(number).collect()).collect();
+    assert!(lines.len() > 10 && lines.windows(2).all(|pair| pair[0][0] < pair[1][0]), "{text}");
+    let xy: Vec<[f64; 2]> = lines.iter().map(|line| [line[1], line[2]]).collect();
+    let expected: Vec<[f64; 2]> = slam.graph().poses().iter().map(|p| [p.x(), p.y()]).collect();
+    assert_eq!(xy, expected);
+    // A file that is there stays.
+    execute("slam", &saves).expect(2).says("final.tum").says("--force");
+    assert_eq!(fs::read_to_string(&file).unwrap(), text);
+    let add = format!("final=trajectory {}", file.display());
+    let report = replay(&log, &place.at("scored"), &["--add", &add]).expect(0).json();
+    let all = scores(&report).scores;
+    let of_keys = all.iter().find(|score| score.name == "final").unwrap();
+    assert_eq!(of_keys.scored_ticks, lines.len() as u64);
+    assert!(of_keys.ate_rmse_m.unwrap() < 0.02, "{:?}", of_keys.ate_rmse_m);
+}
+
 /// Dead reckoning, scan matching and SLAM on a recording: absolute trajectory
 /// errors, m.
 fn on_a_recording(file: &str) -> Option<[f64; 3]> {
