@@ -12,6 +12,7 @@ pub const NAMES: &[&str] = &[
     "fit-beam",
     "fit-motion",
     "goto",
+    "grid-localisation",
     "gridmap",
     "mcl",
     "scan-match",

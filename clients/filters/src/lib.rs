@@ -20,6 +20,7 @@
 //!
 //! The filters: [`ekf`], on straight walls ([`line_fit`], [`lines`], [`line_map`]);
 //! [`mcl`], on particles ([`likelihood_field`], [`resampling`], [`kld`]);
+//! [`grid_localisation`], on cells over position and heading;
 //! [`scan_match`], on [`icp`] and wheels that learn their errors ([`calibration`]);
 //! [`slam`], on it and a [`pose_graph`] ([`sparse`]); [`gridmap`], on an
 //! [`occupancy_grid`] ([`ray_walk`], [`map_picture`]); [`bayes_hallway`], on a
@@ -57,6 +58,7 @@ pub mod line_fit;
 pub mod line_map;
 pub mod lines;
 
+pub mod grid_localisation;
 pub mod kld;
 pub mod likelihood_field;
 pub mod mcl;

@@ -64,6 +64,7 @@ mod tests {
         check::<ekf_slam::Options>();
         check::<explore::Options>();
         check::<fastslam::Options>();
+        check::<grid_localisation::Options>();
         check::<fit_beam::Options>();
         check::<fit_motion::Options>();
         check::<trajectory::Options>();

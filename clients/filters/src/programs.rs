@@ -11,6 +11,7 @@ use crate::ekf_slam::{self, EkfSlam};
 use crate::fastslam::{self, FastSlam};
 use crate::fit_beam::{self, FitBeam};
 use crate::fit_motion::FitMotion;
+use crate::grid_localisation::{self, GridLocalisation};
 use crate::gridmap::{self, GridMap, GridMapOf, Poses, check_free};
 use crate::mcl::{self, Mcl};
 use crate::scan_match::{ScanMatch, ScanMatchOptions};
@@ -30,6 +31,7 @@ pub const PROGRAMS: &[Program] = &[
     Program::new("fit-beam", "fits the beam model to a log", fit_beam),
     Program::new("fit-motion", "fits the odometry motion model to a log", fit_motion),
     Program::new("goto", "drives to waypoints", goto),
+    Program::new("grid-localisation", "localises on a grid of poses", grid_localisation),
     Program::new("gridmap", "builds an occupancy grid from scans and poses", gridmap),
     Program::new("mcl", "localises by particles (Monte Carlo localisation)", mcl),
     Program::new("scan-match", "computes odometry by matching scans", scan_match),
@@ -85,6 +87,10 @@ fn fit_motion() -> Exit {
 fn goto() -> Exit {
     let mut prepared = None;
     run(move |start, options| goto::next_driver(start, options, &mut prepared))
+}
+
+fn grid_localisation() -> Exit {
+    run(|start, options: grid_localisation::Options| GridLocalisation::new(start, &options))
 }
 
 fn gridmap() -> Exit {

@@ -11,9 +11,9 @@ use super::Particles;
 use crate::kld::Bins;
 
 /// Side of the bins that touch within a mode, m.
-pub(super) const SIDE_M: f64 = 0.25;
+pub(crate) const SIDE_M: f64 = 0.25;
 /// How many of them to a full turn.
-pub(super) const TURNS: u32 = 24;
+pub(crate) const TURNS: u32 = 24;
 
 /// Modes of two beliefs farther apart than this are not the same place, m.
 const APART_M: f64 = 0.5;
@@ -32,7 +32,7 @@ pub struct Mode {
 }
 
 /// Finds the heaviest mode.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Modes {
     bins: Bins,
     shares: Vec<f64>,
@@ -40,11 +40,16 @@ pub struct Modes {
 
 impl Default for Modes {
     fn default() -> Self {
-        Self { bins: Bins::new(SIDE_M, TURNS), shares: Vec::new() }
+        Self::of_bins(Bins::new(SIDE_M, TURNS))
     }
 }
 
 impl Modes {
+    /// Finds modes as sets of such bins.
+    pub(crate) fn of_bins(bins: Bins) -> Self {
+        Self { bins, shares: Vec::new() }
+    }
+
     /// Whether the heaviest modes of two beliefs are more than half a metre apart.
     pub fn are_apart(&mut self, one: &Particles, other: &Particles) -> bool {
         let [one, other] = [one, other].map(|particles| self.heaviest(particles));

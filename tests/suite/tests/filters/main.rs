@@ -6,6 +6,7 @@ mod dead_reckoning;
 mod drivers;
 mod ekf;
 mod fitting;
+mod grid_localisation;
 mod hard_places;
 mod landmarks;
 mod mcl;

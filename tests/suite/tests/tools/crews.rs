@@ -46,8 +46,9 @@ fn every_filter_and_driver_has_the_rows_of_separate_launches() {
     // `trajectory` answers in the first tick.
     let file = place.write("one.tum", "0.02 1 0 0 0 0 0 1\n");
     let trajectory = format!("trajectory=trajectory {file}");
-    let all: [(&str, &[&str]); 5] = [
+    let all: [(&str, &[&str]); 6] = [
         ("filters.toml", &["--ticks", "60", "--add", "gridmap=gridmap --save {out}/map"]),
+        ("global.toml", &["--ticks", "60", "--add", "grid-localisation=grid-localisation"]),
         ("hallway.toml", &["--ticks", "60", "--add", &trajectory]),
         ("explore.toml", &["--ticks", "60"]),
         ("landmarks.toml", &["--ticks", "60"]),
