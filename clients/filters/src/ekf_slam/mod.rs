@@ -16,7 +16,7 @@
 //! * Table 10.2 creates a landmark and then removes it if another one is likelier. Here
 //!   the decision is made before: [`crate::landmarks::Association`].
 //! * Landmarks are never removed from the map. It has at most
-//!   [`MOST_LANDMARKS`](crate::landmarks::MOST_LANDMARKS), later ones are not used.
+//!   [`MOST_LANDMARKS`], later ones are not used.
 //!
 //! A linearised filter becomes too sure of its heading, and later of everything (S. Huang,
 //! G. Dissanayake, IEEE Trans. Robotics 23, 2007): `docs/filters.md` has the figures.

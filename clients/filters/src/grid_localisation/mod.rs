@@ -15,7 +15,7 @@
 //!   beams together. The two make a likelihood half a cell wide. A sharper one depends on
 //!   the distance from the robot to the nearest centre, and decides by it between two rooms
 //!   that look the same.
-//! * Each motion spreads the masses by another [`SPREAD`] cells². The error of a centre is
+//! * Each motion spreads the masses by another 0.25 cells². The error of a centre is
 //!   the same in successive scans, and without spread they would count as independent.
 //! * Between modes small differences of the likelihood do not count; see the module `rivals`.
 //! * While the scans are less likely than before, a small share of the belief is uniform, as
