@@ -15,9 +15,9 @@
 //! * it stays so next to all other motions: a match that does not loses weight.
 //!
 //! Where the graph is unsure of an old place, the new scan is first searched in a
-//! [`Submap`](crate::submap::Submap) of the key scans there, in a window of three deviations and at most
-//! 6 m and 46° to each side. Such a loop counts when no other pose of the window fits as
-//! well and a second loop, of another new key scan, agrees with it.
+//! [`Submap`](crate::submap::Submap) of the key scans there, in a window of three
+//! deviations and at most 6 m and 46° to each side. Such a loop counts when no other pose
+//! of the window fits as well and a second loop, of another new key scan, agrees with it.
 //!
 //! Departures: the answer of a tick is the newest key pose and the motion since
 //! then; earlier answers stay as they were given. Points never move within their
@@ -36,7 +36,7 @@ use clap::Args;
 use nalgebra::{Matrix3, Point2};
 use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::replacement::replace;
-use rusty_contract::{Estimate, Reply, Start, errln};
+use rusty_contract::{Estimate, Reply, Start, errln, tum};
 use rusty_geometry::{EncoderCounts, SE2};
 
 use crate::gridmap::{self, Mapper, Poses};
@@ -47,7 +47,6 @@ use crate::occupancy_grid::InverseModel;
 use crate::pose_graph::{Constraint, Kind, PoseGraph};
 use crate::scan_match::{ScanMatchOptions, ScanOutcome, Tracker};
 use crate::tangent::{estimate, placed, symmetric};
-use crate::trajectory::line;
 
 /// How loops are closed.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
@@ -226,7 +225,7 @@ impl Slam {
     /// A file that cannot be written.
     fn write_poses(&self, file: &Path) -> Result<(), ClientError> {
         let keys = self.graph.poses().iter().zip(&self.seen);
-        let lines: String = keys.map(|(pose, key)| line(key.time_s, pose) + "\n").collect();
+        let lines: String = keys.map(|(pose, key)| tum::line(key.time_s, pose) + "\n").collect();
         replace(file, lines.as_bytes()).map_err(ClientError::io(file))
     }
 

@@ -185,12 +185,6 @@ fn parse(line: &str) -> Result<(f64, Estimate), String> {
     Ok((time_s, tangent::estimate(&pose, &body)))
 }
 
-/// Returns a pose as a line without its end. Every number reads back to the bits it has here.
-pub fn line(time_s: f64, pose: &SE2) -> String {
-    let (sin, cos) = trig::sin_cos(0.5 * pose.theta());
-    format!("{time_s:?} {:?} {:?} 0 0 0 {sin:?} {cos:?}", pose.x(), pose.y())
-}
-
 /// The numbers of a line.
 const COLUMNS: [&str; 14] = [
     "timestamp",
@@ -212,6 +206,8 @@ const COLUMNS: [&str; 14] = [
 #[cfg(test)]
 mod tests {
     use std::f64::consts::FRAC_PI_2;
+
+    use rusty_contract::tum::line;
 
     use super::*;
 

@@ -20,6 +20,7 @@
 //! * [`suggest`]: suggestions for misspelled names, for error messages;
 //! * [`output`]: results to stdout, diagnostics to stderr, escape sequences made visible;
 //! * [`text_table`]: tables for people; [`replacement`]: a file that is complete or not there;
+//! * [`tum`]: a pose as a line of a trajectory file;
 //! * [`exit`]: the exit codes that every program here shares; [`program`]: a program by name.
 //!
 //! # The protocol
@@ -117,6 +118,7 @@ pub mod tally;
 pub mod text_table;
 pub mod timing;
 pub mod truth;
+pub mod tum;
 
 pub use answer::Answer;
 pub use auth::{AuthKey, Credentials, CredentialsError, ParticipantKey};

@@ -3,22 +3,8 @@
 use nalgebra::{DMatrix, Matrix2, Vector3};
 
 use super::*;
-use crate::landmarks::test_robot::{Robot, Seeing, first_pose, follow, ring, start};
+use crate::landmarks::test_robot::{Robot, first_pose, follow, ring, start};
 use crate::{Motion, Random};
-
-impl Seeing for EkfSlam {
-    fn drive(&mut self, counts: EncoderCounts) {
-        self.advance(counts);
-    }
-
-    fn look(&mut self, readings: &[LandmarkReading]) {
-        self.see(readings);
-    }
-
-    fn answer(&self) -> (SE2, Matrix3<f64>) {
-        self.pose()
-    }
-}
 
 fn slam(options: &Options) -> EkfSlam {
     let mut told = start(&ring());

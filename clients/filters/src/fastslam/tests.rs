@@ -6,20 +6,6 @@ use super::*;
 use crate::Motion;
 use crate::landmarks::test_robot::{Robot, Seeing, first_pose, follow, ring, start};
 
-impl Seeing for FastSlam {
-    fn drive(&mut self, counts: EncoderCounts) {
-        self.advance(counts);
-    }
-
-    fn look(&mut self, readings: &[LandmarkReading]) {
-        self.see(readings);
-    }
-
-    fn answer(&self) -> (SE2, Matrix3<f64>) {
-        self.pose()
-    }
-}
-
 fn fastslam(options: &Options) -> FastSlam {
     let mut told = start(&ring());
     told.map = None;

@@ -180,8 +180,8 @@ impl Cells {
         }
         for (j, layer) in self.layers.iter().enumerate() {
             self.next[j].add_layer(&self.frame, layer, 1.0 - 2.0 * share);
-            for beside in [(j + 1) % headings, (j + headings - 1) % headings] {
-                self.next[beside].add_layer(&self.frame, layer, share);
+            for neighbour in [(j + 1) % headings, (j + headings - 1) % headings] {
+                self.next[neighbour].add_layer(&self.frame, layer, share);
             }
         }
         std::mem::swap(&mut self.layers, &mut self.next);

@@ -22,7 +22,7 @@
 //!   in augmented MCL (Table 8.3, [`Recovery`]). At the start the scans have to become as
 //!   likely as the model expects.
 //! * The answer is the mean and the covariance of the heaviest mode, with the variance
-//!   within a cell. There is no answer while a second mode has more than a twentieth.
+//!   within a cell. It abstains while a second mode has more than a twentieth.
 //!
 //! A cell and heading needs about 40 bytes, and one look-up of 60 beams for each scan while
 //! the belief is uniform: `docs/filters.md` has time and memory.
@@ -134,8 +134,8 @@ impl GridLocalisation {
     /// Begins at the initial pose, or anywhere.
     ///
     /// # Errors
-    /// [`ClientError::Unusable`]: there is no map, an invalid one, one without a place for
-    /// the robot, or one with too many cells.
+    /// [`ClientError::Unusable`]: the map is missing, invalid, without a place for the
+    /// robot, or has too many cells.
     pub fn new(start: &Start, options: &Options) -> Result<Self, ClientError> {
         let unusable = |text: String| Err(ClientError::Unusable(text));
         let Some(plan) = &start.map else {

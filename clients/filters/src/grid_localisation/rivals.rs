@@ -15,13 +15,13 @@ use crate::mcl::Particles;
 const OF_CELLS: f64 = 0.3;
 
 /// Corrects the masses of the modes after a scan. `likely` has the likely cells, and is
-/// written again. Returns whether there are several modes.
-pub(super) fn level(cells: &mut Cells, likely: &mut Particles, bins: &mut Bins) -> bool {
+/// written again.
+pub(super) fn level(cells: &mut Cells, likely: &mut Particles, bins: &mut Bins) {
     bins.fill(likely.poses());
     let mode_of = bins.modes();
     let first = mode_of.first();
     if mode_of.iter().all(|mode| Some(mode) == first) {
-        return false;
+        return;
     }
     let mut sums = vec![(0.0, 0.0); likely.count()];
     for ((mode, mass), prior) in mode_of.iter().zip(&likely.weights).zip(cells.priors()) {
@@ -40,5 +40,4 @@ pub(super) fn level(cells: &mut Cells, likely: &mut Particles, bins: &mut Bins) 
         sums.iter().map(|sums| if is_mode(sums) { factor(sums) } else { 1.0 }).collect();
     cells.scale(mode_of.iter().map(|mode| factors[*mode as usize]));
     cells.write_likely(likely);
-    true
 }

@@ -3,21 +3,7 @@
 use rusty_metrics::chi_square::quantile;
 
 use super::*;
-use crate::landmarks::test_robot::{Robot, Seeing, first_pose, follow, ring, start};
-
-impl Seeing for EkfLandmarks {
-    fn drive(&mut self, counts: EncoderCounts) {
-        self.advance(counts);
-    }
-
-    fn look(&mut self, readings: &[LandmarkReading]) {
-        self.see(readings);
-    }
-
-    fn answer(&self) -> (SE2, Matrix3<f64>) {
-        self.pose()
-    }
-}
+use crate::landmarks::test_robot::{Robot, first_pose, follow, ring, start};
 
 #[test]
 fn an_update_worked_by_hand() {

@@ -89,6 +89,26 @@ pub(crate) trait Seeing {
     fn answer(&self) -> (SE2, nalgebra::Matrix3<f64>);
 }
 
+macro_rules! seeing {
+    ($($filter:ty),*) => { $(
+        impl Seeing for $filter {
+            fn drive(&mut self, counts: EncoderCounts) {
+                self.advance(counts);
+            }
+
+            fn look(&mut self, readings: &[LandmarkReading]) {
+                self.see(readings);
+            }
+
+            fn answer(&self) -> (SE2, nalgebra::Matrix3<f64>) {
+                self.pose()
+            }
+        }
+    )* };
+}
+
+seeing!(crate::ekf_landmarks::EkfLandmarks, crate::ekf_slam::EkfSlam, crate::fastslam::FastSlam);
+
 /// Drives `ticks` ticks with a reading in every fifth. Returns the rms of the position error
 /// in m, and the mean NEES of three numbers, over the ticks with a reading.
 pub(crate) fn follow(filter: &mut impl Seeing, robot: &mut Robot, ticks: usize) -> (f64, f64) {

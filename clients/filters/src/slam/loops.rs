@@ -90,7 +90,7 @@ impl Slam {
         let mut near: Vec<(f64, usize)> = (0..newest.saturating_sub(loop_gap))
             .map(|k| {
                 let apart = poses[k].inverse() * poses[newest];
-                (nearness(&poses[k], &poses[newest]), trig::hypot(apart.x(), apart.y()), k)
+                (farness(&apart), trig::hypot(apart.x(), apart.y()), k)
             })
             .filter(|(_, distance_m, _)| *distance_m < loop_distance_m + unsure_m)
             .map(|(cost, _, k)| (cost, k))
@@ -121,12 +121,12 @@ impl Slam {
         if other.is_some_and(|other| other.score > best.score - LEAD_SCORE) {
             return None;
         }
-        let seen_from = |k: usize| (nearness(&in_map(k), &best.pose), k);
-        let mut keys: Vec<(f64, usize)> = near.map(seen_from).collect();
+        let apart = |k: usize| in_map(k).inverse() * best.pose;
+        let mut keys: Vec<(f64, usize)> = near.map(|k| (farness(&apart(k)), k)).collect();
         keys.sort_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
         let covariance = Matrix3::from_diagonal(&FOUND_STD.component_mul(&FOUND_STD));
         for (_, k) in keys.into_iter().take(MATCHED_KEYS) {
-            let guess = in_map(k).inverse() * best.pose;
+            let guess = apart(k);
             let found = Motion { now_in_then: guess, covariance };
             if let Some(measured) = self.matched(k, &guess, &found) {
                 return Some((k, measured));
@@ -174,10 +174,9 @@ impl Slam {
     }
 }
 
-/// How little two scans have in common, m: half a metre is worth a sixth of a turn,
-/// because scans that look elsewhere have little in common.
-fn nearness(a: &SE2, b: &SE2) -> f64 {
-    let apart = a.inverse() * *b;
+/// How little two scans have in common whose poses are this far apart, m: half a metre is
+/// worth a sixth of a turn, because scans that look elsewhere have little in common.
+fn farness(apart: &SE2) -> f64 {
     trig::hypot(apart.x(), apart.y()) + 0.5 * apart.theta().abs()
 }
 

@@ -1,15 +1,12 @@
 //! Trajectories in the format of the TUM RGB-D benchmark, which evo reads.
 //!
-//! Source: J. Sturm, N. Engelhard, F. Endres, W. Burgard, D. Cremers, *A Benchmark
-//! for the Evaluation of RGB-D SLAM Systems* (IROS 2012): lines of `timestamp tx
-//! ty tz qx qy qz qw`. Departure: poses are planar, so z is 0 and the quaternion
-//! turns about z alone: (0, 0, sin θ/2, cos θ/2).
+//! [`rusty_contract::tum`] has its lines.
 
 use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use rusty_geometry::{SE2, trig};
+use rusty_contract::tum::line;
 
 use super::error::ExportError;
 use super::sheet::Sheet;
@@ -26,13 +23,6 @@ pub struct Tum {
     pub all: bool,
     /// Over files that are there.
     pub force: bool,
-}
-
-/// A pose as a line. Every number reads back to the bits it has here.
-#[must_use]
-pub fn line(time_s: f64, pose: &SE2) -> String {
-    let (sin, cos) = trig::sin_cos(0.5 * pose.theta());
-    format!("{time_s:?} {:?} {:?} 0 0 0 {sin:?} {cos:?}", pose.x(), pose.y())
 }
 
 /// File name of an estimator's trajectory; the truth keeps its own.
@@ -127,20 +117,6 @@ fn has_truth(log: &Path, stop: &AtomicBool) -> Result<bool, ExportError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_line_reads_back_to_the_same_bits() {
-        let pose = SE2::new(0.1 + 0.2, -1e-17, -2.5);
-        let text = line(1.5e9 + 0.123, &pose);
-        let numbers: Vec<f64> = text.split(' ').map(|w| w.parse().unwrap()).collect();
-        assert_eq!(numbers.len(), 8);
-        assert_eq!(numbers[..3], [1.5e9 + 0.123, pose.x(), pose.y()]);
-        assert_eq!(numbers[3..6], [0.0; 3]);
-        // Twice the angle of the quaternion is the heading.
-        let theta_rad = 2.0 * numbers[6].atan2(numbers[7]);
-        assert!((theta_rad - pose.theta()).abs() < 1e-15);
-        assert!(line(0.02, &SE2::identity()).ends_with(" 0.0 1.0"));
-    }
 
     #[test]
     fn an_estimator_called_truth_is_not_taken_for_it() {

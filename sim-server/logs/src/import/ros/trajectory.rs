@@ -9,7 +9,7 @@ use std::fmt;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-use rusty_contract::Replacement;
+use rusty_contract::{Replacement, tum};
 use rusty_geometry::SE2;
 use rusty_ros::messages::TfMessage;
 use serde::Serialize;
@@ -20,7 +20,6 @@ use super::content::{FRAMES, decode, frame, stamp_s};
 use super::files::Files;
 use super::pose::{StampedPose, WITH_COVARIANCE};
 use super::survey::{Look, MOST_FRAMES};
-use crate::export::tum;
 use crate::import::convert::check_two_files;
 use crate::import::{ImportError, Progress};
 
