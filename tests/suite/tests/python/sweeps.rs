@@ -60,7 +60,8 @@ impl Place {
 
     /// How often each shard was tried.
     fn tries(&self) -> Vec<usize> {
-        let text = |shard| fs::read_to_string(self.folder.at(format!("tries/{shard}"))).unwrap();
+        let file = |shard| self.folder.at(format!("tries/{shard}"));
+        let text = |shard| fs::read_to_string(file(shard)).unwrap_or_default();
         (0..SHARDS).map(|shard| text(shard).lines().count()).collect()
     }
 
@@ -102,7 +103,8 @@ fn what_does_not_get_better_is_not_tried_again() {
     let server = place.server(":");
     let ended = place.sweep(Command::new(python), "local", &server, &[]).expect(12);
     ended.prints("was changed").prints("sweep plan");
-    assert_eq!(fs::read_to_string(place.folder.at("tries/0")).unwrap(), "x\n");
+    // The first that fails ends the others, some before their first line.
+    assert_eq!(place.tries().into_iter().max(), Some(1));
     // And what might is, but not without end.
     fs::write(&place.manifest, text).unwrap();
     fs::remove_dir_all(place.folder.at("tries")).unwrap();
