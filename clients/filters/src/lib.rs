@@ -115,6 +115,7 @@ pub mod fit_motion;
 
 #[cfg(feature = "link")]
 mod programs;
+mod pyramid;
 
 pub use beam_model::BeamModel;
 pub use beams::Beams;

@@ -37,6 +37,7 @@ use rusty_geometry::{SE2, World, trig};
 
 use crate::distance_field::DistanceField;
 use crate::occupancy::Cell;
+use crate::pyramid::Pyramid;
 use crate::{BeamModel, GridFrame, OccupancyMap};
 
 /// The most cells of a field that is free to choose them.
@@ -197,6 +198,17 @@ impl LikelihoodField {
     /// number of steps.
     pub fn log_at_distance(&self, distance_m: f64) -> f64 {
         trig::ln(self.mixture.density(distance_m))
+    }
+
+    /// Where its cells lie, their values with bounds, and ln p of the values 0 and 255 (as the
+    /// difference from that of 0).
+    pub(crate) fn pyramid(&self, levels: usize) -> (GridFrame, Pyramid, [f64; 2]) {
+        let GridFrame { width, height, .. } = self.frame;
+        let rows = self.steps.chunks(self.stride).skip(BORDER).take(height);
+        let table: Vec<u8> = rows.flat_map(|row| &row[BORDER..BORDER + width]).copied().collect();
+        // The border has the value of all beyond.
+        let pyramid = Pyramid::new(&table, [width, height], self.steps[0], levels);
+        (self.frame, pyramid, [self.base_log, 255.0 * self.step_log])
     }
 
     /// What ln p of a beam is on average at the right pose: hits are normal with

@@ -19,6 +19,7 @@ use rusty_geometry::{SE2, trig};
 
 use crate::Motion;
 use crate::icp::Ray;
+use crate::pyramid::Pyramid;
 use crate::tangent::symmetric;
 
 /// Size of a cell, m.
@@ -52,9 +53,7 @@ const OTHER_RAD: f64 = 0.2;
 pub struct Submap {
     /// Indices of the cell in the lower left corner, in cells from the origin.
     corner: [i32; 2],
-    size: [i32; 2],
-    /// Table k has the maxima over 2ᵏ × 2ᵏ cells, from the cell to the upper right.
-    levels: Vec<Vec<u8>>,
+    table: Pyramid,
 }
 
 /// A pose in the frame of the submap, and its score.
@@ -117,9 +116,7 @@ impl Submap {
                 high[axis] = high[axis].max(cell[axis]);
             }
         }
-        // Coarse cells reach to the upper right: bounds count from farther left, too.
-        let margin = BLUR_CELLS + (1 << (LEVELS - 1));
-        let corner = low.map(|c| c - margin);
+        let corner = low.map(|c| c - BLUR_CELLS);
         let size = [0, 1].map(|axis| high[axis] - corner[axis] + BLUR_CELLS + 1);
         let mut finest = vec![0u8; (size[0] * size[1]) as usize];
         let kernel = kernel();
@@ -131,37 +128,13 @@ impl Submap {
                 cells.zip(line).for_each(|(cell, value)| *cell = (*cell).max(*value));
             }
         }
-        let mut map = Self { corner, size, levels: vec![finest] };
-        for level in 1..LEVELS {
-            map.levels.push(map.maxima(level));
-        }
-        map
-    }
-
-    /// The maxima over twice as many cells to each side as in the table before `level`.
-    fn maxima(&self, level: usize) -> Vec<u8> {
-        let (before, width) = (&self.levels[level - 1], self.size[0] as usize);
-        let step = 1usize << (level - 1);
-        let mut wide = before.clone();
-        for (row, line) in wide.chunks_mut(width).zip(before.chunks(width)) {
-            row.iter_mut().zip(&line[step.min(width)..]).for_each(|(a, b)| *a = (*a).max(*b));
-        }
-        let mut both = wide.clone();
-        let above = wide.get(step * width..).unwrap_or_default();
-        both.iter_mut().zip(above).for_each(|(a, b)| *a = (*a).max(*b));
-        both
-    }
-
-    fn value(&self, level: usize, column: i32, row: i32) -> u32 {
-        let (x, y) = (column - self.corner[0], row - self.corner[1]);
-        let is_inside = (0..self.size[0]).contains(&x) && (0..self.size[1]).contains(&y);
-        if is_inside { u32::from(self.levels[level][(y * self.size[0] + x) as usize]) } else { 0 }
+        let table = Pyramid::new(&finest, size.map(|cells| cells as usize), 0, LEVELS);
+        Self { corner, table }
     }
 
     fn sum(&self, level: usize, cells: &[[i32; 2]], offset: [i32; 2]) -> f64 {
-        let of = |c: &[i32; 2]| self.value(level, c[0] + offset[0], c[1] + offset[1]);
-        let sum: u32 = cells.iter().map(of).sum();
-        f64::from(sum) / (255.0 * cells.len().max(1) as f64)
+        let offset = [offset[0] - self.corner[0], offset[1] - self.corner[1]];
+        f64::from(self.table.sum(level, cells, offset)) / (255.0 * cells.len().max(1) as f64)
     }
 
     /// Mean likelihood of the ends of a scan at a pose, 0 to 1.

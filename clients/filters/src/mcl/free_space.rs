@@ -55,6 +55,11 @@ impl FreeSpace {
         self.cells.is_empty()
     }
 
+    /// The middle of each of these cells, world frame, m.
+    pub fn centres(&self) -> impl Iterator<Item = Point2<f64>> + '_ {
+        self.cells.iter().map(|cell| self.frame.centre(*cell as usize))
+    }
+
     /// A pose, all of these places and all headings being equally likely;
     /// `None` where there is no such place.
     pub fn pose(&self, random: &mut Random) -> Option<SE2> {

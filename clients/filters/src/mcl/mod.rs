@@ -20,7 +20,8 @@
 //! * A place is counted once, however long the robot stands there: the module
 //!   `cloud` says why, and what is asked of its other scans.
 //! * New particles from everywhere are not mixed with the old ones, see
-//!   [`search`].
+//!   [`search`]. Where they are too few for a building, scans are looked up at all
+//!   poses of the map, see [`everywhere`] and `hypotheses`.
 //! * The answer is one mode of the belief ([`mode`]), and there is none while
 //!   less than half of the belief can be said to be in one place: the share of its
 //!   heaviest mode, times w_fast / w_slow of [`recovery`]; nor while a second mode has
@@ -29,10 +30,13 @@
 //!   between them: see the module `strata`.
 
 mod cloud;
+pub mod everywhere;
 mod free_space;
+mod hypotheses;
 pub mod mode;
 mod options;
 mod particles;
+mod prepared;
 pub mod recovery;
 pub mod search;
 pub mod sensor;
@@ -40,24 +44,24 @@ mod strata;
 
 use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::config::LidarConfig;
 use rusty_contract::{BeliefKind, Estimate, Reply, Start, WeightedPose};
-use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Scan, World};
+use rusty_geometry::{EncoderCounts, SE2};
 
 pub use free_space::FreeSpace;
 pub use mode::Mode;
 pub use options::{Model, Options, Reading};
 pub use particles::Particles;
 pub(crate) use particles::root;
+pub use prepared::{Map, Prepared, Robot};
 
 use self::cloud::Cloud;
+use self::hypotheses::Hypotheses;
 use self::mode::Modes;
 use self::recovery::Recovery;
 use self::search::{Outcome, Search};
-use self::sensor::{Sensor, Use};
-use crate::beams::believed_lidar;
+use self::sensor::Sensor;
 use crate::tangent::{estimate, placed};
-use crate::{Beams, DistanceField, Motion, OccupancyMap, Odometry, Random};
+use crate::{Motion, Odometry, Random};
 
 /// Where an initial pose is given, it is believed to be right up to this, m
 const INITIAL_M: f64 = 0.05;
@@ -75,26 +79,6 @@ pub(crate) fn is_somewhere(covariance: &Matrix3<f64>) -> bool {
     covariance[(0, 0)].max(covariance[(1, 1)]) <= NOWHERE_M * NOWHERE_M
 }
 
-/// The map to localise in.
-#[derive(Clone, Debug)]
-pub enum Map {
-    /// A floor plan.
-    Plan(Box<World>),
-    /// A map of cells.
-    Cells(OccupancyMap),
-}
-
-/// What the filter has to know of robot and laser.
-#[derive(Clone, Copy, Debug)]
-pub struct Robot {
-    /// Its wheels.
-    pub drive: DiffDrive,
-    /// Radius of its body, m.
-    pub body_radius_m: f64,
-    /// Its laser.
-    pub lidar: LidarConfig,
-}
-
 /// Monte Carlo localisation.
 #[derive(Debug)]
 pub struct Mcl {
@@ -106,24 +90,19 @@ pub struct Mcl {
     recovery: Recovery,
     belief: Cloud,
     search: Search,
+    /// None while it looks around one place only.
+    hypotheses: Option<Hypotheses>,
     modes: Modes,
     /// The heaviest mode after the last scan, if that is an answer.
     answer: Option<Mode>,
     /// Whether the last search found another place that explains the scans as well.
     is_contested: bool,
+    /// Whether it was told where it is, or knows it from scans of several places.
+    is_found: bool,
     /// Time of the first tick, s.
     began_s: Option<f64>,
     asleep: bool,
     places: Random,
-}
-
-/// What a map becomes, for the next run on it.
-#[derive(Debug)]
-pub struct Prepared {
-    /// What the filter was told, without what changes from run to run.
-    told: Start,
-    sensor: Sensor,
-    space: FreeSpace,
 }
 
 impl Mcl {
@@ -145,22 +124,8 @@ impl Mcl {
         options: &Options,
         prepared: &mut Option<Prepared>,
     ) -> Result<Self, ClientError> {
-        let robot = Robot {
-            drive: start.robot.drive,
-            body_radius_m: start.robot.body_radius_m,
-            lidar: believed_lidar(start),
-        };
-        let told = Start { initial_pose: None, ..start.without_run() };
-        let known = prepared.take().filter(|known| known.told == told && options.map.is_none());
-        let known = match known {
-            Some(known) => known,
-            None => {
-                let (sensor, space) = sense(&robot, map(start, options)?, options)?;
-                Prepared { told, sensor, space }
-            }
-        };
-        let parts = (known.sensor.clone(), known.space.clone());
-        *prepared = Some(known);
+        let robot = Robot::of_start(start);
+        let parts = Prepared::parts(&robot, start, options, prepared)?;
         Self::begin(robot, parts, start.initial_pose, options)
     }
 
@@ -175,7 +140,7 @@ impl Mcl {
         initial: Option<SE2>,
         options: &Options,
     ) -> Result<Self, ClientError> {
-        let parts = sense(&robot, map, options)?;
+        let parts = prepared::sense(&robot, map, options)?;
         Self::begin(robot, parts, initial, options)
     }
 
@@ -202,9 +167,11 @@ impl Mcl {
             recovery: Recovery::trusting(),
             belief: Cloud::new(options.seed, 2),
             search: Search::new(options.seed),
+            hypotheses: Some(Hypotheses::default()),
             modes: Modes::default(),
             answer: None,
             is_contested: false,
+            is_found: initial.is_some(),
             began_s: None,
             asleep: true,
             places: Random::new(options.seed, 1),
@@ -252,6 +219,7 @@ impl Mcl {
         self.belief.particles.push_normal(pose_in_world, covariance, most, &mut self.places);
         self.belief.particles.level();
         self.recovery = Recovery::lost(self.sensor.expected_likelihood());
+        self.hypotheses = None;
         self.answer = None;
     }
 
@@ -263,6 +231,9 @@ impl Mcl {
         let motion = self.odometry.take();
         self.belief.move_by(&motion);
         self.search.move_by(&motion);
+        if let Some(hypotheses) = &mut self.hypotheses {
+            hypotheses.move_by(&motion);
+        }
         if let Some(mode) = &mut self.answer {
             mode.covariance = motion.propagate(&mode.covariance);
             mode.pose_in_world = mode.pose_in_world.compose(&motion.now_in_then);
@@ -271,19 +242,13 @@ impl Mcl {
             return;
         }
         self.recovery.update(self.belief.beam_likelihood);
-        let doubted = self.belief.settled || self.belief.scans >= search::MOST_SCANS;
-        if self.recovery.share() > LOST && doubted {
-            let Self { belief, search, sensor, space, options, .. } = self;
-            let outcome = search.scan(belief, sensor, ranges_m, space, options);
-            match outcome {
-                Outcome::Looking | Outcome::Rival => {}
-                Outcome::Found => self.recovery.found(self.belief.beam_likelihood),
-                Outcome::Nothing => self.recovery.allay(),
-            }
-            if outcome != Outcome::Looking {
-                self.is_contested = outcome == Outcome::Rival;
-            }
-        } else if self.recovery.share() <= LOST {
+        let is_in_doubt = self.recovery.share() > LOST;
+        if (is_in_doubt || !self.is_found) && self.compare_places(ranges_m) {
+            self.search.give_up();
+            self.is_contested = false;
+        } else if is_in_doubt {
+            self.look_elsewhere(ranges_m);
+        } else {
             self.search.give_up();
             self.is_contested = false;
         }
@@ -292,8 +257,56 @@ impl Mcl {
             let is_likely = mode.share * trusted >= 0.5 && mode.second_share <= RIVAL;
             is_likely && !self.is_contested && is_somewhere(&mode.covariance)
         };
-        self.answer = self.modes.heaviest(&self.belief.particles).filter(known);
+        // A filter that began lost compares all places before it answers.
+        let places = self.hypotheses.as_ref().filter(|_| !self.is_found);
+        let agrees = |mode: &Mode| places.is_none_or(|places| places.agree(mode));
+        let heaviest = self.modes.heaviest(&self.belief.particles);
+        self.answer = heaviest.filter(known).filter(agrees);
         self.belief.draw(&self.options);
+    }
+
+    /// Looks a scan up everywhere. Returns whether the robot was found; the belief is then
+    /// around that place.
+    fn compare_places(&mut self, ranges_m: &[f64]) -> bool {
+        let Some(hypotheses) = &mut self.hypotheses else { return false };
+        if !hypotheses.is_new_place() {
+            return false;
+        }
+        hypotheses.take(&self.sensor.fits(ranges_m, &self.space));
+        let Some(found) = hypotheses.decided() else { return false };
+        hypotheses.clear();
+        self.is_found = true;
+        let here = self.modes.heaviest(&self.belief.particles);
+        if here.is_none_or(|mode| !mode.is_at(&found)) {
+            let (most, places) = (self.options.particles as usize, &mut self.places);
+            self.belief.clear();
+            let particles = &mut self.belief.particles;
+            particles.push_normal(&found, &hypotheses::covariance(), most, places);
+            particles.level();
+            self.belief.weigh(&mut self.sensor, ranges_m);
+        }
+        if self.recovery.share() > LOST {
+            self.recovery = Recovery::trusting();
+            self.recovery.update(self.belief.beam_likelihood);
+        }
+        true
+    }
+
+    /// Looks for the robot with particles from everywhere.
+    fn look_elsewhere(&mut self, ranges_m: &[f64]) {
+        let Self { belief, search, sensor, space, options, .. } = self;
+        if !belief.settled && belief.scans < search::MOST_SCANS {
+            return;
+        }
+        let outcome = search.scan(belief, sensor, ranges_m, space, options);
+        match outcome {
+            Outcome::Looking | Outcome::Rival => {}
+            Outcome::Found => self.recovery.found(belief.beam_likelihood),
+            Outcome::Nothing => self.recovery.allay(),
+        }
+        if outcome != Outcome::Looking {
+            self.is_contested = outcome == Outcome::Rival;
+        }
     }
 
     /// Where the robot is and how sure that is: after the last scan, carried on
@@ -308,68 +321,6 @@ impl Mcl {
     /// The particles as they are after the last scan.
     pub fn particles(&self) -> &Particles {
         &self.belief.particles
-    }
-}
-
-/// The map that a filter was given.
-fn map(start: &Start, options: &Options) -> Result<Map, ClientError> {
-    let unusable = |text: String| ClientError::Unusable(text);
-    match (&options.map, &start.map) {
-        #[cfg(not(feature = "link"))]
-        (Some(path), _) => {
-            let problem = "no files are read in this build; leave --map out";
-            Err(unusable(format!("--map {}: {problem}", path.display())))
-        }
-        #[cfg(feature = "link")]
-        (Some(path), _) => {
-            Ok(Map::Cells(OccupancyMap::load(path).map_err(|e| unusable(e.to_string()))?))
-        }
-        (None, Some(spec)) => {
-            let world = World::new(spec.clone()).map_err(|e| unusable(e.to_string()))?;
-            Ok(Map::Plan(Box::new(world)))
-        }
-        (None, None) => Err(unusable(
-            "there is no map to localise in: give the participant `map = \"given\"` in \
-                 the scenario, or a map with --map FILE.yaml"
-                .to_owned(),
-        )),
-    }
-}
-
-/// What a map becomes: what a scan says on it, and where the robot can be.
-fn sense(robot: &Robot, map: Map, options: &Options) -> Result<(Sensor, FreeSpace), ClientError> {
-    if options.least() > options.particles {
-        return Err(ClientError::Unusable(format!(
-            "--particles-min {} is more than --particles {}, the most there may be: give \
-             fewer of the one or more of the other",
-            options.least(),
-            options.particles
-        )));
-    }
-    let Robot { body_radius_m, lidar, .. } = *robot;
-    let model = options.reading.model(&lidar)?;
-    let beams = Beams::new(&lidar);
-    let how = Use {
-        skip: options.skip as usize,
-        exponent: options.exponent,
-        rays: options.model == Model::Beam,
-    };
-    match map {
-        Map::Plan(world) => {
-            let scan = Scan::new(lidar.fan());
-            let space = FreeSpace::of_world(&world, body_radius_m);
-            Ok((Sensor::of_world(&world, model, beams, scan, how), space))
-        }
-        Map::Cells(_) if how.rays => Err(ClientError::Unusable(
-            "--model beam needs walls to cast rays at, and --map has cells: use --model \
-                 field"
-                .to_owned(),
-        )),
-        Map::Cells(map) => {
-            let distances = DistanceField::of_map(&map);
-            let space = FreeSpace::of_map(&map, &distances, body_radius_m);
-            Ok((Sensor::of_map(&map, &distances, &model, beams, how), space))
-        }
     }
 }
 

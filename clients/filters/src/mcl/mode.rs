@@ -31,6 +31,14 @@ pub struct Mode {
     pub second_share: f64,
 }
 
+impl Mode {
+    /// Whether its mean is no more than half a metre from a pose.
+    pub fn is_at(&self, pose_in_world: &SE2) -> bool {
+        let way = self.pose_in_world.translation() - pose_in_world.translation();
+        way.norm() <= APART_M
+    }
+}
+
 /// Finds the heaviest mode.
 #[derive(Clone, Debug)]
 pub struct Modes {
@@ -53,10 +61,7 @@ impl Modes {
     /// Whether the heaviest modes of two beliefs are more than half a metre apart.
     pub fn are_apart(&mut self, one: &Particles, other: &Particles) -> bool {
         let [one, other] = [one, other].map(|particles| self.heaviest(particles));
-        one.zip(other).is_some_and(|(one, other)| {
-            let way = one.pose_in_world.translation() - other.pose_in_world.translation();
-            way.norm() > APART_M
-        })
+        one.zip(other).is_some_and(|(one, other)| !one.is_at(&other.pose_in_world))
     }
 
     /// The heaviest mode; `None` of no particles.

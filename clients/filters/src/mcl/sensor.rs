@@ -17,11 +17,13 @@
 //! is tracked, none of this takes place.
 
 use core::f64::consts::PI;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
+use nalgebra::Point2;
 use rusty_geometry::{Scan, World, trig};
 
-use super::Particles;
+use super::everywhere::{Everywhere, Fits};
+use super::{FreeSpace, Particles};
 use crate::likelihood_field::Ends;
 use crate::resampling::{effective_size, normalise};
 use crate::{BeamModel, Beams, DistanceField, LikelihoodField, OccupancyMap};
@@ -39,6 +41,12 @@ const SURVIVORS: f64 = 0.05;
 const SPREAD: f64 = 0.5;
 /// The most they are turned by, rad.
 const MOST_TURN_RAD: f64 = 0.5;
+/// σ of the field in which a scan is looked up everywhere, m.
+const LOOK_UP_M: f64 = 0.1;
+/// The most places where it may fit,
+const MOST_FITS: usize = 64;
+/// and by how much less likely (ln p) a beam may be there than at the best one.
+const WORSE: f64 = 0.6;
 /// How often the likelihood is flattened beyond the lowest rung.
 const MOST_HALVINGS: u32 = 8;
 
@@ -75,6 +83,8 @@ pub struct Sensor {
     exponent: f64,
     /// From the sharpest to the most blurred; runs on one map share them.
     fields: Arc<[LikelihoodField]>,
+    /// Made when the robot is looked for everywhere.
+    everywhere: Arc<OnceLock<Everywhere>>,
     rays: Option<Rays>,
     ends: Ends,
     few: Ends,
@@ -147,6 +157,7 @@ impl Sensor {
             skip: how.skip.max(1),
             exponent: how.exponent,
             fields: fields.into(),
+            everywhere: Arc::default(),
             rays,
             ends: Ends::default(),
             few: Ends::default(),
@@ -175,6 +186,19 @@ impl Sensor {
         let hits = self.beams.endpoints(ranges_m).filter(|end| taken(end.beam));
         self.few.set(hits.step_by(stride).map(|end| end.in_body));
         self.ends.count() > 0
+    }
+
+    /// The places of the map where a scan fits; none where it says nothing.
+    pub(super) fn fits(&self, ranges_m: &[f64], space: &FreeSpace) -> Fits {
+        let ends: Vec<Point2<f64>> =
+            self.beams.endpoints(ranges_m).map(|end| end.in_body).collect();
+        let stride = ends.len().div_ceil(FEW).max(1);
+        let few: Vec<Point2<f64>> = ends.into_iter().step_by(stride).collect();
+        let everywhere = self.everywhere.get_or_init(|| {
+            let wide = self.fields.iter().find(|field| field.sigma_m() >= LOOK_UP_M);
+            Everywhere::new(wide.unwrap_or(&self.fields[self.fields.len() - 1]), space)
+        });
+        everywhere.best(&few, MOST_FITS, WORSE)
     }
 
     /// Likelihood of a beam of this scan under the belief as it is: the geometric

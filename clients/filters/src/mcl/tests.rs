@@ -2,7 +2,10 @@
 //! filters cannot name the simulator.
 
 use super::*;
-use rusty_geometry::odometry_delta;
+use crate::OccupancyMap;
+use rusty_contract::config::LidarConfig;
+use rusty_geometry::Material::Wall;
+use rusty_geometry::{DiffDrive, Scan, WallSpec, World, WorldSpec, odometry_delta};
 
 /// A robot that drives an arc, and its laser.
 struct Drive {
@@ -18,10 +21,14 @@ struct Drive {
 
 impl Drive {
     fn from(truth: SE2) -> Self {
+        Self::within(rusty_geometry::apartment(), truth)
+    }
+
+    fn within(world: World, truth: SE2) -> Self {
         let lidar = LidarConfig { dropout: 0.02, ..LidarConfig::default() };
         let robot = Robot { drive: DiffDrive::rusty(), body_radius_m: 0.11, lidar };
         Self {
-            world: rusty_geometry::apartment(),
+            world,
             robot,
             scan: Scan::new(lidar.fan()),
             truth,
@@ -280,4 +287,49 @@ fn a_map_of_cells_serves_as_well() {
     let tau = error(&mcl, &drive.truth).unwrap();
     // Half a cell: on which side of its wall a cell lies is unknown.
     assert!(tau.norm() < 0.06, "{tau}");
+}
+
+/// Six corridors of 40 m with alcoves of various widths and depths on both sides. In every
+/// second one is a box that is not on the map.
+fn building(is_mapped: bool) -> World {
+    let (mut random, mut walls) = (Random::new(5, 5), Vec::new());
+    let mut wall = |a: [f64; 2], b: [f64; 2]| walls.push(WallSpec { a, b, material: Wall });
+    for (corridor, side) in (0..6).flat_map(|corridor| [(corridor, -1.0), (corridor, 1.0)]) {
+        let y_m = |from_middle_m: f64| 8.0 * f64::from(corridor) + 4.0 + side * from_middle_m;
+        let (mut x_m, mut at_m, mut count) = (0.0, 0.0, 0);
+        while x_m < 40.0 {
+            let next_m = x_m + 1.5 + 2.0 * random.uniform();
+            let next_m = if next_m > 38.5 { 40.0 } else { next_m };
+            let deep_m = 1.0 + 2.5 * random.uniform();
+            wall([x_m, y_m(at_m)], [x_m, y_m(deep_m)]);
+            wall([x_m, y_m(deep_m)], [next_m, y_m(deep_m)]);
+            if !is_mapped && count % 2 == 0 {
+                let (from, to) = ([x_m + 0.4, y_m(0.5)], [x_m + 0.9, y_m(0.8)]);
+                wall(from, [to[0], from[1]]);
+                wall([to[0], from[1]], to);
+            }
+            (x_m, at_m, count) = (next_m, deep_m, count + 1);
+        }
+        wall([40.0, y_m(at_m)], [40.0, y_m(0.0)]);
+    }
+    let (name, bounds) = ("building".to_owned(), [0.0, 0.0, 40.0, 48.0]);
+    World::new(WorldSpec { name, bounds, walls, landmarks: Vec::new() }).unwrap()
+}
+
+#[test]
+fn in_a_large_building_with_things_that_are_not_on_the_map_it_finds_itself() {
+    for (corridor, x_m) in [(1, 8.0), (4, 14.0)] {
+        let start = SE2::new(x_m, 8.0 * f64::from(corridor) + 4.0, 0.0);
+        let mut drive = Drive::within(building(false), start);
+        let options = Options { particles: 1000, ..Options::default() };
+        let plan = Map::Plan(Box::new(building(true)));
+        let mut mcl = Mcl::new(drive.robot, plan, None, &options).unwrap();
+        for _ in 0..300 {
+            drive.turn_wheels(&mut mcl, [560, 560]);
+            if let Some(tau) = error(&mcl, &drive.truth) {
+                assert!(tau.norm() < 0.05, "{corridor}: {tau}");
+            }
+        }
+        assert!(mcl.answer().is_some(), "{corridor}");
+    }
 }

@@ -1,0 +1,225 @@
+//! Places where the robot can be, each with how well the scans of several places fit.
+//!
+//! Source: P. Jensfelt, S. Kristensen, *Active global localization for a mobile robot using
+//! multiple hypothesis tracking*, IEEE Transactions on Robotics and Automation 17(5), 2001:
+//! hypotheses move with the robot, measurements confirm some of them and begin others, and
+//! the robot is found when one has nearly all of the probability.
+//!
+//! Departures, and why:
+//! * A measurement is the list of all poses of the map where a scan fits
+//!   ([`super::everywhere`]), not a door or a corner.
+//! * Scans of one place err alike, so that one scan of each place counts; and it is worth at
+//!   most [`BEAMS_WORTH`] beams and a factor of 20. What is not on the map is in all
+//!   scans of a room, and a hypothesis survives it.
+
+use nalgebra::{Matrix3, Vector3};
+use rusty_geometry::SE2;
+
+use super::Mode;
+use super::everywhere::{APART_M, APART_RAD, Fits};
+use super::sensor::BEAMS_WORTH;
+use crate::Motion;
+
+/// A scan is of a new place after this way, m, or turn, rad.
+const PLACE_M: f64 = 0.6;
+const PLACE_RAD: f64 = 0.6;
+/// What a scan costs a hypothesis at most, in ln p: it is 20 times less likely.
+const MOST_COST: f64 = 3.0;
+/// No hypothesis is less likely than the first by more than this, in ln p.
+const DEEPEST: f64 = 15.0;
+/// One that is found is more likely than all others by this, in ln p,
+const MARGIN: f64 = 8.0;
+/// one that is answered by this,
+const LIKELY: f64 = 3.0;
+/// and one that is found has fitted this many scans, the last ones without a gap.
+const SCANS: u32 = 5;
+const LAST_SCANS: u32 = 4;
+/// The most hypotheses.
+const MOST: usize = 256;
+/// How near to the robot (m, rad) the pose of a hypothesis is, one deviation.
+const NEAR_M: f64 = 0.15;
+const NEAR_RAD: f64 = 0.1;
+
+/// A place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Hypothesis {
+    pose_in_world: SE2,
+    /// ln of how likely it is, less that of the first.
+    log: f64,
+    /// Number of scans that fitted, and of those since one that did not.
+    fitted: u32,
+    since: u32,
+}
+
+impl Hypothesis {
+    fn is_at(&self, pose_in_world: &SE2) -> bool {
+        let way = self.pose_in_world.inverse().compose(pose_in_world);
+        way.translation().norm() <= APART_M && way.theta().abs() <= APART_RAD
+    }
+}
+
+/// All of them, the likeliest first.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Hypotheses {
+    all: Vec<Hypothesis>,
+    /// Way since the last scan that counted, and the number of those.
+    since: SE2,
+    scans: u32,
+}
+
+/// How far the robot may be from a hypothesis: covariance (m, m, rad).
+pub(super) fn covariance() -> Matrix3<f64> {
+    let deviations = Vector3::new(NEAR_M, NEAR_M, NEAR_RAD);
+    Matrix3::from_diagonal(&deviations.component_mul(&deviations))
+}
+
+impl Hypotheses {
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Moves all with the robot.
+    pub fn move_by(&mut self, motion: &Motion) {
+        self.since = self.since.compose(&motion.now_in_then);
+        for one in &mut self.all {
+            one.pose_in_world = one.pose_in_world.compose(&motion.now_in_then);
+        }
+    }
+
+    /// Whether a scan counts: the first one, and those of other places.
+    pub fn is_new_place(&self) -> bool {
+        let is_far = self.since.translation().norm() >= PLACE_M;
+        self.scans == 0 || is_far || self.since.theta().abs() >= PLACE_RAD
+    }
+
+    /// Takes the places where a scan fits.
+    pub fn take(&mut self, fits: &Fits) {
+        let Some(best) = fits.places.first() else { return };
+        (self.since, self.scans) = (SE2::identity(), self.scans + 1);
+        let cost = |log: f64| (BEAMS_WORTH * (best.mean_log - log)).min(MOST_COST);
+        let lowest = self.all.iter().map(|one| one.log).fold(0.0, f64::min);
+        let mut is_taken = vec![false; fits.places.len()];
+        for one in &mut self.all {
+            let mut free = (0..fits.places.len()).filter(|k| !is_taken[*k]);
+            if let Some(k) = free.find(|k| one.is_at(&fits.places[*k].pose_in_world)) {
+                is_taken[k] = true;
+                one.pose_in_world = fits.places[k].pose_in_world;
+                one.log -= cost(fits.places[k].mean_log);
+                (one.fitted, one.since) = (one.fitted + 1, one.since + 1);
+            } else {
+                one.log -= cost(fits.others_log);
+                one.since = 0;
+            }
+        }
+        for (fit, _) in fits.places.iter().zip(&is_taken).filter(|(_, is_taken)| !**is_taken) {
+            let log = lowest - cost(fit.mean_log);
+            let pose_in_world = fit.pose_in_world;
+            self.all.push(Hypothesis { pose_in_world, log, fitted: 1, since: 1 });
+        }
+        let first = self.all.iter().map(|one| one.log).fold(f64::NEG_INFINITY, f64::max);
+        for one in &mut self.all {
+            one.log = (one.log - first).max(-DEEPEST);
+        }
+        self.all.retain(|one| one.since > 0 || one.log > -DEEPEST);
+        // The sort is stable: of equal ones the older.
+        self.all.sort_by(|a, b| b.log.total_cmp(&a.log));
+        self.all.truncate(MOST);
+    }
+
+    /// How much less likely (ln p) the second place is than the first.
+    fn margin(&self) -> f64 {
+        let Some(first) = self.all.first() else { return 0.0 };
+        let mut others = self.all[1..].iter().filter(|one| !one.is_at(&first.pose_in_world));
+        others.next().map_or(f64::INFINITY, |second| first.log - second.log)
+    }
+
+    /// Whether a mode of the belief may be the place where the robot is. Scans of two places
+    /// can tell.
+    pub fn agree(&self, mode: &Mode) -> bool {
+        let is_likely = |first: &Hypothesis| mode.is_at(&first.pose_in_world);
+        self.scans < 2 || self.all.first().is_some_and(is_likely) && self.margin() >= LIKELY
+    }
+
+    /// The place where the robot is, if it can be in no other.
+    pub fn decided(&self) -> Option<SE2> {
+        let is_known = |one: &&Hypothesis| one.fitted >= SCANS && one.since >= LAST_SCANS;
+        let first = self.all.first().filter(is_known)?;
+        (self.margin() >= MARGIN).then_some(first.pose_in_world)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::everywhere::Fit;
+    use super::*;
+
+    /// Fits at these distances to the east, m, with ln p of a beam there.
+    fn fits(places: &[(f64, f64)], others_log: f64) -> Fits {
+        let fit = |&(x_m, mean_log): &(f64, f64)| Fit {
+            pose_in_world: SE2::new(x_m, 0.0, 0.0),
+            mean_log,
+        };
+        Fits { places: places.iter().map(fit).collect(), others_log }
+    }
+
+    /// Takes scans a metre apart: those fits moved by as many metres.
+    fn drive(hypotheses: &mut Hypotheses, scans: &[&[(f64, f64)]], others_log: f64) {
+        let metre = Motion { now_in_then: SE2::new(1.0, 0.0, 0.0), ..Motion::default() };
+        for (way_m, places) in (1..).zip(scans) {
+            hypotheses.move_by(&metre);
+            assert!(hypotheses.is_new_place());
+            let here: Vec<(f64, f64)> =
+                places.iter().map(|(x_m, log)| (x_m + f64::from(way_m), *log)).collect();
+            hypotheses.take(&fits(&here, others_log));
+            assert!(!hypotheses.is_new_place());
+        }
+    }
+
+    #[test]
+    fn the_place_where_all_scans_fit_is_found_though_it_fitted_the_first_one_worse() {
+        let mut hypotheses = Hypotheses::default();
+        let scans: [&[(f64, f64)]; 5] = [
+            &[(50.0, 0.4), (20.0, 0.3), (0.0, 0.1)],
+            &[(80.0, 0.5), (0.0, 0.3)],
+            &[(0.0, 0.4), (50.0, 0.3)],
+            &[(0.0, 0.4)],
+            &[(0.1, 0.3), (20.0, 0.2)],
+        ];
+        drive(&mut hypotheses, &scans[..4], -0.4);
+        assert_eq!(hypotheses.all[0].pose_in_world.x(), 4.0);
+        assert!((hypotheses.margin() - 2.8).abs() < 1e-9);
+        assert_eq!(hypotheses.decided(), None, "after four scans");
+        let mut hypotheses = Hypotheses::default();
+        drive(&mut hypotheses, &scans, -0.4);
+        // By hand: 0.3 · 8 and 0.2 · 8 for the first two scans of the one, and 0, 3, 0.8, 3
+        // and 3 for the other.
+        let (first, second) = (hypotheses.all[0], hypotheses.all[1]);
+        assert!((first.pose_in_world.x() - 5.1).abs() < 1e-12, "{first:?}");
+        assert!((second.log + 9.8 - 4.0).abs() < 1e-9, "{second:?}");
+        assert_eq!(hypotheses.decided(), None, "{second:?}");
+        drive(&mut hypotheses, &[&[(5.1, 0.3)], &[(5.1, 0.3)]], -0.4);
+        assert!((hypotheses.decided().unwrap().x() - 7.1).abs() < 1e-12);
+        // A scan that fits it nowhere: it stays the likeliest, and is not sure.
+        drive(&mut hypotheses, &[&[(90.0, 0.3)]], -0.4);
+        assert!((hypotheses.all[0].pose_in_world.x() - 8.1).abs() < 1e-12);
+        assert_eq!(hypotheses.decided(), None);
+    }
+
+    #[test]
+    fn of_two_places_that_look_alike_none_is_decided() {
+        let mut hypotheses = Hypotheses::default();
+        let alike: &[(f64, f64)] = &[(30.0, 0.31), (0.0, 0.3)];
+        drive(&mut hypotheses, &[alike; 60], -0.4);
+        assert_eq!(hypotheses.decided(), None);
+        // Nor are those that were not listed because there are many.
+        let mut hypotheses = Hypotheses::default();
+        let mut scans = vec![alike; 4];
+        scans.extend([&alike[..1]; 8]);
+        drive(&mut hypotheses, &scans, 0.3);
+        assert_eq!(hypotheses.decided(), None);
+        let mut hypotheses = Hypotheses::default();
+        drive(&mut hypotheses, &scans, -0.4);
+        assert!(hypotheses.decided().is_some());
+    }
+}
