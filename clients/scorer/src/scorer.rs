@@ -18,7 +18,7 @@ use rusty_contract::{
     BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport, errln, outln,
 };
 use rusty_contract::{WeightedPose, output};
-use rusty_metrics::{Given, Held, Meter, Moment, Planned, Yardstick};
+use rusty_metrics::{Given, Goals, Held, Meter, Moment, Planned, Yardstick};
 use rusty_plot::png;
 
 use crate::report::html;
@@ -51,6 +51,7 @@ pub struct Scorer {
     shown: Vec<Shown>,
     meter: Meter,
     held: Option<Held>,
+    goals: Goals,
     blind: bool,
     digest: RunDigest,
     /// Which answers are in effect.
@@ -105,6 +106,7 @@ impl Recorder for Scorer {
         if let Some(held) = &mut self.held {
             held.push(tick, step.truth, frame.command());
         }
+        self.goals.push(frame.time_s(), step.truth, self.meter.driven_m());
         let estimates = effects.replies().map(|r| r.estimate().copied());
         self.sensed.iter_mut().for_each(|s| s.push(tick, &frame.readings(), step.truth));
         self.keeper.push(frame.time_s(), step.truth, frame.ranges_m(), estimates);
@@ -136,6 +138,7 @@ impl Recorder for Scorer {
         trace.origin = self.run_folder.as_ref().and_then(|f| origin::of(f, &trace.digest));
         let mut report = ScoreReport {
             blocked_ticks: self.held.as_ref().filter(|_| unscored.is_none()).map(Held::tick_count),
+            goals: self.goals.score().filter(|_| unscored.is_none()),
             unscored,
             ..trace.report(scores)
         };
@@ -155,6 +158,7 @@ impl Recorder for Scorer {
             Some(why) => outln!("unscored: {why}"),
             None => outln!("{}", ScoreTable(&report.scores)),
         }
+        report.goals.iter().for_each(|goals| outln!("{goals}"));
         drawn?;
         Ok(match ending {
             Ending::Broken | Ending::LogCut => Exit::Lost,
@@ -219,6 +223,7 @@ impl Scorer {
             sensed: (!config.sensors.is_none()).then(|| Sensed::new(config)),
             shown,
             held: Held::of(&brief.header),
+            goals: Goals::default(),
             meter: Meter::new(&names, &planned, yardstick),
             digest: RunDigest::default(),
             effects: Effects::of(&brief.header),
@@ -264,6 +269,12 @@ impl Scorer {
         }
         self.only = only.to_vec();
         Ok(self)
+    }
+
+    /// Times the way to these goals.
+    #[must_use]
+    pub fn with_goals(self, goals: Goals) -> Self {
+        Self { goals, ..self }
     }
 
     /// Checks the files of beliefs. One that was found and does not fit is left out.

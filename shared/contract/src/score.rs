@@ -4,6 +4,7 @@ mod compute;
 mod consistency;
 mod convergence;
 mod figures;
+mod goals;
 mod numbers;
 mod table;
 mod trajectory;
@@ -12,6 +13,7 @@ pub use compute::{ComputeTimes, Durations};
 pub use consistency::{Consistency, Verdict};
 pub use convergence::{Convergence, Recovery, Within};
 pub use figures::Figures;
+pub use goals::GoalScore;
 pub use numbers::{degrees, duration, metres, seconds};
 pub use table::ScoreTable;
 pub use trajectory::{AbsoluteErrors, Alignment, PoseErrors, RelativeErrors, Statistics};
@@ -39,6 +41,9 @@ pub struct ScoreReport {
     /// `None` where the run was not simulated, or no tick has a truth.
     #[serde(default)]
     pub blocked_ticks: Option<u64>,
+    /// Goals that the robot reached; `None` where the scorer has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goals: Option<GoalScore>,
     /// Run digest, 32 hexadecimal digits.
     pub digest: String,
     /// One per estimator, in roster order.

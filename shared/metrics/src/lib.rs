@@ -2,7 +2,7 @@
 //! and comparisons of estimators use the same ones. docs/metrics.md explains them.
 //!
 //! * Of one run: [`meter`] with [`errors`], [`trajectory`], [`alignment`], [`mod@nees`],
-//!   [`consistency`], [`convergence`], [`held`];
+//!   [`consistency`], [`convergence`], [`held`], [`goals`];
 //! * of many runs: [`moments`], [`paired`], [`sign_test`], [`student`], [`power_law`];
 //! * of any numbers: [`quantiles`], [`series`], [`batches`], [`chi_square`], [`allan`].
 //!
@@ -17,6 +17,7 @@ mod compute;
 pub mod consistency;
 pub mod convergence;
 pub mod errors;
+pub mod goals;
 pub mod held;
 pub mod meter;
 pub mod moments;
@@ -33,6 +34,7 @@ pub mod trajectory;
 
 pub use allan::{Allan, AllanDeviation};
 pub use errors::Errors;
+pub use goals::Goals;
 pub use held::Held;
 pub use meter::{Given, Meter, Moment, Planned, Yardstick};
 pub use moments::{Moments, Running, correlation};

@@ -35,8 +35,11 @@ pub struct MakeArgs {
     /// Add a filter; may be repeated
     #[arg(long, value_name = "NAME=COMMAND")]
     pub add: Vec<String>,
-    /// File that the added filters may read; may be repeated
-    #[arg(long = "file", value_name = "PATH", requires = "add")]
+    /// Add a driver; may be repeated
+    #[arg(long = "driver", value_name = "NAME=COMMAND")]
+    pub drivers: Vec<String>,
+    /// File that the added programs may read; may be repeated
+    #[arg(long = "file", value_name = "PATH")]
     pub files: Vec<String>,
     /// Number of parallel runs [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
@@ -49,8 +52,9 @@ pub struct MakeArgs {
 }
 
 const RUN_HELP: &str = "\
-Every filter makes each run alone, confined by the kernel, on the frames that all
-others receive. A filter that is lost has a failed run, which counts as the worst.
+Every entry makes each run alone, confined by the kernel, on the frames that all
+others receive. One that is lost has a failed run, which counts as the worst.
+Drivers (--driver) receive the goals as `--waypoint X,Y`, like `goto`.
 The result has all figures and digests: `benchmark verify FILE` makes the runs again.
 
 The seeds of the suite are public. --key derives others from a text: choose it after
@@ -58,6 +62,7 @@ the filters are handed in, and publish it with the result.
 
 Examples:
   sim-server benchmark run --add mine=./target/release/mine -o mine.json
+  sim-server benchmark run --driver mine=./my-driver -o mine.json
   sim-server benchmark run --add mine=./mine --only few-beams --seeds 3 -o try.json
   sim-server benchmark verify mine.json --add mine=./target/release/mine
   sim-server benchmark report mine.json theirs.json --page leaderboard.html";
@@ -74,7 +79,7 @@ pub struct RunArgs {
     /// Scenario to run; may be repeated [default: all]
     #[arg(long, value_name = "SCENARIO")]
     pub only: Vec<String>,
-    /// Track to score; may be repeated [default: all]
+    /// Track to score; may be repeated [default: those of the added]
     #[arg(long = "track", value_name = "TRACK", value_enum)]
     pub tracks: Vec<Track>,
     /// Number of seeds of each scenario [default: the suite's]
@@ -123,6 +128,10 @@ pub fn run(step: &BenchmarkStep) -> Result<Exit> {
 }
 
 impl MakeArgs {
+    fn added(&self, suite: &Suite) -> Result<Vec<Entry>> {
+        Ok(Entry::added(suite, [&self.add, &self.drivers], &self.files)?)
+    }
+
     fn job<'s>(
         &self,
         suite: &'s Suite,
@@ -143,9 +152,10 @@ impl MakeArgs {
 fn make(args: &RunArgs) -> Result<Exit> {
     check_free(&args.out, args.force)?;
     let suite = Suite::built_in()?;
+    let mut entries = args.make.added(&suite)?;
     let (only, tracks, key) = (args.only.clone(), args.tracks.clone(), args.key.clone());
-    let selection = Selection::of(&suite, Wanted { only, tracks, seeds: args.seeds, key })?;
-    let mut entries = Entry::added(&suite, &args.make.add, &args.make.files)?;
+    let wanted = Wanted { only, tracks, seeds: args.seeds, key };
+    let selection = Selection::with(&suite, wanted, &entries)?;
     entries.extend(Entry::baselines(&suite));
     let confined = !args.unconfined;
     let job = args.make.job(&suite, &selection, (&entries, confined));
@@ -170,11 +180,13 @@ fn make(args: &RunArgs) -> Result<Exit> {
 fn check(args: &VerifyArgs) -> Result<Exit> {
     let suite = Suite::built_in()?;
     let result = BenchmarkResult::read(&args.file, &suite)?;
-    let added = Entry::added(&suite, &args.make.add, &args.make.files)?;
-    if let Some(other) = added.iter().find(|a| result.entries.iter().all(|e| e.name != a.name)) {
+    let added = args.make.added(&suite)?;
+    let is_it = |a: &Entry, e: &Entry| (&a.name, a.is_driver) == (&e.name, e.is_driver);
+    if let Some(other) = added.iter().find(|a| !result.entries.iter().any(|e| is_it(a, e))) {
         let names: Vec<&str> = result.entries.iter().map(|e| e.name.as_str()).collect();
         let (path, names) = (args.file.display(), names.join(", "));
-        let text = format!("--add {}: {path} has no such entry; it has {names}", other.name);
+        let (option, name) = (other.option(), &other.name);
+        let text = format!("{option} {name}: {path} has no such entry; it has {names}");
         return Err(WrongUsage(text).into());
     }
     let checked = checkable(&result, &suite, added);
@@ -193,7 +205,9 @@ fn check(args: &VerifyArgs) -> Result<Exit> {
         }
     });
     for name in &found.unchecked {
-        errln!("{name}: its runs were not made again; give --add {name}=COMMAND");
+        let mut entries = result.entries.iter();
+        let option = entries.find(|e| e.name == *name).map_or("--add", Entry::option);
+        errln!("{name}: its runs were not made again; give {option} {name}=COMMAND");
     }
     Ok(if found.is_equal { Exit::Done } else { Exit::NotBitExact })
 }

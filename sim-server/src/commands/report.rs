@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rusty_bench::usage::Usage;
 use rusty_contract::log::Finding;
-use rusty_contract::score::{Score, ScoreTable};
+use rusty_contract::score::{GoalScore, Score, ScoreTable};
 use rusty_contract::{Exit, LogHeader, Phase, RunName, ScoreReport, TextTable, Timing};
 use rusty_engine::confine::Gate;
 use rusty_engine::lockstep::{Loss, ParticipantSummary};
@@ -71,6 +71,9 @@ pub struct RunReport {
     /// Ticks in which a wall kept the robot where it was; null without a scorer
     /// that can tell.
     pub blocked_ticks: Option<u64>,
+    /// Goals that the robot reached, where the scorer has some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub goals: Option<GoalScore>,
     /// Whether a participant drove.
     #[serde(skip)]
     driven: bool,
@@ -115,6 +118,7 @@ impl RunReport {
         }
         let scores_file = scores_file.filter(|_| scored.is_some());
         let blocked_ticks = scored.as_ref().and_then(|s| s.blocked_ticks);
+        let goals = scored.as_ref().and_then(|s| s.goals);
         let (scores, unscored, pictures, report) =
             scored.map(|s| (s.scores, s.unscored, s.pictures, s.report)).unwrap_or_default();
         let per_s =
@@ -148,6 +152,7 @@ impl RunReport {
             findings: header.findings().to_vec(),
             scores,
             blocked_ticks,
+            goals,
             driven: has(rusty_contract::Role::Driver),
             unscored,
             comparison: source.comparison().cloned(),
@@ -211,15 +216,7 @@ impl RunReport {
 impl std::fmt::Display for RunReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.write_processes(f)?;
-        if !self.scores.is_empty() {
-            writeln!(f, "{}", ScoreTable(&self.scores))?;
-        }
-        if let Some(why) = &self.unscored {
-            writeln!(f, "unscored {why}")?;
-        }
-        if let Some(ticks) = self.blocked_ticks.filter(|ticks| self.driven || *ticks > 0) {
-            writeln!(f, "walls    held the robot in {ticks} of {} ticks", self.ticks)?;
-        }
+        self.write_scores(f)?;
         if self.ended != "done" {
             writeln!(f, "{} after {} of {} ticks", self.ended, self.ticks, self.ticks_planned)?;
         }
@@ -275,6 +272,22 @@ impl std::fmt::Display for RunReport {
 }
 
 impl RunReport {
+    fn write_scores(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if !self.scores.is_empty() {
+            writeln!(f, "{}", ScoreTable(&self.scores))?;
+        }
+        if let Some(why) = &self.unscored {
+            writeln!(f, "unscored {why}")?;
+        }
+        if let Some(ticks) = self.blocked_ticks.filter(|ticks| self.driven || *ticks > 0) {
+            writeln!(f, "walls    held the robot in {ticks} of {} ticks", self.ticks)?;
+        }
+        if let Some(goals) = &self.goals {
+            writeln!(f, "{goals}")?;
+        }
+        Ok(())
+    }
+
     fn write_processes(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         if let Some(robot) = &self.robot {
             writeln!(f, "\nrobot {robot}")?;

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser};
+use nalgebra::Point2;
 use rusty_clients::{ClientArgs, run_recorder};
 use rusty_contract::Exit;
 use rusty_contract::score::Within;
-use rusty_metrics::Yardstick;
+use rusty_metrics::{Goals, Yardstick};
 
 use crate::scorer::Scorer;
 
@@ -31,7 +32,22 @@ struct Cli {
     judged: JudgedBy,
 
     #[command(flatten)]
+    to: Destinations,
+
+    #[command(flatten)]
     drawn: Drawn,
+}
+
+#[derive(Args)]
+#[command(next_help_heading = "Goals of a driver")]
+struct Destinations {
+    /// Goal in the world frame, m, reached in order, repeatable
+    #[arg(long = "goal", value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
+    goals: Vec<Point2<f64>>,
+
+    /// Distance at which a goal counts as reached, m
+    #[arg(long, default_value_t = 0.25, value_name = "METRES", value_parser = positive)]
+    goal_within_m: f64,
 }
 
 #[derive(Args)]
@@ -93,6 +109,14 @@ fn positive(text: &str) -> Result<f64, String> {
     number(text, |v| v > 0.0 && v.is_finite(), "a distance in metres, greater than 0")
 }
 
+fn point(text: &str) -> Result<Point2<f64>, String> {
+    let number = |word: &str| word.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+    match text.split_once(',').map(|(x, y)| (number(x), number(y))) {
+        Some((Some(x), Some(y))) => Ok(Point2::new(x, y)),
+        _ => Err("give two numbers, x and y in metres: 5.4,7".to_owned()),
+    }
+}
+
 fn angle(text: &str) -> Result<f64, String> {
     number(text, |v| v > 0.0 && v <= 180.0, "degrees, greater than 0 and at most 180")
 }
@@ -102,10 +126,11 @@ fn duration(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn main() -> Exit {
-    let Cli { args, judged, drawn } = Cli::parse();
+    let Cli { args, judged, to, drawn } = Cli::parse();
     let yardstick = Yardstick::from(judged);
     run_recorder(&args, |_, brief| {
         let scorer = Scorer::with(yardstick, brief, &args)?;
-        scorer.with_map(drawn.map.as_deref())?.with_only(&drawn.only)
+        let goals = Goals::new(to.goals.clone(), to.goal_within_m);
+        scorer.with_goals(goals).with_map(drawn.map.as_deref())?.with_only(&drawn.only)
     })
 }

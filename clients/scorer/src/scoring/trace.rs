@@ -185,6 +185,7 @@ impl RunTrace {
             ticks: whole.ticks,
             ticks_with_truth: whole.ticks_with_truth,
             blocked_ticks: None,
+            goals: None,
             digest: self.digest.clone(),
             scores,
             unscored: None,

@@ -19,7 +19,8 @@ pub struct Block<'s> {
     pub entry: &'s Entry,
 }
 
-/// Returns the blocks of these entries: of a baseline those in its tracks, of others all.
+/// Returns the blocks of these entries: of a baseline those in its tracks, of others those of
+/// all drivers or estimators.
 /// Those added come first, so that trouble with them shows early.
 #[must_use]
 pub fn blocks<'s>(
@@ -29,7 +30,7 @@ pub fn blocks<'s>(
 ) -> Vec<Block<'s>> {
     let mut all: Vec<Block<'s>> = Vec::new();
     for (scenario, track) in selection.blocks(suite) {
-        for entry in entries.iter().filter(|entry| takes_part(suite, scenario, track, entry)) {
+        for entry in entries.iter().filter(|entry| entry.takes_part(suite, scenario, track)) {
             let map = track.map();
             let is_there = all.iter().any(|block| {
                 let name = &block.scenario.name;
@@ -42,18 +43,6 @@ pub fn blocks<'s>(
     }
     all.sort_by_key(|block| block.entry.is_baseline);
     all
-}
-
-/// Returns whether an entry takes part in a track of a scenario.
-#[must_use]
-pub fn takes_part(
-    suite: &Suite,
-    scenario: &SuiteScenario,
-    track: super::track::Track,
-    entry: &Entry,
-) -> bool {
-    let mut baselines = suite.baselines_of(scenario, track);
-    !entry.is_baseline || baselines.any(|baseline| baseline.name == entry.name)
 }
 
 impl Block<'_> {

@@ -6,6 +6,7 @@ use rusty_engine::scenario_file::add_estimator;
 use serde::{Deserialize, Serialize};
 
 use super::suite::{Suite, SuiteScenario};
+use super::track::Track;
 
 /// A program that takes part.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -16,21 +17,31 @@ pub struct Entry {
     pub command: Vec<String>,
     /// Whether it is one of the suite's.
     pub is_baseline: bool,
+    /// Whether it drives; the others are estimators.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_driver: bool,
     /// Files that it may read.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<String>,
 }
 
 impl Entry {
-    /// Reads the entries of `--add NAME=COMMAND`, which may read `files`.
+    /// Reads the entries of `--add NAME=COMMAND` and `--driver NAME=COMMAND`, which may read
+    /// `files`.
     ///
     /// # Errors
     /// [`FieldError`] names option, value and remedy.
-    pub fn added(suite: &Suite, add: &[String], files: &[String]) -> Result<Vec<Self>, FieldError> {
+    pub fn added(
+        suite: &Suite,
+        [add, drivers]: [&[String]; 2],
+        files: &[String],
+    ) -> Result<Vec<Self>, FieldError> {
         let mut roster = Vec::new();
-        for text in add {
+        let all = add.iter().map(|text| (text, false));
+        for (text, is_driver) in all.chain(drivers.iter().map(|text| (text, true))) {
+            let option = option(is_driver);
             let wrong =
-                |problem: &str, remedy: &str| Err(FieldError::new("--add", text, problem, remedy));
+                |problem: &str, remedy: &str| Err(FieldError::new(option, text, problem, remedy));
             let mut own = Vec::new();
             add_estimator(&mut own, text);
             let Some(Participant { name, command, .. }) = own.pop() else { continue };
@@ -44,9 +55,24 @@ impl Entry {
             {
                 return wrong("has a name that is in use", "choose another name");
             }
-            roster.push(Self { name, command, is_baseline: false, files: files.to_vec() });
+            let files = files.to_vec();
+            roster.push(Self { name, command, is_baseline: false, is_driver, files });
         }
         Ok(roster)
+    }
+
+    /// Returns whether it takes part in a track of a scenario.
+    #[must_use]
+    pub fn takes_part(&self, suite: &Suite, scenario: &SuiteScenario, track: Track) -> bool {
+        let mut baselines = suite.baselines_of(scenario, track);
+        self.is_driver == track.is_driving()
+            && (!self.is_baseline || baselines.any(|baseline| baseline.name == self.name))
+    }
+
+    /// Returns the option that adds it.
+    #[must_use]
+    pub fn option(&self) -> &'static str {
+        option(self.is_driver)
     }
 
     /// Returns the baselines.
@@ -56,13 +82,14 @@ impl Entry {
             name: b.name.clone(),
             command: b.command.clone(),
             is_baseline: true,
+            is_driver: b.tracks.contains(&Track::Driving),
             files: Vec::new(),
         };
         suite.baselines.iter().map(entry).collect()
     }
 
-    /// Returns the roster of its runs: with the driver of the scenario, if there is one, and
-    /// the scorer.
+    /// Returns the roster of its runs: with the driver of the scenario, if there is one and
+    /// the entry does not drive, and the scorer. A driver has the goals as `--waypoint X,Y`.
     #[must_use]
     pub fn roster(
         &self,
@@ -74,17 +101,28 @@ impl Entry {
             command: command.to_vec(),
             ..Participant::new(name, role)
         };
-        let estimator = Participant {
+        let (mut command, mut role) = (self.command.clone(), Role::Estimator);
+        let mut score = vec!["score".to_owned()];
+        if self.is_driver {
+            role = Role::Driver;
+            command.extend(scenario.goals_after("--waypoint"));
+            score.extend(scenario.goals_after("--goal"));
+        }
+        let own = Participant {
             map,
             initial_pose: scenario.start,
             sandbox,
             files: self.files.clone(),
-            ..started(&self.name, Role::Estimator, &self.command)
+            ..started(&self.name, role, &command)
         };
-        let mut roster = vec![estimator, Participant::new("score", Role::Scorer)];
-        if !scenario.driver.is_empty() {
+        let mut roster = vec![own, started("score", Role::Scorer, &score)];
+        if !self.is_driver && !scenario.driver.is_empty() {
             roster.insert(0, started("driver", Role::Driver, &scenario.driver));
         }
         roster
     }
+}
+
+fn option(is_driver: bool) -> &'static str {
+    if is_driver { "--driver" } else { "--add" }
 }

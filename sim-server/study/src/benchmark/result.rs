@@ -7,7 +7,6 @@ use rusty_contract::{TextTable, input, replace};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::block::takes_part;
 use super::entry::Entry;
 use super::error::BenchmarkError;
 use super::run::BenchmarkRun;
@@ -61,7 +60,7 @@ impl BenchmarkResult {
         runs: Vec<BenchmarkRun>,
         (confined, writer, machine): (bool, String, Value),
     ) -> Result<Self, BenchmarkError> {
-        let is_in = |e: &Entry| selection.blocks(suite).any(|(s, t)| takes_part(suite, s, t, e));
+        let is_in = |e: &Entry| selection.blocks(suite).any(|(s, t)| e.takes_part(suite, s, t));
         entries.retain(is_in);
         let (scores, verdicts) = standings(suite, &selection, &entries, &runs);
         Ok(Self {

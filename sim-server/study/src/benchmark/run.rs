@@ -47,7 +47,9 @@ impl BenchmarkRun {
         (scenario, map): (&SuiteScenario, Access),
     ) -> Self {
         let known = |value: f64| value.is_finite().then_some(value);
-        let cut = (row.ticks < planned)
+        // A driver may end the run once it is there.
+        let is_there = Metric::Goals.of_row(row).is_finite();
+        let cut = (row.ticks < planned && !is_there)
             .then(|| format!("it ended after {} of {planned} ticks", row.ticks));
         let failure = lost.map(str::to_owned).or(cut);
         let figure = |metric: Metric| known(metric.of_row(row)).filter(|_| failure.is_none());

@@ -5,6 +5,7 @@ use rusty_contract::suggest::did_you_mean;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
+use super::entry::Entry;
 use super::suite::{Suite, SuiteScenario};
 use super::track::Track;
 use crate::sweep::Seeds;
@@ -66,6 +67,30 @@ impl Selection {
             return Err(FieldError::new("--track", words.join(", "), problem, remedy));
         }
         Ok(selection)
+    }
+
+    /// Selects a part of the suite for these entries: without tracks, those in which one of
+    /// them takes part; without entries, all.
+    ///
+    /// # Errors
+    /// As [`of`](Self::of), or an entry takes no part.
+    pub fn with(suite: &Suite, mut wanted: Wanted, added: &[Entry]) -> Result<Self, FieldError> {
+        if wanted.tracks.is_empty() && !added.is_empty() {
+            let takes_part = |t: &Track| added.iter().any(|e| e.is_driver == t.is_driving());
+            wanted.tracks = Track::ALL.into_iter().filter(takes_part).collect();
+        }
+        let selection = Self::of(suite, wanted)?;
+        let is_in = |e: &Entry| selection.blocks(suite).any(|(s, t)| e.takes_part(suite, s, t));
+        match added.iter().find(|entry| !is_in(entry)) {
+            Some(entry) => {
+                let (problem, remedy) = match entry.is_driver {
+                    true => ("is a driver, and no track is for one", "select the track driving"),
+                    false => ("is a filter, and no track is for one", "select another track"),
+                };
+                Err(FieldError::new(entry.option(), &entry.name, problem, remedy))
+            }
+            None => Ok(selection),
+        }
     }
 
     /// Returns the scenarios with the tracks that are scored in each.

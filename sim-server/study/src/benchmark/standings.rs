@@ -6,7 +6,6 @@ use rusty_metrics::Moments;
 use rusty_metrics::student::half_width;
 use serde::{Deserialize, Serialize};
 
-use super::block::takes_part;
 use super::entry::Entry;
 use super::run::BenchmarkRun;
 use super::selection::Selection;
@@ -103,7 +102,7 @@ pub fn standings(
     for (scenario, track) in selection.blocks(suite) {
         let place = Place { scenario, track, runs };
         let all: Vec<&Entry> =
-            entries.iter().filter(|e| takes_part(suite, scenario, track, e)).collect();
+            entries.iter().filter(|e| e.takes_part(suite, scenario, track)).collect();
         for (rank, metric) in scenario.metrics(track).iter().enumerate() {
             scores.extend(all.iter().map(|entry| place.score(entry, *metric)));
             for entry in &all {

@@ -24,7 +24,7 @@ pub struct Suite {
     pub version: u32,
     /// Number of seeds of each scenario.
     pub seeds: u64,
-    /// Estimators that every entry is compared with.
+    /// Those that every entry is compared with.
     #[serde(rename = "baseline")]
     pub baselines: Vec<Baseline>,
     /// The scenarios, in order.
@@ -32,7 +32,7 @@ pub struct Suite {
     pub scenarios: Vec<SuiteScenario>,
 }
 
-/// An estimator that every entry is compared with.
+/// An entry that every other is compared with.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Baseline {
@@ -75,6 +75,12 @@ pub struct SuiteScenario {
     /// The same.
     #[serde(default)]
     pub slam: Vec<Metric>,
+    /// The same. A scenario with this track has no other.
+    #[serde(default)]
+    pub driving: Vec<Metric>,
+    /// Goals of the drivers, m, world frame, to be reached in order.
+    #[serde(default)]
+    pub goals: Vec<[f64; 2]>,
 }
 
 impl Suite {
@@ -123,6 +129,7 @@ impl SuiteScenario {
             Track::Localisation => &self.localisation,
             Track::Odometry => &self.odometry,
             Track::Slam => &self.slam,
+            Track::Driving => &self.driving,
         }
     }
 
@@ -134,6 +141,12 @@ impl SuiteScenario {
         all.sort_unstable();
         all.dedup();
         all
+    }
+
+    /// Returns the goals as words of a command line, each after `option`.
+    pub fn goals_after<'s>(&'s self, option: &'s str) -> impl Iterator<Item = String> + 's {
+        let words = move |[x_m, y_m]: &[f64; 2]| [option.to_owned(), format!("{x_m},{y_m}")];
+        self.goals.iter().flat_map(words)
     }
 
     /// Returns the changes as fields with a value each.

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use rusty_contract::Sandbox;
 use rusty_contract::scenario::Access;
+use rusty_contract::{Role, Sandbox};
 
 use super::block::blocks;
 use super::selection::Wanted;
@@ -18,7 +18,8 @@ fn suite() -> Suite {
 }
 
 fn entries(suite: &Suite) -> Vec<Entry> {
-    let mut all = Entry::added(suite, &["mine=mine".to_owned()], &[]).unwrap();
+    let mut all =
+        Entry::added(suite, [&["mine=mine".to_owned()], &["racer=racer".to_owned()]], &[]).unwrap();
     all.extend(Entry::baselines(suite));
     all
 }
@@ -36,7 +37,7 @@ fn selection(suite: &Suite, only: &str, seeds: u64) -> Selection {
 #[test]
 fn every_scenario_of_the_suite_can_be_planned() {
     let suite = suite();
-    assert_eq!(suite.scenarios.len(), 10);
+    assert_eq!(suite.scenarios.len(), 13);
     let all = Selection::of(&suite, Wanted::default()).unwrap();
     assert!(all.whole);
     let entries = entries(&suite);
@@ -46,17 +47,48 @@ fn every_scenario_of_the_suite_can_be_planned() {
         assert_eq!(plan.count(), suite.seeds);
         let own = plan.rosters[0].iter().find(|p| p.name == block.entry.name).unwrap();
         assert_eq!((own.map, own.initial_pose), (block.map, block.scenario.start));
+        let drives = !block.scenario.driving.is_empty();
+        assert_eq!((block.entry.is_driver, own.role == Role::Driver), (drives, drives));
+        let goals = own.command.iter().filter(|word| *word == "--waypoint").count();
+        assert_eq!(goals, block.scenario.goals.len());
+        let drivers = plan.rosters[0].iter().filter(|p| p.role == Role::Driver).count();
+        assert_eq!(drivers, usize::from(drives || !block.scenario.driver.is_empty()));
         assert_eq!(own.sandbox, Sandbox::Required);
     }
     // An entry that is added comes first, with and without map.
-    assert!(blocks.iter().take(18).all(|block| block.entry.name == "mine"));
+    assert!(blocks.iter().take(21).all(|block| !block.entry.is_baseline));
     let of_global: Vec<&str> = blocks
         .iter()
         .filter(|block| block.scenario.name == "global")
         .map(|block| block.entry.name.as_str())
         .collect();
     assert_eq!(of_global, ["mine", "mcl"]);
-    assert!(suite.scenarios.iter().all(|s| s.metrics(Track::Localisation).len() == 2));
+    for scenario in &suite.scenarios {
+        // The first metric of drivers is a time, and their runs are scored in one track.
+        let is_driven = !scenario.driving.is_empty();
+        assert_eq!(scenario.metrics(Track::Localisation).len(), if is_driven { 0 } else { 2 });
+        assert!(!is_driven || scenario.driving[0] == Metric::Goals && !scenario.goals.is_empty());
+    }
+}
+
+#[test]
+fn tracks_are_those_of_the_entries_that_are_added() {
+    let suite = suite();
+    let with = |add: &[&str], drivers: &[&str], tracks: &[Track]| {
+        let texts = |all: &[&str]| all.iter().map(|t| (*t).to_owned()).collect::<Vec<_>>();
+        let added = Entry::added(&suite, [&texts(add), &texts(drivers)], &[]).unwrap();
+        let wanted = Wanted { tracks: tracks.to_vec(), ..Wanted::default() };
+        Selection::with(&suite, wanted, &added)
+    };
+    let tracks = |add: &[&str], drivers: &[&str]| with(add, drivers, &[]).unwrap().tracks;
+    assert_eq!(tracks(&["a=a"], &[]), Track::ALL[..3]);
+    assert_eq!(tracks(&[], &["b=b"]), [Track::Driving]);
+    assert_eq!(tracks(&["a=a"], &["b=b"]), Track::ALL);
+    assert_eq!(tracks(&[], &[]), Track::ALL);
+    let refused = with(&["a=a"], &["b=b"], &[Track::Driving]).unwrap_err().to_string();
+    assert!(refused.contains("--add") && refused.contains("another track"), "{refused}");
+    let refused = with(&[], &["b=b"], &[Track::Slam]).unwrap_err().to_string();
+    assert!(refused.contains("--driver") && refused.contains("driving"), "{refused}");
 }
 
 #[test]

@@ -1,10 +1,10 @@
-//! `Track`: what is asked of an estimator.
+//! `Track`: what is asked of an entry.
 
 use clap::ValueEnum;
 use rusty_contract::scenario::Access;
 use serde::{Deserialize, Serialize};
 
-/// What is asked of an estimator, and with which map.
+/// What is asked of an entry, and with which map.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ValueEnum,
 )]
@@ -16,18 +16,26 @@ pub enum Track {
     Odometry,
     /// Poses in a map that the estimator makes
     Slam,
+    /// Commands that bring the robot to goals in a given map
+    Driving,
 }
 
 impl Track {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Localisation, Self::Odometry, Self::Slam];
+    pub const ALL: [Self; 4] = [Self::Localisation, Self::Odometry, Self::Slam, Self::Driving];
 
-    /// Returns whether an estimator receives the walls. Tracks with the same map have the
-    /// same runs.
+    /// Returns whether its entries are drivers; those of the others are estimators.
+    #[must_use]
+    pub fn is_driving(self) -> bool {
+        self == Self::Driving
+    }
+
+    /// Returns whether an entry receives the walls. Tracks of estimators with the same map
+    /// have the same runs.
     #[must_use]
     pub fn map(self) -> Access {
         match self {
-            Self::Localisation => Access::Given,
+            Self::Localisation | Self::Driving => Access::Given,
             Self::Odometry | Self::Slam => Access::Hidden,
         }
     }
@@ -39,11 +47,12 @@ impl Track {
             Self::Localisation => "localisation",
             Self::Odometry => "odometry",
             Self::Slam => "slam",
+            Self::Driving => "driving",
         }
     }
 }
 
-/// Returns the word of files for whether an estimator receives the walls.
+/// Returns the word of files for whether an entry receives the walls.
 #[must_use]
 pub fn map_word(map: Access) -> &'static str {
     match map {

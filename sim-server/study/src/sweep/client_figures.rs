@@ -1,7 +1,7 @@
 //! The figures that only a run with clients has: those of the scorer that the
 //! rows made inside lack.
 
-use rusty_contract::score::{Convergence, Durations, PoseErrors, Score};
+use rusty_contract::score::{Convergence, Durations, GoalScore, PoseErrors, Score};
 use serde::{Deserialize, Serialize};
 
 /// What [`Score`] says beyond the figures of every row. NaN where nothing was
@@ -45,6 +45,10 @@ pub struct ClientFigures {
     pub compute_observed_p50_s: f64,
     /// The same, 99th percentile, s.
     pub compute_observed_p99_s: f64,
+    /// Time until the robot had been at all goals of the scorer, s; NaN if it had not.
+    pub goals_after_s: f64,
+    /// Distance truly driven until then, m.
+    pub goals_driven_m: f64,
     /// Figures after it had found the robot.
     pub found: Found,
 }
@@ -121,7 +125,16 @@ impl ClientFigures {
             compute_reported_p99_s: took(reported, |d| d.p99_s),
             compute_observed_p50_s: took(observed, |d| d.p50_s),
             compute_observed_p99_s: took(observed, |d| d.p99_s),
+            goals_after_s: f64::NAN,
+            goals_driven_m: f64::NAN,
             found: Found::of(convergence),
         }
+    }
+
+    /// The same with the goals of the run.
+    #[must_use]
+    pub fn with_goals(self, goals: Option<GoalScore>) -> Self {
+        let nan = |of: fn(GoalScore) -> Option<f64>| goals.and_then(of).unwrap_or(f64::NAN);
+        Self { goals_after_s: nan(|g| g.after_s), goals_driven_m: nan(|g| g.driven_m), ..self }
     }
 }

@@ -270,6 +270,7 @@ fn report(outcome: &Outcome, roster: &[Participant], out: &Path) -> RunReport {
         Phase::Aborted => "aborted",
         Phase::Tick | Phase::Done => "done",
     };
+    let goals = scored.as_ref().and_then(|s| s.goals);
     let (blocked_ticks, scores) = scored.map(|s| (s.blocked_ticks, s.scores)).unwrap_or_default();
     let losses = outcome
         .losses
@@ -281,6 +282,7 @@ fn report(outcome: &Outcome, roster: &[Participant], out: &Path) -> RunReport {
         digest,
         scores,
         blocked_ticks,
+        goals,
         losses: losses.collect(),
         remarks,
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rusty_contract::Effects;
 use rusty_contract::log::{LogReader, Read};
-use rusty_contract::score::{Alignment, Score};
+use rusty_contract::score::{Alignment, GoalScore, Score};
 use rusty_metrics::{PathLength, nees};
 use serde::Deserialize;
 
@@ -24,6 +24,8 @@ pub(super) struct RunReport {
     pub(super) digest: String,
     pub(super) scores: Vec<Score>,
     pub(super) blocked_ticks: Option<u64>,
+    #[serde(default)]
+    pub(super) goals: Option<GoalScore>,
     pub(super) losses: Vec<LostClient>,
     pub(super) remarks: Vec<String>,
 }
@@ -51,7 +53,7 @@ impl RunReport {
             row.distance_m = score.map_or(f64::NAN, |s| s.distance_m);
             row.blocked_ticks = self.blocked_ticks;
             row.digest.clone_from(&self.digest);
-            row.clients = Some(ClientFigures::of(score));
+            row.clients = Some(ClientFigures::of(score).with_goals(self.goals));
             rows.push(row);
         }
         let sampling = plan.sampling(run);

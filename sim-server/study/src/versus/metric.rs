@@ -33,6 +33,12 @@ pub enum Metric {
     Found,
     /// Time from the first kidnapping until it had found the robot again
     Recovered,
+    /// Time until the robot had been at all goals of the scorer
+    Goals,
+    /// Distance driven until then
+    GoalsDriven,
+    /// Ticks in which a wall held the robot
+    Blocked,
     /// Compute time, 99th percentile, as reported
     Compute,
 }
@@ -42,7 +48,7 @@ const POSE: f64 = 3.0;
 
 impl Metric {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 15] = [
         Self::Ate,
         Self::Final,
         Self::Heading,
@@ -54,6 +60,9 @@ impl Metric {
         Self::Converged,
         Self::Found,
         Self::Recovered,
+        Self::Goals,
+        Self::GoalsDriven,
+        Self::Blocked,
         Self::Compute,
     ];
 
@@ -76,6 +85,9 @@ impl Metric {
             Self::Converged => "converged_after_s",
             Self::Found => "converged_position_rmse_m",
             Self::Recovered => "recovered_after_s",
+            Self::Goals => "goals_after_s",
+            Self::GoalsDriven => "goals_driven_m",
+            Self::Blocked => "blocked_ticks",
             Self::Compute => "compute_reported_p99_s",
         }
     }
@@ -96,6 +108,9 @@ impl Metric {
             Self::Converged => c.converged_after_s,
             Self::Found => c.found.position_rmse_m,
             Self::Recovered => c.recovered_after_s,
+            Self::Goals => c.goals_after_s,
+            Self::GoalsDriven => c.goals_driven_m,
+            Self::Blocked => row.blocked_ticks.map_or(f64::NAN, |ticks| ticks as f64),
             Self::Compute => c.compute_reported_p99_s,
         })
     }
@@ -114,7 +129,8 @@ impl Metric {
     /// did not happen.
     #[must_use]
     pub fn may_never_end(self) -> bool {
-        matches!(self, Self::Converged | Self::Found | Self::Recovered)
+        let goals = matches!(self, Self::Goals | Self::GoalsDriven);
+        goals || matches!(self, Self::Converged | Self::Found | Self::Recovered)
     }
 
     /// What it is called in a sentence.
@@ -132,6 +148,9 @@ impl Metric {
             Self::Converged => "convergence time",
             Self::Found => "position rmse once found",
             Self::Recovered => "recovery time",
+            Self::Goals => "time to the last goal",
+            Self::GoalsDriven => "distance to the last goal",
+            Self::Blocked => "blocked ticks",
             Self::Compute => "compute time p99",
         }
     }
@@ -141,8 +160,8 @@ impl Metric {
     pub fn unit(self) -> &'static str {
         match self {
             Self::Heading => "rad",
-            Self::Nees => "",
-            Self::Converged | Self::Recovered | Self::Compute => "s",
+            Self::Nees | Self::Blocked => "",
+            Self::Converged | Self::Recovered | Self::Goals | Self::Compute => "s",
             _ => "m",
         }
     }
@@ -172,8 +191,8 @@ impl Metric {
     pub fn shown_unit(self) -> &'static str {
         match self {
             Self::Heading => " °",
-            Self::Nees => "",
-            Self::Converged | Self::Recovered => " s",
+            Self::Nees | Self::Blocked => "",
+            Self::Converged | Self::Recovered | Self::Goals => " s",
             Self::Compute => " ms",
             _ => " m",
         }

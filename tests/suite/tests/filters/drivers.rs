@@ -68,7 +68,24 @@ fn a_driver_that_has_arrived_ends_the_run_and_the_log_repeats_it() {
     let read = Log::read(&log);
     assert!(read.is_complete() && read.records().len() as u64 == ticks);
     about("verify", &log, &["--clients"]).expect(0);
-    let replayed = replay(&log, &place.at("replayed"), &[]).expect(0).json();
+    // It was there before it knew, and never at a second goal.
+    let scored = place.at("scored");
+    let (log, out) = (arg(&log).to_owned(), arg(&scored).to_owned());
+    let score = |goals: &[&str]| {
+        let args = ["score", "--log", &log, "--out", &out, "--force"];
+        let ended = sim_server(&[&args[..], goals].concat()).expect(0);
+        let text = fs::read_to_string(scored.join("score.json")).unwrap();
+        (ended.stdout, serde_json::from_str::<Value>(&text).unwrap()["goals"].clone())
+    };
+    let (printed, goals) = score(&["--goal", "6.8,4.5"]);
+    let after_s = goals["after_s"].as_f64().unwrap();
+    assert!(after_s > 1.0 && after_s < ticks as f64 * 0.02, "{goals}");
+    assert!(printed.contains("goals    1 of 1 reached after "), "{printed}");
+    let (_, goals) = score(&["--goal", "6.8,4.5", "--goal", "9.6,4.5"]);
+    assert_eq!(goals, json!({ "goals": 2, "reached": 1, "after_s": null, "driven_m": null }));
+    assert_eq!(score(&[]).1, Value::Null);
+    let log = Path::new(&log);
+    let replayed = replay(log, &place.at("replayed"), &[]).expect(0).json();
     assert_eq!((&replayed["digest"], &replayed["ticks"]), (&report["digest"], &report["ticks"]));
 }
 

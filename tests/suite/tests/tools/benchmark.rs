@@ -128,6 +128,64 @@ fn a_confined_filter_reaches_no_file_with_the_truth_and_its_failure_is_a_result(
 }
 
 #[test]
+fn drivers_are_timed_on_their_way_to_goals() {
+    if !kernel_can() {
+        return;
+    }
+    let place = folder();
+    let out = place.at("drivers.json");
+    let (slow, ends) = ("slow=goto --speed-m-s 0.3", "ends=goto --end");
+    let drivers = ["--driver", slow, "--driver", ends];
+    let args = ["benchmark", "run", "--out", arg(&out), "--seeds", "2", "--quiet"];
+    let only = ["--only", "errand", "--only", "through-people"];
+    sim_server(&[&args[..], &only, &drivers].concat()).expect(0);
+    let result = read(&out);
+    assert_eq!(result["selection"]["tracks"], json!(["driving"]));
+    let figures = |scenario: &str, entry: &str| -> Vec<Value> {
+        let runs = result["runs"].as_array().unwrap().iter();
+        let own = runs.filter(|run| run["scenario"] == scenario && run["entry"] == entry);
+        own.map(|run| run["figures"].clone()).collect()
+    };
+    for scenario in ["errand", "through-people"] {
+        let [goto, slow, ends] = ["goto", "slow", "ends"].map(|name| figures(scenario, name));
+        for seed in 0..2 {
+            let time = |of: &[Value]| of[seed]["goals"].as_f64().unwrap();
+            assert!(time(&slow) > time(&goto) && time(&goto) > 20.0, "{slow:?} {goto:?}");
+            assert!(goto[seed]["goals-driven"].as_f64().unwrap() > 10.0, "{goto:?}");
+        }
+        // A run that ends where its driver is there has not failed.
+        assert_eq!(ends, goto);
+    }
+    let verify = |drivers: &[&str]| {
+        let args = ["benchmark", "verify", arg(&out), "--json", "--quiet"];
+        sim_server(&[&args[..], drivers].concat())
+    };
+    assert_eq!(verify(&drivers).expect(0).json()["runs"], json!(12));
+    let found = verify(&["--driver", "slow=goto --speed-m-s 0.31"]).expect(4).json();
+    assert!(found["differences"][0].as_str().unwrap().contains("slow"), "{found}");
+    verify(&["--add", slow]).expect(2).says("--add slow");
+}
+
+#[test]
+fn a_driver_that_is_not_there_in_time_has_no_time() {
+    if !kernel_can() {
+        return;
+    }
+    let place = folder();
+    let out = place.at("late.json");
+    let late = "late=goto --speed-m-s 0.1";
+    let args = ["benchmark", "run", "--out", arg(&out), "--only", "errand", "--seeds", "1"];
+    sim_server(&[&args[..], &["--driver", late, "--quiet"]].concat()).expect(0);
+    let result = read(&out);
+    let of = |list: &str| result[list].as_array().unwrap().clone();
+    let score = of("scores").into_iter().find(|s| s["entry"] == "late").unwrap();
+    let counts = ["runs", "failed", "without"].map(|field| score[field].as_u64().unwrap());
+    assert_eq!((counts, &score["mean"]), ([0, 0, 1], &Value::Null));
+    let verdict = of("verdicts").into_iter().find(|v| v["decides"] == true).unwrap();
+    assert_eq!(verdict["wins"], json!([1, 0]), "{verdict}");
+}
+
+#[test]
 fn a_benchmark_that_is_stopped_writes_nothing() {
     if !kernel_can() {
         return;
@@ -157,9 +215,11 @@ fn options_that_cannot_be_used_are_refused_before_the_first_run() {
     refused("mcl=x", &[], "in use");
     refused("mine", &[], "NAME=COMMAND");
     refused("mine=x", &["--only", "global", "--track", "slam"], "slam");
+    refused("mine=x", &["--track", "driving"], "another track");
+    refused("mine=x", &["--driver", "mine=y"], "--driver");
     assert!(!out.exists());
     let list = sim_server(&["benchmark", "list", "--json"]).expect(0).json();
-    assert_eq!(list["scenario"].as_array().unwrap().len(), 10);
+    assert_eq!(list["scenario"].as_array().unwrap().len(), 13);
     let file = place.write("x.json", "{}");
     sim_server(&["benchmark", "report", &file]).expect(2).says("x.json");
 }

@@ -98,11 +98,13 @@ fn of_clients(rows: &[Row]) -> Vec<Column> {
         ("nis_sum", |c| c.nis_sum),
         ("nis_degrees", |c| c.nis_degrees),
     ];
-    let times: [(&str, Get<f64>); 8] = [
+    let times: [(&str, Get<f64>); 10] = [
         ("converged_after_s", |c| c.converged_after_s),
         ("converged_position_rmse_m", |c| c.found.position_rmse_m),
         ("converged_heading_rmse_rad", |c| c.found.heading_rmse_rad),
         ("recovered_after_s", |c| c.recovered_after_s),
+        ("goals_after_s", |c| c.goals_after_s),
+        ("goals_driven_m", |c| c.goals_driven_m),
         ("compute_reported_p50_s", |c| c.compute_reported_p50_s),
         ("compute_reported_p99_s", |c| c.compute_reported_p99_s),
         ("compute_observed_p50_s", |c| c.compute_observed_p50_s),
