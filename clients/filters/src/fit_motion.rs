@@ -19,6 +19,8 @@
 //! * The half count at the end of a window is that at the beginning of the next, so
 //!   the errors of neighbours hang together; they are taken as independent.
 //!   They are negligible compared with the slip of a window of more than some counts.
+//! * A fit that did not converge, or whose α are those of no robot, is refused: the true
+//!   poses of a recording can be wrong.
 //! * A number that a log does not tell is not made up. A robot that never turns on
 //!   the spot says next to nothing of α₁ and α₄.
 
@@ -31,6 +33,9 @@ use serde::Serialize;
 pub use recorder::{FitMotion, Options};
 pub use scoring::fit;
 pub use windows::{Left, Window, Windows};
+
+/// A larger α is that of no robot: half a metre, or half a radian, off after one.
+const MOST: f64 = 0.25;
 
 /// How much a log says of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -96,8 +101,32 @@ pub struct MotionFit {
 }
 
 impl MotionFit {
-    /// The numbers that the log tells, as flags of a filter.
+    /// Why these are no α of a robot, if they are not.
+    pub fn problem(&self) -> Option<String> {
+        if !self.converged {
+            let rounds = self.rounds.len() - 1;
+            return Some(format!(
+                "the fit did not converge in {rounds} rounds: give a longer log, with straights, \
+                 curves and turns on the spot"
+            ));
+        }
+        let well = |a: &&Alpha| a.told == Identifiability::Well && a.value > MOST;
+        let worst = self.alphas.iter().filter(well).map(|a| a.value).fold(0.0, f64::max);
+        (worst > 0.0).then(|| {
+            format!(
+                "an α of {worst:.3} would put the wheels off by {:.1} m or rad after a metre or a \
+                 radian: the true poses of this log contradict its odometry; `score --log LOG` draws \
+                 both",
+                worst.sqrt()
+            )
+        })
+    }
+
+    /// The numbers that the log tells, as flags of a filter; none of a fit that is refused.
     pub fn flags(&self) -> String {
+        if self.problem().is_some() {
+            return String::new();
+        }
         let told = self.alphas.iter().enumerate().filter(|(_, a)| a.told == Identifiability::Well);
         let flags = told.map(|(i, a)| format!("--alpha{} {:.3e}", i + 1, a.value));
         flags.collect::<Vec<_>>().join(" ")

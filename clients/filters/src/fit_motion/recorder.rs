@@ -17,7 +17,7 @@ const LONG: u64 = 20_000;
 /// radian. The output has the maximum-likelihood values, their standard errors, and the
 /// flags for a filter. The simulator draws its slip per tick, so the values of its logs
 /// grow with speed and length of a tick. A value that the log does not determine has no
-/// flag; keep the previous one.
+/// flag; keep the previous one. A fit whose true poses contradict the odometry is refused.
 ///
 ///   fit-motion --log run.log
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -98,7 +98,10 @@ impl Recorder for FitMotion {
             false => page(&fit, self.options.verbose),
         };
         outln!("{text}");
-        Ok(ending.exit())
+        match fit.problem() {
+            Some(problem) => Err(ClientError::Unusable(problem)),
+            None => Ok(ending.exit()),
+        }
     }
 }
 
@@ -160,6 +163,7 @@ fn page(fit: &MotionFit, verbose: bool) -> String {
         }
     }
     match fit.flags() {
+        _ if fit.problem().is_some() => {}
         flags if flags.is_empty() => lines.push("no α is told well enough for a flag".to_owned()),
         flags => lines.push(flags),
     }

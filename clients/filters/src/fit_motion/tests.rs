@@ -242,3 +242,26 @@ fn where_no_way_up_is_known_it_is_not_said_to_be_at_the_top() {
     windows.all = vec![window(1.0)];
     assert!(fit(&windows).unwrap().converged);
 }
+
+#[test]
+fn true_poses_that_contradict_the_wheels_are_refused() {
+    let drive = |reference_m: f64| {
+        let (mut robot, mut random) = (Drive::new(), Random::new(6, 1));
+        for k in 0..2000 {
+            let (left, right) = without_curves(k);
+            robot.tick(left, right, |pose, ways| slipping(K, &mut random, pose, ways));
+            let off = reference_m * random.normal();
+            let seen = robot.pose.compose(&SE2::new(off, 0.0, off));
+            robot.windows.tick(robot.counts, Some(seen));
+        }
+        fit(&robot.windows).unwrap()
+    };
+    let good = drive(0.0);
+    assert_eq!(good.problem(), None);
+    assert!(good.flags().contains("--alpha3"));
+    let bad = drive(0.3);
+    assert!(bad.alphas.iter().any(|a| a.value > MOST), "{:?}", bad.alphas);
+    assert!(bad.problem().is_some() && bad.flags().is_empty());
+    let early = MotionFit { converged: false, ..good };
+    assert!(early.problem().unwrap().contains("converge") && early.flags().is_empty());
+}
