@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use rusty_bench::machine::{Machine, cores};
-use rusty_contract::{Exit, errln, outln, replace};
+use rusty_contract::{Exit, Participant, errln, outln, replace};
+use rusty_engine::source::FrameSource;
+use rusty_logs::replay::Recording;
 use rusty_study::benchmark::selection::Wanted;
 use rusty_study::benchmark::verify::{checkable, verify};
 use rusty_study::benchmark::{
-    BenchmarkError, BenchmarkJob, BenchmarkResult, Entry, LeaderboardText, Selection, Suite, Track,
-    leaderboard, page,
+    BenchmarkError, BenchmarkJob, BenchmarkResult, Entry, LeaderboardText, Recordings, Selection,
+    Suite, Track, leaderboard, page,
 };
 
 use super::arguments::{Output, check_free};
@@ -38,6 +40,9 @@ pub struct MakeArgs {
     /// Add a driver; may be repeated
     #[arg(long = "driver", value_name = "NAME=COMMAND")]
     pub drivers: Vec<String>,
+    /// Replay this log as well, a run of the scenario `recordings`; may be repeated
+    #[arg(long = "log", value_name = "FILE")]
+    pub logs: Vec<PathBuf>,
     /// File that the added programs may read; may be repeated
     #[arg(long = "file", value_name = "PATH")]
     pub files: Vec<String>,
@@ -64,6 +69,7 @@ Examples:
   sim-server benchmark run --add mine=./target/release/mine -o mine.json
   sim-server benchmark run --driver mine=./my-driver -o mine.json
   sim-server benchmark run --add mine=./mine --only few-beams --seeds 3 -o try.json
+  sim-server benchmark run --add mine=./mine --log intel.log --only recordings -o intel.json
   sim-server benchmark verify mine.json --add mine=./target/release/mine
   sim-server benchmark report mine.json theirs.json --page leaderboard.html";
 
@@ -137,28 +143,46 @@ impl MakeArgs {
         suite: &'s Suite,
         selection: &'s Selection,
         (entries, confined): (&'s [Entry], bool),
+        recordings: &'s Recordings,
     ) -> BenchmarkJob<'s> {
         BenchmarkJob {
             suite,
             selection,
             entries,
             confined,
+            recordings,
+            open: open_log,
             jobs: self.jobs.map_or_else(cores, usize::from),
             quiet: self.quiet || self.output.json,
         }
     }
 }
 
+/// Opens a log for these participants.
+fn open_log(
+    path: &Path,
+    roster: Vec<Participant>,
+) -> std::result::Result<Box<dyn FrameSource>, String> {
+    let (mut source, _) = Recording::open(path).map_err(|e| e.to_string())?;
+    if source.tick_count() == 0 {
+        return Err("it has no complete tick".to_owned());
+    }
+    source.header_mut().roster = roster;
+    Ok(Box::new(source))
+}
+
 fn make(args: &RunArgs) -> Result<Exit> {
     check_free(&args.out, args.force)?;
-    let suite = Suite::built_in()?;
+    let recordings = Recordings::of(&args.make.logs)?;
+    let suite = Suite::built_in()?.with(&recordings.logs);
     let mut entries = args.make.added(&suite)?;
     let (only, tracks, key) = (args.only.clone(), args.tracks.clone(), args.key.clone());
-    let wanted = Wanted { only, tracks, seeds: args.seeds, key };
+    let (seeds, logs) = (args.seeds, recordings.logs.clone());
+    let wanted = Wanted { only, tracks, seeds, key, recordings: logs };
     let selection = Selection::with(&suite, wanted, &entries)?;
     entries.extend(Entry::baselines(&suite));
     let confined = !args.unconfined;
-    let job = args.make.job(&suite, &selection, (&entries, confined));
+    let job = args.make.job(&suite, &selection, (&entries, confined), &recordings);
     let Some(runs) = job.make(&stop_flag()?)? else {
         errln!("interrupted: no result is written");
         return Ok(Exit::Lost);
@@ -180,6 +204,8 @@ fn make(args: &RunArgs) -> Result<Exit> {
 fn check(args: &VerifyArgs) -> Result<Exit> {
     let suite = Suite::built_in()?;
     let result = BenchmarkResult::read(&args.file, &suite)?;
+    let suite = suite.with(&result.selection.recordings);
+    let recordings = Recordings::of(&args.make.logs)?.matching(&result.selection.recordings)?;
     let added = args.make.added(&suite)?;
     let is_it = |a: &Entry, e: &Entry| (&a.name, a.is_driver) == (&e.name, e.is_driver);
     if let Some(other) = added.iter().find(|a| !result.entries.iter().any(|e| is_it(a, e))) {
@@ -190,7 +216,8 @@ fn check(args: &VerifyArgs) -> Result<Exit> {
         return Err(WrongUsage(text).into());
     }
     let checked = checkable(&result, &suite, added);
-    let job = args.make.job(&suite, &result.selection, (&checked, result.confined));
+    let rest = (&checked[..], result.confined);
+    let job = args.make.job(&suite, &result.selection, rest, &recordings);
     let Some(runs) = job.make(&stop_flag()?)? else {
         errln!("interrupted: the result is not checked");
         return Ok(Exit::Lost);
@@ -217,6 +244,7 @@ fn report(args: &ReportArgs) -> Result<Exit> {
     let suite = Suite::built_in()?;
     let read = |path: &PathBuf| -> Result<(String, BenchmarkResult), BenchmarkError> {
         let result = BenchmarkResult::read(path, &suite)?;
+        let suite = suite.clone().with(&result.selection.recordings);
         let path = path.display().to_string();
         // Scores and verdicts must follow from the runs.
         let found = verify(&result, &suite, &[], Vec::new())?;
@@ -229,6 +257,8 @@ fn report(args: &ReportArgs) -> Result<Exit> {
     let standings = leaderboard(&results)?;
     args.output.print_with(&standings, || outln!("{}", LeaderboardText(&standings)));
     if let Some(path) = &args.page {
+        let recordings = results.first().map(|(_, r)| &r.selection.recordings[..]);
+        let suite = suite.with(recordings.unwrap_or_default());
         let text = page::page(&suite, &results, &standings);
         write_page(path, &text)?;
     }

@@ -30,6 +30,14 @@ pub enum BenchmarkError {
         /// What the operating system reports.
         error: std::io::Error,
     },
+    /// A recording cannot be replayed.
+    #[error("replaying a recording failed: {path}: {problem}; give a log of `sim-server import`")]
+    NoLog {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// A file is not the result of a benchmark.
     #[error(
         "reading a result failed: {path}: {problem}; give a file that `sim-server benchmark run` \
@@ -75,7 +83,10 @@ impl BenchmarkError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::Sweep(e) => e.exit(),
-            Self::Field(_) | Self::NoResult { .. } | Self::OtherSuite { .. } => Exit::Usage,
+            Self::Field(_)
+            | Self::NoLog { .. }
+            | Self::NoResult { .. }
+            | Self::OtherSuite { .. } => Exit::Usage,
             Self::Changed { .. } => Exit::NotBitExact,
             Self::Suite(_) | Self::Json(_) | Self::Io { .. } => Exit::Failed,
         }

@@ -9,6 +9,7 @@ use rusty_engine::run::Progress;
 use super::block::{Block, blocks};
 use super::entry::Entry;
 use super::error::BenchmarkError;
+use super::recordings::{OpenLog, Recordings};
 use super::run::BenchmarkRun;
 use super::selection::Selection;
 use super::suite::Suite;
@@ -25,6 +26,10 @@ pub struct BenchmarkJob<'s> {
     pub entries: &'s [Entry],
     /// Whether entries are confined by the kernel.
     pub confined: bool,
+    /// Logs of the recordings in the selection.
+    pub recordings: &'s Recordings,
+    /// Opens one of them.
+    pub open: OpenLog,
     /// Runs at a time.
     pub jobs: usize,
     /// Whether no progress is shown.
@@ -44,8 +49,11 @@ impl BenchmarkJob<'_> {
         let sandbox = if self.confined { Sandbox::Required } else { Sandbox::None };
         let blocks = blocks(self.suite, self.selection, self.entries);
         // Whatever is wrong with one of them shows before the first run.
-        let plans = blocks.iter().map(|block| block.plan(self.selection, sandbox));
-        let plans: Vec<Plan> = plans.collect::<Result<_, _>>()?;
+        let plan = |block: &Block<'_>| {
+            let is_recorded = block.scenario.is_recorded();
+            (!is_recorded).then(|| block.plan(self.selection, sandbox)).transpose()
+        };
+        let plans: Vec<Option<Plan>> = blocks.iter().map(plan).collect::<Result<_, _>>()?;
         let mut runs = Vec::new();
         let count = blocks.len();
         for (place, (block, plan)) in blocks.iter().zip(plans).enumerate() {
@@ -57,7 +65,10 @@ impl BenchmarkJob<'_> {
                     map_word(block.map)
                 );
             }
-            runs.extend(self.block(block, plan, stop)?);
+            runs.extend(match plan {
+                Some(plan) => self.block(block, plan, stop)?,
+                None => self.recordings.runs(block, sandbox, self.open, stop)?,
+            });
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);
             }

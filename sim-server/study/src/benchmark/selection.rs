@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::entry::Entry;
+use super::recorded_log::{RECORDINGS, RecordedLog};
 use super::suite::{Suite, SuiteScenario};
 use super::track::Track;
 use crate::sweep::Seeds;
@@ -22,6 +23,9 @@ pub struct Selection {
     /// Text from which the seeds are derived; without, they are those of the suite, which
     /// everyone knows.
     pub key: Option<String>,
+    /// Recordings, if their scenario is in it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub recordings: Vec<RecordedLog>,
     /// Whether all scenarios and seeds of the suite are in it, for the tracks that are.
     pub whole: bool,
 }
@@ -37,6 +41,8 @@ pub struct Wanted {
     pub seeds: Option<u64>,
     /// Text from which the seeds are derived.
     pub key: Option<String>,
+    /// Recordings.
+    pub recordings: Vec<RecordedLog>,
 }
 
 impl Selection {
@@ -59,7 +65,9 @@ impl Selection {
         let scenarios: Vec<String> = names().filter(is_wanted).map(str::to_owned).collect();
         let seeds = wanted.seeds.unwrap_or(suite.seeds);
         let whole = seeds == suite.seeds && scenarios.len() == suite.scenarios.len();
-        let selection = Self { scenarios, tracks, seeds, key: wanted.key, whole };
+        let mut recordings = wanted.recordings;
+        recordings.retain(|_| scenarios.iter().any(|name| name == RECORDINGS));
+        let selection = Self { scenarios, tracks, seeds, key: wanted.key, recordings, whole };
         if selection.blocks(suite).next().is_none() {
             let problem = "is not a track of these scenarios";
             let words: Vec<&str> = selection.tracks.iter().map(|t| t.word()).collect();
@@ -103,6 +111,18 @@ impl Selection {
             let tracks = self.tracks.iter().copied();
             tracks.filter(|t| !scenario.metrics(*t).is_empty()).map(move |track| (scenario, track))
         })
+    }
+
+    /// Returns the seeds of the runs of a scenario; of recordings their numbers.
+    ///
+    /// # Errors
+    /// As [`seeds`](Self::seeds).
+    pub fn seeds_of(&self, scenario: &SuiteScenario) -> Result<Vec<u64>, FieldError> {
+        if scenario.is_recorded() {
+            return Ok((0..self.recordings.len() as u64).collect());
+        }
+        let seeds = self.seeds()?;
+        Ok((0..seeds.count()).map(|place| seeds.at(place)).collect())
     }
 
     /// Returns the seeds.

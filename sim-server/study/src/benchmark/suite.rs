@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
 use super::error::BenchmarkError;
+use super::recorded_log::{RECORDINGS, RecordedLog};
 use super::track::Track;
 use crate::sweep::{Axis, SweepError};
 use crate::versus::Metric;
@@ -92,6 +93,14 @@ impl Suite {
         toml::from_str(TEXT).map_err(BenchmarkError::Suite)
     }
 
+    /// Returns the suite with recordings as its last scenario, if there are any.
+    #[must_use]
+    pub fn with(mut self, recordings: &[RecordedLog]) -> Self {
+        self.scenarios.retain(|scenario| !scenario.is_recorded());
+        self.scenarios.extend((!recordings.is_empty()).then(SuiteScenario::of_recordings));
+        self
+    }
+
     /// Returns the digest of its text, and of the configuration of every scenario: world,
     /// robot, sensors and script.
     ///
@@ -100,7 +109,7 @@ impl Suite {
     pub fn digest(&self) -> Result<String, BenchmarkError> {
         let mut hash = Xxh3::new();
         hash.update(TEXT.as_bytes());
-        for scenario in &self.scenarios {
+        for scenario in self.scenarios.iter().filter(|scenario| !scenario.is_recorded()) {
             let config = serde_json::to_vec(&scenario.config()?);
             hash.update(&config.map_err(BenchmarkError::Json)?);
         }
@@ -122,6 +131,28 @@ impl Suite {
 }
 
 impl SuiteScenario {
+    /// The scenario of all recordings.
+    fn of_recordings() -> Self {
+        Self {
+            name: RECORDINGS.to_owned(),
+            about: "recordings of robots, each a run".to_owned(),
+            base: String::new(),
+            set: Vec::new(),
+            driver: Vec::new(),
+            start: Access::Given,
+            localisation: Vec::new(),
+            odometry: vec![Metric::RpeMetre, Metric::AteSe2],
+            slam: vec![Metric::AteSe2, Metric::Ate],
+            driving: Vec::new(),
+            goals: Vec::new(),
+        }
+    }
+
+    /// Whether its runs are replays of logs.
+    pub(super) fn is_recorded(&self) -> bool {
+        self.name == RECORDINGS
+    }
+
     /// Returns the metrics of a track; the first decides.
     #[must_use]
     pub fn metrics(&self, track: Track) -> &[Metric] {

@@ -6,6 +6,7 @@ use rusty_contract::scenario::Access;
 use rusty_contract::{Role, Sandbox};
 
 use super::block::blocks;
+use super::recorded_log::RecordedLog;
 use super::selection::Wanted;
 use super::standings::{Side, standings};
 use super::verify::verify;
@@ -30,6 +31,7 @@ fn selection(suite: &Suite, only: &str, seeds: u64) -> Selection {
         tracks: vec![Track::Localisation],
         seeds: Some(seeds),
         key: None,
+        recordings: Vec::new(),
     };
     Selection::of(suite, wanted).unwrap()
 }
@@ -220,4 +222,27 @@ fn the_leaderboard_has_the_best_first_and_refuses_other_runs() {
     other.selection.key = Some("b".to_owned());
     results.push(("b.json".to_owned(), other));
     assert!(matches!(leaderboard(&results), Err(BenchmarkError::OtherSuite { .. })));
+}
+
+#[test]
+fn recordings_are_one_more_scenario_and_keep_the_digest_of_the_suite() {
+    let suite = Suite::built_in().unwrap();
+    let log = |name: &str, digest: &str| RecordedLog { name: name.into(), digest: digest.into() };
+    let logs = vec![log("intel", "aa"), log("csail", "bb")];
+    let with = suite.clone().with(&logs);
+    assert_eq!(with.digest().unwrap(), suite.digest().unwrap());
+    assert_eq!(suite.clone().with(&[]).scenarios.len(), suite.scenarios.len());
+    let select = |only: &[&str]| {
+        let only = only.iter().map(|name| (*name).to_owned()).collect();
+        let recordings = logs.clone();
+        Selection::of(&with, Wanted { only, recordings, seeds: Some(5), ..Wanted::default() })
+    };
+    let own = select(&["recordings"]).unwrap();
+    let blocks: Vec<&str> = own.blocks(&with).map(|(_, track)| track.word()).collect();
+    assert_eq!((blocks, own.recordings.len()), (vec!["odometry", "slam"], 2));
+    let scenario = with.scenarios.last().unwrap();
+    assert_eq!(own.seeds_of(scenario).unwrap(), [0, 1]);
+    assert_eq!(own.seeds_of(&with.scenarios[0]).unwrap(), [0, 1, 2, 3, 4]);
+    // Without their scenario a result has none.
+    assert!(select(&["tour"]).unwrap().recordings.is_empty());
 }

@@ -56,8 +56,10 @@ pub fn verify(
     let mut entries = result.entries.clone();
     let missing = Entry::baselines(suite).into_iter();
     entries.extend(missing.filter(|b| !result.entries.iter().any(|e| e.name == b.name)));
-    let Selection { scenarios: only, tracks, seeds, key, .. } = result.selection.clone();
-    let selection = Selection::of(suite, Wanted { only, tracks, seeds: Some(seeds), key })?;
+    let Selection { scenarios: only, tracks, seeds, key, recordings, .. } =
+        result.selection.clone();
+    let wanted = Wanted { only, tracks, seeds: Some(seeds), key, recordings };
+    let selection = Selection::of(suite, wanted)?;
     let expected = BenchmarkResult::of(suite, selection, entries, runs, rest)?;
     let mut found = differences(&comparable(result)?, &comparable(&expected)?);
     found.extend(miscounted(result, suite, &expected)?);
@@ -80,11 +82,10 @@ fn miscounted(
     suite: &Suite,
     expected: &BenchmarkResult,
 ) -> Result<Vec<String>, BenchmarkError> {
-    let seeds = expected.selection.seeds()?;
     let mut found = Vec::new();
     for block in blocks(suite, &expected.selection, &expected.entries) {
         let (scenario, entry) = (&block.scenario.name, &block.entry.name);
-        for seed in (0..seeds.count()).map(|place| seeds.at(place)) {
+        for seed in expected.selection.seeds_of(block.scenario)? {
             let is_it = |run: &&BenchmarkRun| {
                 (run.seed, run.map) == (seed, block.map)
                     && (&run.scenario, &run.entry) == (scenario, entry)

@@ -258,7 +258,7 @@ impl Maker for Crews<'_> {
 }
 
 /// What of a run is looked at. Its scores are those in `out` that are of this run.
-fn report(outcome: &Outcome, roster: &[Participant], out: &Path) -> RunReport {
+pub(crate) fn report(outcome: &Outcome, roster: &[Participant], out: &Path) -> RunReport {
     let digest = outcome.digest.run_hex();
     let scored = ScoreReport::read(&out.join("score.json"), &digest);
     let mut remarks = outcome.remarks(roster);

@@ -100,7 +100,7 @@ impl Maker for Inside<'_> {
 }
 
 /// Whose figures they are.
-pub(super) struct Place {
+pub(crate) struct Place {
     pub cell: usize,
     pub seed: u64,
     pub estimator: String,

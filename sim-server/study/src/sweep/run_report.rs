@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use rusty_contract::Effects;
 use rusty_contract::log::{LogReader, Read};
 use rusty_contract::score::{Alignment, GoalScore, Score};
+use rusty_contract::{Effects, RunConfig};
 use rusty_metrics::{PathLength, nees};
 use serde::Deserialize;
 
@@ -14,13 +14,14 @@ use super::error::SweepError;
 use super::inside::Place;
 use super::plan::{Plan, Sampling};
 use super::record::Record;
+use super::row::Row;
 use super::track::{Sample, Track};
 
 /// What of a run is looked at: from the report of a launch, or made here.
 #[derive(Deserialize)]
-pub(super) struct RunReport {
+pub(crate) struct RunReport {
     pub(super) ticks: u64,
-    pub(super) ended: String,
+    pub(crate) ended: String,
     pub(super) digest: String,
     pub(super) scores: Vec<Score>,
     pub(super) blocked_ticks: Option<u64>,
@@ -45,28 +46,35 @@ impl RunReport {
         let place = |name: &str| Place { cell, seed, estimator: name.to_owned() };
         let mut rows = Vec::new();
         for name in plan.rosters[cell].iter().filter(|p| p.answers()).map(|p| p.name.as_str()) {
-            let score = self.scores.iter().find(|s| s.name == name);
-            let mut row =
-                place(name).row(&score.map(|s| s.figures(Alignment::None)).unwrap_or_default());
-            row.ticks = self.ticks;
-            row.time_s = self.ticks.checked_sub(1).map_or(0.0, |tick| config.time_s(tick));
-            row.distance_m = score.map_or(f64::NAN, |s| s.distance_m);
-            row.blocked_ticks = self.blocked_ticks;
-            row.digest.clone_from(&self.digest);
-            row.clients = Some(ClientFigures::of(score).with_goals(self.goals));
-            rows.push(row);
+            rows.push(self.row(place(name), config));
         }
         let sampling = plan.sampling(run);
         let tracks = match sampling.count() {
             0 => Vec::new(),
             _ => tracks(&out.join("run.log"), sampling, &place).unwrap_or_default(),
         };
+        Record { run, rows, tracks, lost: self.lost() }
+    }
+
+    /// The row of an estimator.
+    pub(crate) fn row(&self, place: Place, config: &RunConfig) -> Row {
+        let score = self.scores.iter().find(|s| s.name == place.estimator);
+        let mut row = place.row(&score.map(|s| s.figures(Alignment::None)).unwrap_or_default());
+        row.ticks = self.ticks;
+        row.time_s = self.ticks.checked_sub(1).map_or(0.0, |tick| config.time_s(tick));
+        row.distance_m = score.map_or(f64::NAN, |s| s.distance_m);
+        row.blocked_ticks = self.blocked_ticks;
+        row.digest.clone_from(&self.digest);
+        row.clients = Some(ClientFigures::of(score).with_goals(self.goals));
+        row
+    }
+
+    /// What was lost or is odd, in one line: a table has one for each run.
+    pub(crate) fn lost(&self) -> Option<String> {
         let losses = self.losses.iter().map(|l| format!("{}: {}", l.name, l.detail));
         let all = losses.chain(self.remarks.iter().cloned());
-        // A table has one line for each run.
         let all: Vec<String> = all.map(|text| text.replace("\n    ", " | ")).collect();
-        let lost = (!all.is_empty()).then(|| all.join("; "));
-        Record { run, rows, tracks, lost }
+        (!all.is_empty()).then(|| all.join("; "))
     }
 }
 

@@ -128,6 +128,62 @@ fn a_confined_filter_reaches_no_file_with_the_truth_and_its_failure_is_a_result(
 }
 
 #[test]
+fn recordings_are_runs_that_only_the_same_files_verify() {
+    if !kernel_can() {
+        return;
+    }
+    let place = folder();
+    let log = |seed: &str| {
+        let out = place.at(seed);
+        let args = ["launch", "apartment", "--seed", seed, "--ticks", "300", "--quiet", "--out"];
+        sim_server(&[&args[..], &[arg(&out)]].concat()).expect(0);
+        out.join("run.log")
+    };
+    let (one, two) = (log("1"), log("2"));
+    let (out, mine) = (place.at("recorded.json"), series_client(""));
+    let logs = ["--log", arg(&one), "--log", arg(&two)];
+    let args = ["benchmark", "run", "--add", &mine, "--only", "recordings", "--quiet"];
+    let own = ["--track", "odometry", "--out", arg(&out)];
+    sim_server(&[&args[..], &own, &logs].concat()).expect(0);
+    let result = read(&out);
+    let names: Vec<&str> = result["selection"]["recordings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|log| log["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["run", "run"]);
+    let runs = result["runs"].as_array().unwrap();
+    let of = |entry: &str, seed: u64| {
+        let mut all =
+            runs.iter().filter(|r| (&r["entry"], &r["seed"]) == (&json!(entry), &json!(seed)));
+        all.next().unwrap()
+    };
+    // Both are dead reckoning, as in the runs that were recorded.
+    for (seed, log) in [(0, &one), (1, &two)] {
+        let (mine, baseline) = (of("mine", seed), of("dead-reckoning", seed));
+        assert_eq!((&mine["figures"], &mine["ticks"]), (&baseline["figures"], &json!(300)));
+        let own = read(&log.with_file_name("score.json"));
+        assert_eq!(mine["distance_m"], own["scores"][0]["distance_m"]);
+    }
+    assert_ne!(of("mine", 0)["figures"], of("mine", 1)["figures"]);
+    let verify = |logs: &[&str]| {
+        let args = ["benchmark", "verify", arg(&out), "--add", &mine, "--json", "--quiet"];
+        sim_server(&[&args[..], logs].concat())
+    };
+    // In any order.
+    let turned = [&logs[2..], &logs[..2]].concat();
+    let equal = verify(&turned).expect(0).json();
+    assert_eq!((&equal["is_equal"], &equal["runs"]), (&json!(true), &json!(6)));
+    verify(&logs[..2]).expect(2).says("--log");
+    sim_server(&["benchmark", "report", arg(&out)]).expect(0).prints("mine");
+    let broken = place.write("broken.log", "no log");
+    let other = place.at("x.json");
+    let refused = ["--out", arg(&other), "--log", &broken];
+    sim_server(&[&args[..], &refused].concat()).expect(2).says("broken.log");
+}
+
+#[test]
 fn drivers_are_timed_on_their_way_to_goals() {
     if !kernel_can() {
         return;
