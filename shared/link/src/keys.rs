@@ -10,7 +10,7 @@ use rusty_contract::{
 };
 
 use crate::domain_error::io;
-use crate::{Domain, DomainError, ServerLink};
+use crate::{Domain, DomainError, ServerLink, with_umask};
 
 /// The keys that the server shares with each participant and with those who
 /// control the run. Those of participants and control stay the same in a series of runs.
@@ -79,7 +79,7 @@ impl Domain {
     ) -> Result<(), DomainError> {
         let file = Self::credentials_file(self.run(), participant);
         let folder = self.folder().join("keys");
-        fs::create_dir_all(&folder).map_err(io(&folder, "make the folder"))?;
+        with_umask(|| fs::create_dir_all(&folder)).map_err(io(&folder, "make the folder"))?;
         leave(&file, &credentials.to_text())
     }
 

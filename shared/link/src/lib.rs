@@ -41,6 +41,7 @@ pub mod raw;
 pub mod server;
 mod services;
 mod sweep;
+mod umask;
 pub mod wait;
 mod wire;
 
@@ -57,4 +58,5 @@ pub use observer::Observer;
 pub use process::{Peer, PeerState};
 pub use server::{FrameLoan, JoinCall, ReceivedAnswer, ServerLink};
 pub use services::MAX_HELD_FRAMES;
+pub use umask::with_umask;
 pub use wait::{WaitPolicy, monotonic_ns};

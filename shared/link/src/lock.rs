@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use rustix::fs::{FlockOperation, flock};
 
 use crate::domain_error::{DomainError, io};
+use crate::umask::with_umask;
 
 /// Longest time in which a process looks at a lock or sweeps behind it.
 pub(crate) const SWEEP_TIME: Duration = Duration::from_secs(2);
@@ -17,7 +18,7 @@ pub(crate) const SWEEP_TIME: Duration = Duration::from_secs(2);
 pub(crate) fn ensure_own_folder(path: &Path) -> Result<(), DomainError> {
     let deadline = Instant::now() + SWEEP_TIME;
     loop {
-        match fs::DirBuilder::new().mode(0o700).create(path) {
+        match with_umask(|| fs::DirBuilder::new().mode(0o700).create(path)) {
             Err(e) if e.kind() != std::io::ErrorKind::AlreadyExists => {
                 return Err(io(path, "make the folder")(e));
             }

@@ -17,7 +17,7 @@ use rusty_contract::{Answer, BeliefHeader, Frame, Tally, WeightedPose};
 use std::os::fd::BorrowedFd;
 use std::time::Duration;
 
-use crate::{Domain, LinkError, memory};
+use crate::{Domain, LinkError, memory, with_umask};
 
 pub(crate) use crate::wire::Wire as Ipc;
 pub(crate) type PubSub<T> = publish_subscribe::PortFactory<Ipc, T, ()>;
@@ -260,7 +260,8 @@ pub(crate) fn listener(
     text: &'static str,
     create: bool,
 ) -> Result<Listener<Ipc>, LinkError> {
-    let port = wakes(node, text, create)?.listener_builder().create();
+    let wakes = wakes(node, text, create)?;
+    let port = with_umask(|| wakes.listener_builder().create());
     port.map_err(LinkError::transport("open a wake-up port"))
 }
 

@@ -14,6 +14,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::Participant;
+use rusty_link::with_umask;
 
 /// What stands for the run's folder.
 pub const OUT: &str = "{out}";
@@ -36,7 +37,7 @@ pub(super) fn own_folder(
         return Ok(None);
     }
     let folder = out_dir.join(&participant.name);
-    match fs::create_dir_all(&folder) {
+    match with_umask(|| fs::create_dir_all(&folder)) {
         Ok(()) => Ok(Some(folder)),
         Err(error) => Err((folder, error)),
     }

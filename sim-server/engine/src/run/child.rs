@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 
 use rusty_contract::{Credentials, Participant, RunName, TruthKey};
-use rusty_link::WaitPolicy;
+use rusty_link::{WaitPolicy, with_umask};
 use thiserror::Error;
 
 use super::group::{Groups, exit_status, wait_for_group};
@@ -271,7 +271,7 @@ fn start(
     credentials: &Credentials,
 ) -> std::io::Result<Child> {
     groups.start(|| {
-        let mut child = command.spawn()?;
+        let mut child = with_umask(|| command.spawn())?;
         if let Some(mut pipe) = child.stdin.take() {
             // A child that does not read them cannot join, and that shows.
             let _ = pipe.write_all(credentials.to_text().as_bytes());

@@ -1,12 +1,13 @@
 //! The set-up of a run, from its options to its participants' processes.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::{
     Brief, Credentials, LogHeader, MAX_PARTICIPANTS, Participant, Role, RunName, Scenario, Start,
     TruthKey,
 };
-use rusty_link::{Domain, ServerLink, WaitPolicy};
+use rusty_link::{Domain, ServerLink, WaitPolicy, with_umask};
 
 use super::crew::Series;
 use super::limits::check_limits;
@@ -159,7 +160,8 @@ impl PreparedRun {
         crew.begin(source, out_dir, false)
     }
 
-    /// Opens the shared memory and starts the participants of a series of runs.
+    /// Opens the shared memory and starts the participants of a series of runs, which write
+    /// to the folder `out_dir`. It is made if need be.
     ///
     /// # Errors
     /// [`RunError`]; participants that were started are ended.
@@ -170,6 +172,7 @@ impl PreparedRun {
                 self.domain.leave_credentials(&participant.name, &credentials)?;
             }
         }
+        with_umask(|| fs::create_dir_all(out_dir)).map_err(RunError::io(out_dir))?;
         // Before any participant is started: one that is killed while it makes the
         // first file of a domain leaves a name that no process can use.
         let link = ServerLink::create(&self.domain, self.options.wait, &self.key)?;

@@ -137,7 +137,6 @@ impl<'p> Crews<'p> {
             true => prepared.domain().folder().join("out"),
             false => out,
         };
-        fs::create_dir_all(&out).map_err(SweepError::io(&out))?;
         let crew = prepared.crew(&rules.roster, &out)?;
         Ok(AtWork { crew, rules, out, first: None, remarks: Vec::new() })
     }
