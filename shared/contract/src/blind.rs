@@ -31,14 +31,35 @@ use crate::data_sheet::DataSheet;
 use crate::log::{LogHeader, RECORDING, Source};
 use crate::scenario::{Access, Participant};
 
+/// What the readers of a blind log are told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Told {
+    /// The initial pose.
+    pub initial_pose: Access,
+    /// The walls.
+    pub map: Access,
+}
+
+impl Told {
+    /// Returns what a participant that answers was told already.
+    #[must_use]
+    pub fn of(header: &LogHeader) -> Self {
+        let given = |what: fn(&Participant) -> Access| {
+            let any = header.answering().any(|p| what(p) == Access::Given);
+            if any { Access::Given } else { Access::Hidden }
+        };
+        Self { initial_pose: given(|p| p.initial_pose), map: given(|p| p.map) }
+    }
+}
+
 /// The header of the blind log of a log with this header, whose frames have
 /// this number and observable digest (hexadecimal). A header that is blind stays
 /// as it is.
 #[must_use]
 pub fn blind_header(
     header: &LogHeader,
-    observable_digest: String,
-    ticks: u64,
+    told: Told,
+    (observable_digest, ticks): (String, u64),
     writer: &str,
 ) -> LogHeader {
     let of = match &header.source {
@@ -46,10 +67,8 @@ pub fn blind_header(
         Source::Recorded { .. } => RECORDING.to_owned(),
         Source::Blind { .. } => return header.clone(),
     };
-    let given =
-        |what: fn(&Participant) -> Access| header.answering().any(|p| what(p) == Access::Given);
-    let start_known = given(|p| p.initial_pose);
-    let world_known = given(|p| p.map);
+    let start_known = told.initial_pose == Access::Given;
+    let world_known = told.map == Access::Given;
     let mut config = header.config.clone();
     config.seed = 0;
     let figures_known =
@@ -112,6 +131,10 @@ mod tests {
         LogHeader::simulated("test", &scenario, rusty_geometry::places::apartment().spec().clone())
     }
 
+    fn blind(header: &LogHeader) -> LogHeader {
+        blind_header(header, Told::of(header), ("0".repeat(32), 9), "sealer")
+    }
+
     fn told(header: &LogHeader) -> Start {
         Start::new(header, 0, &header.roster[0])
     }
@@ -126,9 +149,9 @@ mod tests {
         forked.config.seed = 9_876_543_210;
         forked.roster[0].data_sheet = DataSheet::Given;
         assert_eq!(told(&forked).lidar, before.lidar.into());
-        let blind = blind_header(&forked, "0".repeat(32), 9, "sealer");
-        assert_eq!(told(&blind), told(&forked));
-        let json = serde_json::to_string(&blind).unwrap();
+        let blinded = blind(&forked);
+        assert_eq!(told(&blinded), told(&forked));
+        let json = serde_json::to_string(&blinded).unwrap();
         assert!(!json.contains("0.375") && !json.contains("9876543210"), "{json}");
         let json = serde_json::to_string(&forked).unwrap();
         assert_eq!(serde_json::from_str::<LogHeader>(&json).unwrap(), forked);
@@ -137,30 +160,32 @@ mod tests {
     #[test]
     fn who_was_told_is_told_again_and_nobody_else() {
         let open = header();
-        let blind = blind_header(&open, "0".repeat(32), 9, "sealer");
-        assert_eq!(blind.seed(), None);
-        assert_eq!(blind.config.seed, 0);
-        let moving = (&blind.config.walkers[..], blind.config.crowd, &blind.config.events[..]);
+        let blinded = blind(&open);
+        assert_eq!(blinded.seed(), None);
+        assert_eq!(blinded.config.seed, 0);
+        let moving =
+            (&blinded.config.walkers[..], blinded.config.crowd, &blinded.config.events[..]);
         assert_eq!(moving, (&[][..], None, &[][..]));
-        let robot = blind.config.robot;
+        let robot = blinded.config.robot;
         let hidden = (robot.slip_std, robot.radius_bias_right, robot.track_bias);
         assert_eq!(hidden, (0.0, 0.0, 0.0));
-        assert_eq!((robot, blind.config.slips()), (robot.without_slip(), false));
+        assert_eq!((robot, blinded.config.slips()), (robot.without_slip(), false));
         assert_eq!(robot.nominal(), open.config.robot.nominal());
-        assert_eq!(told(&blind), told(&open));
+        assert_eq!(told(&blinded), told(&open));
 
         let mut hidden = header();
         hidden.roster[0].initial_pose = Access::Hidden;
         hidden.roster[0].map = Access::Hidden;
-        let mut blind = blind_header(&hidden, "0".repeat(32), 9, "sealer");
-        assert_eq!(blind.config.start, SE2::identity());
-        assert!(blind.config.world.walls.is_empty() && blind.config.world.check().is_ok());
-        assert_eq!(told(&blind), told(&hidden));
+        let mut blinded = blind(&hidden);
+        assert_eq!(blinded.config.start, SE2::identity());
+        assert!(blinded.config.world.walls.is_empty() && blinded.config.world.check().is_ok());
+        assert_eq!(told(&blinded), told(&hidden));
         // A participant that comes later cannot be told either.
-        blind.roster[0].initial_pose = Access::Given;
-        blind.roster[0].map = Access::Given;
-        let start = told(&blind);
+        blinded.roster[0].initial_pose = Access::Given;
+        blinded.roster[0].map = Access::Given;
+        let start = told(&blinded);
         assert_eq!((start.map, start.initial_pose), (None, None));
-        assert_eq!(blind_header(&blind, "1".repeat(32), 8, "again"), blind);
+        let again = blind_header(&blinded, Told::of(&open), ("1".repeat(32), 8), "again");
+        assert_eq!(again, blinded);
     }
 }

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 
-use rusty_contract::blind::{BlindKey, BlindKeyError, blind_header};
+use rusty_contract::blind::{BlindKey, BlindKeyError, Told, blind_header};
 use rusty_contract::digest::ObservableDigest;
 use rusty_contract::log::{
     Ending, LogError, LogReader, LogWriter, Read, Source, TickRecord, TickRef, Trailer,
@@ -86,16 +86,23 @@ pub struct Sealed {
 }
 
 /// Seals `log`: writes the blind log and the key (mode 0600), neither over a
-/// file that is there. What was written is removed again on failure.
+/// file that is there. What was written is removed again on failure. Without `told`, readers
+/// are told what the participants of the log were.
 ///
 /// # Errors
 /// [`SealError`] names file, problem and remedy.
-pub fn seal(log: &Path, blind: &Path, key_file: &Path, by: &str) -> Result<Sealed, SealError> {
+pub fn seal(
+    log: &Path,
+    blind: &Path,
+    key_file: &Path,
+    (told, by): (Option<Told>, &str),
+) -> Result<Sealed, SealError> {
     check_paths(log, blind, key_file)?;
     let (key, ending) = look(log)?;
     let observable_digest = rusty_contract::digest::hex(&key.observable_digest);
     let ticks = key.ticks.len() as u64;
-    let header = blind_header(&key.header, observable_digest.clone(), ticks, by);
+    let told = told.unwrap_or_else(|| Told::of(&key.header));
+    let header = blind_header(&key.header, told, (observable_digest.clone(), ticks), by);
     let mut made = WrittenFiles(Vec::new());
     let bytes = key.to_bytes()?;
     let mut file = made.create(key_file, 0o600)?;

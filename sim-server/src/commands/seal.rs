@@ -24,7 +24,7 @@ pub struct SealArgs {
 }
 
 pub fn run(args: &SealArgs) -> Result<Exit> {
-    let sealed = rusty_logs::seal::seal(&args.log, &args.path, &args.key_file, WRITER)?;
+    let sealed = rusty_logs::seal::seal(&args.log, &args.path, &args.key_file, (None, WRITER))?;
     let ticks = sealed.ticks;
     if let Some(cut) = &sealed.cut {
         let log = args.log.display();

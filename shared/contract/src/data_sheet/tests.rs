@@ -1,6 +1,7 @@
 //! Each data sheet tells its figures and no others.
 
 use super::*;
+use crate::blind::{Told, blind_header};
 use crate::log::Source;
 use crate::{LogHeader, Participant, Role, Scenario, Start};
 
@@ -22,6 +23,10 @@ fn scenario() -> Scenario {
 
 fn header() -> LogHeader {
     LogHeader::simulated("test", &scenario(), rusty_geometry::open().spec().clone())
+}
+
+fn blinded(header: &LogHeader) -> LogHeader {
+    blind_header(header, Told::of(header), (String::new(), 0), "test")
 }
 
 /// What a participant with this role and data sheet is told, and its JSON.
@@ -112,7 +117,7 @@ fn of_a_recording_the_figures_of_the_log_are_the_nominal_ones() {
         findings: Vec::new(),
     };
     let header = LogHeader { source, ..header() };
-    let blind = crate::blind::blind_header(&header, String::new(), 0, "test");
+    let blind = blinded(&header);
     for header in [header, blind] {
         let (start, _) = told(&header, Role::Estimator, DataSheet::Nominal);
         assert_eq!(start.lidar, scenario().lidar.into());
@@ -123,14 +128,14 @@ fn of_a_recording_the_figures_of_the_log_are_the_nominal_ones() {
 #[test]
 fn a_blind_log_has_the_true_figures_only_if_someone_was_told_them() {
     let mut header = header();
-    let blind = crate::blind::blind_header(&header, String::new(), 0, "test");
+    let blind = blinded(&header);
     assert!(!serde_json::to_string(&blind).unwrap().contains("0.07"), "{blind:?}");
     for sheet in [DataSheet::Given, DataSheet::Hidden] {
         let (start, _) = told(&blind, Role::Estimator, sheet);
         assert_eq!((start.data_sheet, start.lidar.dropout), (DataSheet::Hidden, None));
     }
     header.roster[0].data_sheet = DataSheet::Given;
-    let blind = crate::blind::blind_header(&header, String::new(), 0, "test");
+    let blind = blinded(&header);
     for sheet in [DataSheet::Given, DataSheet::Nominal, DataSheet::Hidden] {
         let [sealed, open] = [&blind, &header].map(|h| told(h, Role::Estimator, sheet).0);
         assert_eq!(sealed.lidar, open.lidar, "{sheet}");

@@ -1,10 +1,12 @@
 //! `benchmark`: run a filter and the baselines through a fixed suite.
 
+mod blind;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use rusty_bench::machine::{Machine, cores};
+use rusty_bench::machine::Machine;
 use rusty_contract::{Exit, Participant, errln, outln, replace};
 use rusty_engine::source::FrameSource;
 use rusty_logs::replay::Recording;
@@ -15,6 +17,7 @@ use rusty_study::benchmark::{
     Suite, Track, leaderboard, page,
 };
 
+use self::blind::{AnswerArgs, Pace, SealArgs};
 use super::arguments::{Output, check_free};
 use super::{WRITER, WrongUsage, stop_flag};
 
@@ -27,6 +30,10 @@ pub enum BenchmarkStep {
     Verify(VerifyArgs),
     /// Print a leaderboard, and write a page with pictures
     Report(ReportArgs),
+    /// Write the suite's frames without truth and seeds, for others to answer
+    Seal(SealArgs),
+    /// Run a filter on sealed logs, and write its trajectories
+    Answer(AnswerArgs),
     /// List scenarios, tracks, metrics and baselines
     List(Output),
 }
@@ -46,14 +53,8 @@ pub struct MakeArgs {
     /// File that the added programs may read; may be repeated
     #[arg(long = "file", value_name = "PATH")]
     pub files: Vec<String>,
-    /// Number of parallel runs [default: one per processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub jobs: Option<u16>,
     #[command(flatten)]
-    pub output: Output,
-    /// Show no progress
-    #[arg(long, short)]
-    pub quiet: bool,
+    pub pace: Pace,
 }
 
 const RUN_HELP: &str = "\
@@ -62,6 +63,8 @@ others receive. One that is lost has a failed run, which counts as the worst.
 Drivers (--driver) receive the goals as `--waypoint X,Y`, like `goto`.
 The result has all figures and digests: `benchmark verify FILE` makes the runs again.
 
+`{run}` in a command stands for the name of the run (SCENARIO-MAP-NUMBER, or that of
+the log): `--add theirs=\"trajectory theirs/{run}.tum\"`, as of `benchmark seal`.
 The seeds of the suite are public. --key derives others from a text: choose it after
 the filters are handed in, and publish it with the result.
 
@@ -129,6 +132,8 @@ pub fn run(step: &BenchmarkStep) -> Result<Exit> {
         BenchmarkStep::Run(args) => make(args),
         BenchmarkStep::Verify(args) => check(args),
         BenchmarkStep::Report(args) => report(args),
+        BenchmarkStep::Seal(args) => blind::seal_suite(args),
+        BenchmarkStep::Answer(args) => blind::answer(args),
         BenchmarkStep::List(output) => list(*output),
     }
 }
@@ -152,8 +157,8 @@ impl MakeArgs {
             confined,
             recordings,
             open: open_log,
-            jobs: self.jobs.map_or_else(cores, usize::from),
-            quiet: self.quiet || self.output.json,
+            jobs: self.pace.jobs(),
+            quiet: self.pace.is_quiet(),
         }
     }
 }
@@ -191,7 +196,7 @@ fn make(args: &RunArgs) -> Result<Exit> {
     let rest = (confined, WRITER.to_owned(), machine);
     let result = BenchmarkResult::of(&suite, selection.clone(), entries.clone(), runs, rest)?;
     result.write(&args.out)?;
-    args.make.output.print(&result);
+    args.make.pace.output.print(&result);
     for run in result.runs.iter().filter(|run| run.failure.is_some()) {
         let (scenario, seed, entry) = (&run.scenario, run.seed, &run.entry);
         let why = run.failure.as_deref().unwrap_or_default();
@@ -223,7 +228,7 @@ fn check(args: &VerifyArgs) -> Result<Exit> {
         return Ok(Exit::Lost);
     };
     let found = verify(&result, &suite, &checked, runs)?;
-    args.make.output.print_with(&found, || {
+    args.make.pace.output.print_with(&found, || {
         found.differences.iter().for_each(|difference| outln!("{difference}"));
         let (runs, names) = (found.runs, found.checked.join(", "));
         match found.differences.len() {

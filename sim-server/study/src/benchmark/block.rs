@@ -1,13 +1,14 @@
 //! `Block`: the runs of an entry in a scenario.
 
-use rusty_contract::Sandbox;
 use rusty_contract::scenario::Access;
+use rusty_contract::{Participant, Sandbox};
 
 use super::entry::Entry;
 use super::error::BenchmarkError;
 use super::selection::Selection;
 use super::suite::{Suite, SuiteScenario};
-use crate::sweep::{Plan, Request};
+use super::track::map_word;
+use crate::sweep::{Plan, Request, Seeds};
 
 /// The runs of an entry in a scenario, with or without the map.
 pub struct Block<'s> {
@@ -45,21 +46,53 @@ pub fn blocks<'s>(
     all
 }
 
+/// Returns the name of a run in files: `number` counts the seeds from 0.
+#[must_use]
+pub fn run_name(scenario: &SuiteScenario, map: Access, number: u64) -> String {
+    format!("{}-{}-{number}", scenario.name, map_word(map))
+}
+
 impl Block<'_> {
-    /// Returns its runs.
+    /// Returns its runs: as one plan, or in a plan each if the command differs by run.
     ///
     /// # Errors
     /// [`BenchmarkError`] names field, value and remedy.
-    pub fn plan(&self, selection: &Selection, sandbox: Sandbox) -> Result<Plan, BenchmarkError> {
+    pub fn plans(
+        &self,
+        selection: &Selection,
+        sandbox: Sandbox,
+    ) -> Result<Vec<Plan>, BenchmarkError> {
+        let roster = |entry: &Entry| entry.roster(self.scenario, self.map, sandbox);
+        let seeds = selection.seeds()?;
+        if !self.entry.differs_by_run() {
+            return Ok(vec![self.scenario.plan(seeds, &roster(self.entry))?]);
+        }
+        let plan = |number| {
+            let entry = self.entry.of_run(&run_name(self.scenario, self.map, number));
+            self.scenario.plan(Seeds::one(seeds.at(number)), &roster(&entry))
+        };
+        (0..seeds.count()).map(plan).collect()
+    }
+}
+
+impl SuiteScenario {
+    /// Returns the runs with these seeds and participants.
+    ///
+    /// # Errors
+    /// [`BenchmarkError`] names field, value and remedy.
+    pub(super) fn plan(
+        &self,
+        seeds: Seeds,
+        roster: &[Participant],
+    ) -> Result<Plan, BenchmarkError> {
         let request = Request {
-            scenario: self.scenario.base.clone(),
-            seeds: selection.seeds()?,
-            axes: self.scenario.axes()?,
+            scenario: self.base.clone(),
+            seeds,
+            axes: self.axes()?,
             ticks: None,
             clients: true,
             add: Vec::new(),
         };
-        let roster = self.entry.roster(self.scenario, self.map, sandbox);
-        Ok(Plan::with_roster(request, &roster)?)
+        Ok(Plan::with_roster(request, roster)?)
     }
 }

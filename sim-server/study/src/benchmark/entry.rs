@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::suite::{Suite, SuiteScenario};
 use super::track::Track;
 
+/// What stands for the name of the run in a command: see [`run_name`](super::block::run_name).
+pub const RUN: &str = "{run}";
+
 /// A program that takes part.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
@@ -88,6 +91,27 @@ impl Entry {
         suite.baselines.iter().map(entry).collect()
     }
 
+    /// Returns whether its command has the name of the run in it, as [`RUN`].
+    #[must_use]
+    pub fn differs_by_run(&self) -> bool {
+        self.command.iter().any(|word| word.contains(RUN))
+    }
+
+    /// Returns it with the name of a run in place of [`RUN`].
+    #[must_use]
+    pub fn of_run(&self, run: &str) -> Self {
+        let command = self.command.iter().map(|word| word.replace(RUN, run)).collect();
+        Self { command, ..self.clone() }
+    }
+
+    /// Returns it as a participant that receives this much.
+    #[must_use]
+    pub fn participant(&self, initial_pose: Access, map: Access, sandbox: Sandbox) -> Participant {
+        let role = if self.is_driver { Role::Driver } else { Role::Estimator };
+        let own = started(&self.name, role, &self.command);
+        Participant { map, initial_pose, sandbox, files: self.files.clone(), ..own }
+    }
+
     /// Returns the roster of its runs: with the driver of the scenario, if there is one and
     /// the entry does not drive, and the scorer. A driver has the goals as `--waypoint X,Y`.
     #[must_use]
@@ -97,30 +121,23 @@ impl Entry {
         map: Access,
         sandbox: Sandbox,
     ) -> Vec<Participant> {
-        let started = |name: &str, role, command: &[String]| Participant {
-            command: command.to_vec(),
-            ..Participant::new(name, role)
-        };
-        let (mut command, mut role) = (self.command.clone(), Role::Estimator);
+        let mut own = self.participant(scenario.start, map, sandbox);
         let mut score = vec!["score".to_owned()];
         if self.is_driver {
-            role = Role::Driver;
-            command.extend(scenario.goals_after("--waypoint"));
+            own.command.extend(scenario.goals_after("--waypoint"));
             score.extend(scenario.goals_after("--goal"));
         }
-        let own = Participant {
-            map,
-            initial_pose: scenario.start,
-            sandbox,
-            files: self.files.clone(),
-            ..started(&self.name, role, &command)
-        };
         let mut roster = vec![own, started("score", Role::Scorer, &score)];
         if !self.is_driver && !scenario.driver.is_empty() {
             roster.insert(0, started("driver", Role::Driver, &scenario.driver));
         }
         roster
     }
+}
+
+/// A participant that this program starts.
+pub(super) fn started(name: &str, role: Role, command: &[String]) -> Participant {
+    Participant { command: command.to_vec(), ..Participant::new(name, role) }
 }
 
 fn option(is_driver: bool) -> &'static str {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use rusty_contract::log::LogError;
 use rusty_contract::{Exit, FieldError};
 use thiserror::Error;
 
@@ -29,6 +30,17 @@ pub enum BenchmarkError {
         path: String,
         /// What the operating system reports.
         error: std::io::Error,
+    },
+    /// A log cannot be written.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The frames of a run cannot be handed out.
+    #[error("sealing the run {run} failed: {problem}")]
+    NotSealed {
+        /// Its name.
+        run: String,
+        /// What is wrong.
+        problem: String,
     },
     /// A recording cannot be replayed.
     #[error("replaying a recording failed: {path}: {problem}; give a log of `sim-server import`")]
@@ -88,7 +100,11 @@ impl BenchmarkError {
             | Self::NoResult { .. }
             | Self::OtherSuite { .. } => Exit::Usage,
             Self::Changed { .. } => Exit::NotBitExact,
-            Self::Suite(_) | Self::Json(_) | Self::Io { .. } => Exit::Failed,
+            Self::Suite(_)
+            | Self::Json(_)
+            | Self::Io { .. }
+            | Self::Log(_)
+            | Self::NotSealed { .. } => Exit::Failed,
         }
     }
 }

@@ -51,12 +51,12 @@ impl BenchmarkJob<'_> {
         // Whatever is wrong with one of them shows before the first run.
         let plan = |block: &Block<'_>| {
             let is_recorded = block.scenario.is_recorded();
-            (!is_recorded).then(|| block.plan(self.selection, sandbox)).transpose()
+            (!is_recorded).then(|| block.plans(self.selection, sandbox)).transpose()
         };
-        let plans: Vec<Option<Plan>> = blocks.iter().map(plan).collect::<Result<_, _>>()?;
+        let plans: Vec<Option<Vec<Plan>>> = blocks.iter().map(plan).collect::<Result<_, _>>()?;
         let mut runs = Vec::new();
         let count = blocks.len();
-        for (place, (block, plan)) in blocks.iter().zip(plans).enumerate() {
+        for (place, (block, plans)) in blocks.iter().zip(plans).enumerate() {
             if !self.quiet {
                 let (scenario, entry) = (&block.scenario.name, &block.entry.name);
                 errln!(
@@ -65,10 +65,17 @@ impl BenchmarkJob<'_> {
                     map_word(block.map)
                 );
             }
-            runs.extend(match plan {
-                Some(plan) => self.block(block, plan, stop)?,
-                None => self.recordings.runs(block, sandbox, self.open, stop)?,
-            });
+            match plans {
+                Some(plans) => {
+                    for plan in plans {
+                        runs.extend(self.planned(block, plan, stop)?);
+                    }
+                }
+                None => {
+                    let how = (sandbox, self.jobs);
+                    runs.extend(self.recordings.runs(block, how, self.open, stop)?);
+                }
+            }
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);
             }
@@ -76,7 +83,7 @@ impl BenchmarkJob<'_> {
         Ok(Some(runs))
     }
 
-    fn block(
+    fn planned(
         &self,
         block: &Block<'_>,
         plan: Plan,

@@ -1,22 +1,20 @@
 //! `Recordings`: replays logs of robots. Each is a run.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
-use rusty_contract::{FieldError, Participant, RunName, Sandbox, Scenario};
-use rusty_engine::confine;
-use rusty_engine::run::{RunBuilder, Stop};
+use rusty_contract::{FieldError, Participant, Sandbox};
 use rusty_engine::source::FrameSource;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::block::Block;
 use super::error::BenchmarkError;
+use super::play::{play, side_by_side};
 use super::recorded_log::RecordedLog;
 use super::run::BenchmarkRun;
-use crate::sweep::crews::report;
 use crate::sweep::inside::Place;
 
 /// Opens a log that these participants replay.
@@ -66,23 +64,19 @@ impl Recordings {
         Ok(Self { logs: wanted.to_vec(), paths })
     }
 
-    /// Replays each log to the entry of a block.
+    /// Replays each log to the entry of a block, `jobs` at a time.
     pub(super) fn runs(
         &self,
         block: &Block<'_>,
-        sandbox: Sandbox,
+        (sandbox, jobs): (Sandbox, usize),
         open: OpenLog,
         stop: &Arc<AtomicBool>,
     ) -> Result<Vec<BenchmarkRun>, BenchmarkError> {
-        let roster = block.entry.roster(block.scenario, block.map, sandbox);
-        let mut runs = Vec::new();
-        for (place, path) in self.paths.iter().enumerate() {
-            if stop.load(Ordering::Relaxed) {
-                break;
-            }
-            runs.extend(replay(block, &roster, (place as u64, path), open, stop)?);
-        }
-        Ok(runs)
+        side_by_side(self.paths.len(), jobs, stop, |number| {
+            let entry = block.entry.of_run(&self.logs[number].name);
+            let roster = entry.roster(block.scenario, block.map, sandbox);
+            replay(block, &roster, (number as u64, &self.paths[number]), open, stop)
+        })
     }
 }
 
@@ -103,34 +97,23 @@ fn replay(
     open: OpenLog,
     stop: &Arc<AtomicBool>,
 ) -> Result<Option<BenchmarkRun>, BenchmarkError> {
-    let no_log = |problem| BenchmarkError::NoLog { path: path.display().to_string(), problem };
-    let mut source = open(path, roster.to_vec()).map_err(no_log)?;
-    let run = |e: rusty_engine::run::RunError| BenchmarkError::Sweep(e.into());
-    // Participants cannot read the truth from this process.
-    confine::close_memory().map_err(BenchmarkError::io(Path::new("this process's memory")))?;
-    let name = RunName::new(&format!("recording-{}-{seed}", std::process::id()))
-        .map_err(|e| no_log(e.to_string()))?;
-    let Scenario { join_timeout_s, answer_timeout_s, .. } = Scenario::default();
-    let options = RunBuilder {
-        join_timeout_s,
-        answer_timeout_s,
-        report: false,
-        stop: Some(Stop::of(Arc::clone(stop))),
-        ..RunBuilder::new(name, Default::default())
-    };
-    let prepared = options.prepare(roster).map_err(run)?;
-    let out = prepared.domain().folder().join("out");
-    fs::create_dir_all(&out).map_err(BenchmarkError::io(&out))?;
-    let crew = prepared.crew(roster, &out).map_err(run)?;
-    let (outcome, crew) = crew.run(source.as_mut(), &out).map_err(run)?;
-    let report = report(&outcome, roster, &out);
-    let config = source.header().config.clone();
-    let _ = crew.finish();
+    let mut source = opened(path, roster, open)?;
+    let report = play(roster, source.as_mut(), stop)?;
     if report.ended == "interrupted" {
         return Ok(None);
     }
     let estimator = block.entry.name.clone();
-    let row = report.row(Place { cell: 0, seed, estimator }, &config);
+    let row = report.row(Place { cell: 0, seed, estimator }, &source.header().config);
     let of = (block.scenario, block.map);
     Ok(Some(BenchmarkRun::of(&row, report.lost().as_deref(), source.tick_count(), of)))
+}
+
+/// Opens a log that these participants replay.
+pub(super) fn opened(
+    path: &Path,
+    roster: &[Participant],
+    open: OpenLog,
+) -> Result<Box<dyn FrameSource>, BenchmarkError> {
+    open(path, roster.to_vec())
+        .map_err(|problem| BenchmarkError::NoLog { path: path.display().to_string(), problem })
 }

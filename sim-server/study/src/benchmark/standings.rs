@@ -187,7 +187,10 @@ impl Place<'_> {
                 Better::A => Side::Baseline,
                 Better::B => Side::Entry,
             }),
-            text: outcome.verdict,
+            text: match self.scenario.is_recorded() {
+                true => outcome.verdict.replace(" seeds", " recordings"),
+                false => outcome.verdict,
+            },
         }
     }
 }

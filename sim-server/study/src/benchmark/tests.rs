@@ -45,7 +45,8 @@ fn every_scenario_of_the_suite_can_be_planned() {
     let entries = entries(&suite);
     let blocks = blocks(&suite, &all, &entries);
     for block in &blocks {
-        let plan = block.plan(&all, Sandbox::Required).unwrap();
+        let plans = block.plans(&all, Sandbox::Required).unwrap();
+        let [plan] = &plans[..] else { panic!("{}", plans.len()) };
         assert_eq!(plan.count(), suite.seeds);
         let own = plan.rosters[0].iter().find(|p| p.name == block.entry.name).unwrap();
         assert_eq!((own.map, own.initial_pose), (block.map, block.scenario.start));
@@ -71,6 +72,25 @@ fn every_scenario_of_the_suite_can_be_planned() {
         assert_eq!(scenario.metrics(Track::Localisation).len(), if is_driven { 0 } else { 2 });
         assert!(!is_driven || scenario.driving[0] == Metric::Goals && !scenario.goals.is_empty());
     }
+}
+
+#[test]
+fn a_command_with_the_name_of_the_run_differs_from_seed_to_seed() {
+    let suite = suite();
+    let added = ["mine=trajectory mine/{run}.tum".to_owned()];
+    let entries = Entry::added(&suite, [&added, &[]], &[]).unwrap();
+    let mut some = selection(&suite, "few-beams", 3);
+    some.key = Some("secret".to_owned());
+    let blocks = blocks(&suite, &some, &entries);
+    let plans = blocks[0].plans(&some, Sandbox::Required).unwrap();
+    let words = |plan: &crate::sweep::Plan| (plan.place(0).1, plan.rosters[0][0].command.clone());
+    let seeds = some.seeds_of(blocks[0].scenario).unwrap();
+    let expected = |(number, seed): (u64, &u64)| {
+        let file = format!("mine/few-beams-given-{number}.tum");
+        (*seed, vec!["trajectory".to_owned(), file])
+    };
+    let expected: Vec<_> = (0..).zip(&seeds).map(expected).collect();
+    assert_eq!(plans.iter().map(words).collect::<Vec<_>>(), expected);
 }
 
 #[test]

@@ -51,7 +51,7 @@ pub mod plan;
 pub mod record;
 pub mod report;
 pub mod row;
-mod run_report;
+pub(crate) mod run_report;
 pub mod seeds;
 pub mod settings;
 pub mod shard;

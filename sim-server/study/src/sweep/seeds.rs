@@ -10,6 +10,12 @@ pub struct Seeds {
 }
 
 impl Seeds {
+    /// A single one.
+    #[must_use]
+    pub fn one(seed: u64) -> Self {
+        Self { first: seed, last: seed }
+    }
+
     /// How many; at most `u64::MAX`.
     #[must_use]
     pub fn count(&self) -> u64 {

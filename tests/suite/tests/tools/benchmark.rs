@@ -159,6 +159,7 @@ fn recordings_are_runs_that_only_the_same_files_verify() {
             runs.iter().filter(|r| (&r["entry"], &r["seed"]) == (&json!(entry), &json!(seed)));
         all.next().unwrap()
     };
+    assert!(!result["verdicts"].to_string().contains(" seeds"));
     // Both are dead reckoning, as in the runs that were recorded.
     for (seed, log) in [(0, &one), (1, &two)] {
         let (mine, baseline) = (of("mine", seed), of("dead-reckoning", seed));
@@ -181,6 +182,61 @@ fn recordings_are_runs_that_only_the_same_files_verify() {
     let other = place.at("x.json");
     let refused = ["--out", arg(&other), "--log", &broken];
     sim_server(&[&args[..], &refused].concat()).expect(2).says("broken.log");
+}
+
+#[test]
+fn a_sealed_suite_is_answered_blind_and_scored_like_a_run_of_the_program() {
+    if !kernel_can() {
+        return;
+    }
+    let place = folder();
+    let (suite, answers, out) = (place.at("suite"), place.at("answers"), place.at("out.json"));
+    let of = ["--only", "few-beams", "--seeds", "2", "--key", "secret"];
+    let seal = [&["benchmark", "seal", "--json", "--out", arg(&suite)], &of[..]].concat();
+    let sealed = sim_server(&seal).expect(0).json();
+    let names = ["given-0", "hidden-0", "given-1", "hidden-1"];
+    assert_eq!(sealed["runs"], json!(names.map(|name| format!("few-beams-{name}"))));
+    sim_server(&seal).expect(2).says("suite");
+    assert_eq!(fs::read_to_string(suite.join("keys/key.txt")).unwrap(), "secret\n");
+    let log = |name: &str| suite.join(format!("blind/few-beams-{name}.log"));
+    for (name, has_map) in [("given-0", true), ("hidden-0", false)] {
+        let log = log(name);
+        let header = rusty_contract::log::LogReader::open(&log).unwrap().header().clone();
+        assert_eq!((header.seed(), header.roster.len()), (None, 0));
+        assert_eq!(
+            (header.known_start().is_some(), header.known_world().is_some()),
+            (true, has_map)
+        );
+        sim_server(&["verify", arg(&log)]).expect(0);
+    }
+
+    let (mine, logs) = (series_client(""), ["hidden-0", "hidden-1"].map(log));
+    let answer = ["benchmark", "answer", arg(&logs[0]), arg(&logs[1]), "--out", arg(&answers)];
+    let answered =
+        sim_server(&[&answer[..], &["--add", &mine, "--json"]].concat()).expect(0).json();
+    assert_eq!(answered.as_array().unwrap().len(), 2);
+    let theirs = format!("theirs=trajectory {}/{{run}}.tum", answers.display());
+    let files = ["--add", &theirs, "--file", arg(&answers), "--key", "secret"];
+    run(&out, &mine, &files).expect(0);
+    let result = read(&out);
+    let figures = |name: &str| {
+        let runs = result["runs"].as_array().unwrap().iter();
+        let own = runs.filter(|r| r["entry"] == name).map(|r| &r["figures"]);
+        own.flat_map(|f| ["rpe-metre", "final"].map(|m| f[m].as_f64().unwrap())).collect::<Vec<_>>()
+    };
+    let (direct, handed_in) = (figures("mine"), figures("theirs"));
+    assert_eq!((direct.len(), direct[1] == direct[3]), (4, false));
+    // The heading went through a quaternion.
+    let is_near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-9;
+    assert!(direct.iter().zip(&handed_in).all(is_near), "{direct:?} {handed_in:?}");
+    let verify = ["benchmark", "verify", arg(&out), "--add", &theirs, "--file", arg(&answers)];
+    sim_server(&verify).expect(0);
+
+    // A filter that is lost has no trajectory, and its run fails.
+    let lost = place.at("lost");
+    let args = ["benchmark", "answer", arg(&logs[0]), "--add", "mine=false", "--out", arg(&lost)];
+    sim_server(&args).expect(3).says("few-beams-hidden-0");
+    assert_eq!(fs::read_dir(&lost).unwrap().count(), 0);
 }
 
 #[test]
