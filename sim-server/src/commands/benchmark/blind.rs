@@ -11,13 +11,12 @@ use rusty_bench::machine::cores;
 use rusty_contract::blind::Told;
 use rusty_contract::{Exit, errln, outln, replace};
 use rusty_logs::seal::seal;
-use rusty_study::benchmark::selection::Wanted;
 use rusty_study::benchmark::{Answering, Entry, Sealing, Selection, Suite, Track};
 use serde::Serialize;
 
 use super::super::arguments::Output;
 use super::super::{WRITER, WrongUsage, stop_flag};
-use super::open_log;
+use super::{PartArgs, open_log};
 
 const SEAL_HELP: &str = "\
 The folder has two parts: `blind` is for the participants, `keys` stays with you. A
@@ -37,18 +36,8 @@ pub struct SealArgs {
     /// Folder to make
     #[arg(short = 'o', long = "out", value_name = "DIR")]
     pub out: PathBuf,
-    /// Scenario to seal; may be repeated [default: all]
-    #[arg(long, value_name = "SCENARIO")]
-    pub only: Vec<String>,
-    /// Track to seal; may be repeated [default: all of estimators]
-    #[arg(long = "track", value_name = "TRACK", value_enum)]
-    pub tracks: Vec<Track>,
-    /// Number of seeds of each scenario [default: the suite's]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    pub seeds: Option<u64>,
-    /// Derive the seeds from this text [default: drawn at random]
-    #[arg(long, value_name = "TEXT")]
-    pub key: Option<String>,
+    #[command(flatten)]
+    pub part: PartArgs,
     #[command(flatten)]
     pub pace: Pace,
 }
@@ -122,18 +111,16 @@ struct Sealed {
 
 pub fn seal_suite(args: &SealArgs) -> Result<Exit> {
     let suite = Suite::built_in()?;
-    let key = args.key.clone().map_or_else(random_key, Ok)?;
-    let mut tracks = args.tracks.clone();
-    if tracks.is_empty() {
-        tracks.extend(Track::ALL.into_iter().filter(|track| !track.is_driving()));
+    let mut wanted = args.part.wanted(Vec::new());
+    if wanted.tracks.contains(&Track::Driving) {
+        let text = "--track driving cannot be sealed: its commands make the frames; leave it out";
+        return Err(WrongUsage(text.to_owned()).into());
     }
-    let wanted = Wanted {
-        only: args.only.clone(),
-        tracks,
-        seeds: args.seeds,
-        key: Some(key.clone()),
-        recordings: Vec::new(),
-    };
+    let key = wanted.key.take().map_or_else(random_key, Ok)?;
+    wanted.key = Some(key.clone());
+    if wanted.tracks.is_empty() {
+        wanted.tracks.extend(Track::ALL.into_iter().filter(|track| !track.is_driving()));
+    }
     let selection = Selection::of(&suite, wanted)?;
     let [blind, keys] = ["blind", "keys"].map(|name| args.out.join(name));
     make_folder(&args.out)?;

@@ -10,6 +10,7 @@ use rusty_bench::machine::Machine;
 use rusty_contract::{Exit, Participant, errln, outln, replace};
 use rusty_engine::source::FrameSource;
 use rusty_logs::replay::Recording;
+use rusty_study::benchmark::recorded_log::RecordedLog;
 use rusty_study::benchmark::selection::Wanted;
 use rusty_study::benchmark::verify::{checkable, verify};
 use rusty_study::benchmark::{
@@ -57,6 +58,30 @@ pub struct MakeArgs {
     pub pace: Pace,
 }
 
+/// The part of the suite.
+#[derive(Args, Clone, Debug)]
+pub struct PartArgs {
+    /// Scenario; may be repeated [default: all]
+    #[arg(long, value_name = "SCENARIO")]
+    pub only: Vec<String>,
+    /// Track; may be repeated [default: those of the added, or all of estimators]
+    #[arg(long = "track", value_name = "TRACK", value_enum)]
+    pub tracks: Vec<Track>,
+    /// Number of seeds of each scenario [default: the suite's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    pub seeds: Option<u64>,
+    /// Derive the seeds from this text [default: those of the suite; of `seal` a random text]
+    #[arg(long, value_name = "TEXT")]
+    pub key: Option<String>,
+}
+
+impl PartArgs {
+    fn wanted(&self, recordings: Vec<RecordedLog>) -> Wanted {
+        let Self { only, tracks, seeds, key } = self.clone();
+        Wanted { only, tracks, seeds, key, recordings }
+    }
+}
+
 const RUN_HELP: &str = "\
 Every entry makes each run alone, confined by the kernel, on the frames that all
 others receive. One that is lost has a failed run, which counts as the worst.
@@ -85,18 +110,8 @@ pub struct RunArgs {
     /// Replace an existing result
     #[arg(long)]
     pub force: bool,
-    /// Scenario to run; may be repeated [default: all]
-    #[arg(long, value_name = "SCENARIO")]
-    pub only: Vec<String>,
-    /// Track to score; may be repeated [default: those of the added]
-    #[arg(long = "track", value_name = "TRACK", value_enum)]
-    pub tracks: Vec<Track>,
-    /// Number of seeds of each scenario [default: the suite's]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    pub seeds: Option<u64>,
-    /// Derive the seeds from this text
-    #[arg(long, value_name = "TEXT")]
-    pub key: Option<String>,
+    #[command(flatten)]
+    pub part: PartArgs,
     /// Do not confine the filters; the result records it
     #[arg(long)]
     pub unconfined: bool,
@@ -181,9 +196,7 @@ fn make(args: &RunArgs) -> Result<Exit> {
     let recordings = Recordings::of(&args.make.logs)?;
     let suite = Suite::built_in()?.with(&recordings.logs);
     let mut entries = args.make.added(&suite)?;
-    let (only, tracks, key) = (args.only.clone(), args.tracks.clone(), args.key.clone());
-    let (seeds, logs) = (args.seeds, recordings.logs.clone());
-    let wanted = Wanted { only, tracks, seeds, key, recordings: logs };
+    let wanted = args.part.wanted(recordings.logs.clone());
     let selection = Selection::with(&suite, wanted, &entries)?;
     entries.extend(Entry::baselines(&suite));
     let confined = !args.unconfined;

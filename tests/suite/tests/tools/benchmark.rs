@@ -197,6 +197,10 @@ fn a_sealed_suite_is_answered_blind_and_scored_like_a_run_of_the_program() {
     let names = ["given-0", "hidden-0", "given-1", "hidden-1"];
     assert_eq!(sealed["runs"], json!(names.map(|name| format!("few-beams-{name}"))));
     sim_server(&seal).expect(2).says("suite");
+    let none = place.at("none");
+    let driving = ["benchmark", "seal", "--out", arg(&none), "--track", "driving"];
+    sim_server(&driving).expect(2).says("driving");
+    assert!(!none.exists());
     assert_eq!(fs::read_to_string(suite.join("keys/key.txt")).unwrap(), "secret\n");
     let log = |name: &str| suite.join(format!("blind/few-beams-{name}.log"));
     for (name, has_map) in [("given-0", true), ("hidden-0", false)] {
