@@ -164,21 +164,6 @@ fn pages_help_texts_and_doc_comments_use_plain_words() {
     assert_eq!(lines_with(&doc_comments("// beside\n    /// beside it"), "beside"), [2]);
 }
 
-#[test]
-fn what_is_outside_the_workspace_is_locked_and_checked_by_ci() {
-    let root = table("Cargo.toml");
-    let outside = root["workspace"]["exclude"].as_array().unwrap();
-    assert_eq!(outside.len(), 2);
-    for package in outside.iter().flat_map(|e| e.as_str()) {
-        assert!(
-            table(&format!("{package}/Cargo.toml")).contains_key("workspace"),
-            "{package} is not a workspace"
-        );
-        let check = format!("--locked --manifest-path {package}/Cargo.toml");
-        assert!(read(".ci/run").contains(&check), "CI does not check {package}");
-    }
-}
-
 /// The fenced blocks of a language.
 fn blocks(text: &str, language: &str) -> Vec<String> {
     let fence = format!("```{language}\n");

@@ -5,6 +5,7 @@ mod first_filter;
 mod handbook;
 mod house_rules;
 mod licences;
+mod locks;
 mod streams;
 
 use std::fs;

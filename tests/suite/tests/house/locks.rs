@@ -1,0 +1,30 @@
+//! What is outside the workspace is checked by CI, and its lock files fit the crates inside.
+
+use std::process::Command;
+
+use crate::{read, table};
+
+#[test]
+fn what_is_outside_the_workspace_is_checked_by_ci_with_a_current_lock_file() {
+    let workspace = table("Cargo.toml");
+    let outside = workspace["workspace"]["exclude"].as_array().unwrap();
+    assert_eq!(outside.len(), 2);
+    for folder in outside.iter().map(|folder| folder.as_str().unwrap()) {
+        let own = table(&format!("{folder}/Cargo.toml"));
+        assert!(own.contains_key("workspace"), "{folder} is not a workspace");
+        let check = format!("--locked --manifest-path {folder}/Cargo.toml");
+        assert!(read(".ci/run").contains(&check), "CI does not check {folder}");
+        let manifest = rusty_tests::repository().join(folder).join("Cargo.toml");
+        let mut metadata = Command::new(env!("CARGO"));
+        metadata.args(["metadata", "--format-version", "1", "--locked", "--offline"]);
+        let output = metadata.arg("--manifest-path").arg(&manifest).output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            !message.contains("lock file"),
+            "{message}remedy: cargo check --manifest-path {folder}/Cargo.toml, and commit the lock file"
+        );
+        if !output.status.success() {
+            println!("skipped: {folder}: its crates are not on this machine: {message}");
+        }
+    }
+}
