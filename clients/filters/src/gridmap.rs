@@ -18,7 +18,7 @@ use rusty_geometry::SE2;
 
 use crate::beams::believed_lidar;
 use crate::map_picture::svg;
-use crate::numbers::seconds;
+use crate::moment::{Moment, RunClock};
 use crate::occupancy_grid::{GridError, InverseModel};
 use crate::tangent::estimate;
 use crate::{Beams, OccupancyGrid, Odometry, OdometryNoise};
@@ -75,13 +75,13 @@ pub struct Options {
     #[arg(long, value_name = "STEM")]
     pub save: PathBuf,
 
-    /// Start of mapping after the start of the run, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds)]
-    pub from: f64,
+    /// Start of mapping after the start of the run, s or ticks (12.5, 400ticks)
+    #[arg(long, value_name = "MOMENT", default_value = "0")]
+    pub from: Moment,
 
-    /// End of mapping after the start of the run, s
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    pub until: Option<f64>,
+    /// End of mapping after the start of the run, s or ticks
+    #[arg(long, value_name = "MOMENT")]
+    pub until: Option<Moment>,
 
     /// What is believed of a reading
     #[command(flatten)]
@@ -98,8 +98,7 @@ pub struct Mapper {
     options: Options,
     beams: Beams,
     grid: OccupancyGrid,
-    /// When the first tick began, s.
-    began_s: Option<f64>,
+    clock: RunClock,
     dt_s: f64,
     path: Vec<[f64; 2]>,
     without_pose: u64,
@@ -120,7 +119,7 @@ impl Mapper {
             options: options.clone(),
             beams: Beams::new(&believed_lidar(start)),
             grid: OccupancyGrid::new(options.model),
-            began_s: None,
+            clock: RunClock::default(),
             dt_s: start.dt_s,
             path: Vec::new(),
             without_pose: 0,
@@ -137,15 +136,15 @@ impl Mapper {
         ranges_m: Option<&[f64]>,
         pose: Option<SE2>,
     ) -> Result<(), ClientError> {
-        let since_s = time_s - *self.began_s.get_or_insert(time_s - self.dt_s);
-        let is_wanted =
-            since_s >= self.options.from && self.options.until.is_none_or(|until| since_s <= until);
+        let Options { from, until, .. } = self.options;
+        let now = self.clock.tick(time_s, self.dt_s);
+        let is_wanted = now.is_from(from) && until.is_none_or(|until| now.is_until(until));
         let Some(ranges_m) = ranges_m.filter(|_| is_wanted) else { return Ok(()) };
         let Some(pose) = pose else {
             self.without_pose += 1;
             return Ok(());
         };
-        let at = |e| ClientError::Unusable(format!("{since_s:.2} s: {e}"));
+        let at = |e| ClientError::Unusable(format!("{:.2} s: {e}", now.s));
         self.add(ranges_m, &pose).map_err(at)
     }
 
@@ -244,7 +243,7 @@ impl Filter for GridMap {
 
     fn finish(self) -> Result<(), ClientError> {
         // A run that ended before it began is the failure of another process.
-        if self.mapper.began_s.is_none() {
+        if !self.mapper.clock.is_running() {
             return Ok(());
         }
         // What was mapped before is written all the same.

@@ -44,6 +44,7 @@ mod told_tests;
 
 pub mod beam_model;
 pub mod beams;
+pub mod moment;
 pub mod motion;
 
 pub mod distance_field;

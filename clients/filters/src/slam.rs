@@ -41,8 +41,9 @@ use rusty_geometry::{EncoderCounts, SE2};
 
 use crate::gridmap::{self, Mapper, Poses};
 use crate::icp::Surface;
+use crate::moment::{Moment, RunClock};
 use crate::motion::carried;
-use crate::numbers::{positive, seconds, share};
+use crate::numbers::{positive, share};
 use crate::occupancy_grid::InverseModel;
 use crate::pose_graph::{Constraint, Kind, PoseGraph};
 use crate::scan_match::{ScanMatchOptions, ScanOutcome, Tracker};
@@ -87,9 +88,9 @@ pub struct SlamOptions {
     #[arg(long, value_name = "FILE")]
     pub save_poses: Option<PathBuf>,
 
-    /// End of the use of scans after the start of the run, s
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    pub until: Option<f64>,
+    /// End of the use of scans after the start of the run, s or ticks (12.5, 400ticks)
+    #[arg(long, value_name = "MOMENT")]
+    pub until: Option<Moment>,
 
     /// What is believed of a reading, for that map.
     #[command(flatten)]
@@ -122,8 +123,7 @@ pub struct Slam {
     seen: Vec<Seen>,
     /// Loops of a wide search that no other one has confirmed yet.
     unconfirmed: Vec<Constraint>,
-    /// When the first tick began, s.
-    began_s: Option<f64>,
+    clock: RunClock,
     /// Time of the latest tick, s.
     now_s: f64,
     /// Covariance of the first key pose, where wheels alone led to it.
@@ -143,7 +143,7 @@ impl Slam {
             graph: PoseGraph::new(start.initial_pose.unwrap_or_default()),
             seen: Vec::new(),
             unconfirmed: Vec::new(),
-            began_s: None,
+            clock: RunClock::default(),
             now_s: 0.0,
             of_first: Matrix3::zeros(),
             covariance: Matrix3::zeros(),
@@ -215,8 +215,8 @@ impl Slam {
     /// run began with the first tick that is asked for.
     pub fn takes_in(&mut self, time_s: f64) -> bool {
         self.now_s = time_s;
-        let since_s = time_s - *self.began_s.get_or_insert(time_s - self.start.dt_s);
-        self.options.until.is_none_or(|until| since_s <= until)
+        let now = self.clock.tick(time_s, self.start.dt_s);
+        self.options.until.is_none_or(|until| now.is_until(until))
     }
 
     /// Writes the key poses as the graph has them, with the times of their scans.
@@ -239,7 +239,7 @@ impl Slam {
         let grid = gridmap::Options {
             poses: Poses::Odometry,
             save: stem.to_owned(),
-            from: 0.0,
+            from: Moment::Ticks(0),
             until: None,
             model: self.options.model,
             noise: self.options.front.wheels,
@@ -256,7 +256,8 @@ impl Slam {
             return Err(refused);
         }
         let nothing = || {
-            let until = self.options.until.map(|s| format!(" until {s} s")).unwrap_or_default();
+            let until =
+                self.options.until.map(|until| format!(" until {until}")).unwrap_or_default();
             let text = format!("--save-map: no scan showed walls{until}, no map written");
             ClientError::Unusable(text)
         };
@@ -276,7 +277,7 @@ impl Filter for Slam {
 
     fn finish(self) -> Result<(), ClientError> {
         // A run that ended before it began is the failure of another process.
-        if self.began_s.is_none() {
+        if !self.clock.is_running() {
             return Ok(());
         }
         if let Some(file) = &self.options.save_poses {

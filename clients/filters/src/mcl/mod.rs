@@ -60,6 +60,7 @@ use self::mode::Modes;
 use self::recovery::Recovery;
 use self::search::{Outcome, Search};
 use self::sensor::Sensor;
+use crate::moment::RunClock;
 use crate::tangent::{estimate, placed};
 use crate::{Motion, Odometry, Random};
 
@@ -99,8 +100,7 @@ pub struct Mcl {
     is_contested: bool,
     /// Whether it was told where it is, or knows it from scans of several places.
     is_found: bool,
-    /// Time of the first tick, s.
-    began_s: Option<f64>,
+    clock: RunClock,
     asleep: bool,
     places: Random,
 }
@@ -172,7 +172,7 @@ impl Mcl {
             answer: None,
             is_contested: false,
             is_found: initial.is_some(),
-            began_s: None,
+            clock: RunClock::default(),
             asleep: true,
             places: Random::new(options.seed, 1),
         })
@@ -181,8 +181,8 @@ impl Mcl {
     /// Takes the encoder counts at the end of a tick.
     pub fn advance(&mut self, time_s: f64, ticks: EncoderCounts) {
         let motion = *self.odometry.advance(ticks);
-        let began_s = *self.began_s.get_or_insert(time_s);
-        if self.asleep && time_s - began_s >= self.options.from {
+        let now = self.clock.tick(time_s, 0.0);
+        if self.asleep && now.is_from(self.options.from) {
             self.asleep = false;
             self.wake(&motion);
         }

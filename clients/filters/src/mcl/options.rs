@@ -7,7 +7,8 @@ use rusty_clients::ClientError;
 use rusty_contract::config::LidarConfig;
 use rusty_geometry::SE2;
 
-use crate::numbers::{number, seconds};
+use crate::moment::Moment;
+use crate::numbers::number;
 use crate::{BeamModel, OdometryNoise};
 
 /// Which model of the laser weighs the particles.
@@ -65,9 +66,9 @@ pub struct Options {
     #[arg(long, value_name = "X,Y,THETA", value_parser = pose, allow_hyphen_values = true)]
     pub at: Option<SE2>,
 
-    /// Time of the first scan that is used, s
-    #[arg(long, default_value_t = 0.0, value_name = "SECONDS", value_parser = seconds)]
-    pub from: f64,
+    /// First scan that is used after the first tick, s or ticks (12.5, 400ticks)
+    #[arg(long, value_name = "MOMENT", default_value = "0")]
+    pub from: Moment,
 
     /// What is believed of a reading.
     #[command(flatten)]

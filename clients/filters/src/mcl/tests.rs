@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::OccupancyMap;
+use crate::moment::Moment;
 use rusty_contract::config::LidarConfig;
 use rusty_geometry::Material::Wall;
 use rusty_geometry::{DiffDrive, Scan, WallSpec, World, WorldSpec, odometry_delta};
@@ -139,7 +140,7 @@ fn between_scans_the_wheels_carry_the_answer_on() {
 #[test]
 fn asleep_it_counts_and_says_nothing() {
     let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
-    let options = Options { from: 0.95, ..Options::default() };
+    let options = Options { from: Moment::Seconds(0.95), ..Options::default() };
     let mut mcl = drive.mcl(Some(drive.truth), &options);
     for _ in 0..10 {
         drive.step(&mut mcl);

@@ -3,6 +3,7 @@
 use rusty_geometry::{SE2, Twist, apartment};
 
 use super::*;
+use crate::moment::Moment;
 use crate::scan_match::tests::{Robot, corridor, start};
 
 /// Drives `legs` (speed m/s, rad/s, ticks), with a scan every fifth tick.
@@ -71,7 +72,7 @@ fn loops_in_a_corridor_do_not_move_the_robot_along_it() {
 }
 
 /// A filter that saves its map to `map` in this folder and has seen one scan.
-fn that_saves(folder: &Path, until: Option<f64>) -> (Robot, Slam) {
+fn that_saves(folder: &Path, until: Option<Moment>) -> (Robot, Slam) {
     let mut robot = Robot::new(apartment(), SE2::new(1.0, 2.0, 0.0), 6);
     let save_map = Some(folder.join("map"));
     let mut slam = filter(&robot, &SlamOptions { save_map, until, ..SlamOptions::default() });
@@ -113,7 +114,7 @@ fn a_key_scan_that_does_not_fit_is_named_and_those_before_it_are_the_map() {
 #[test]
 fn later_scans_are_left_out_and_the_wheels_go_on() {
     let folder = tempfile::tempdir().unwrap();
-    let (mut robot, mut slam) = that_saves(folder.path(), Some(2.0));
+    let (mut robot, mut slam) = that_saves(folder.path(), Some(Moment::Seconds(2.0)));
     let mut last = 0;
     for k in 1..300 {
         slam.advance(robot.drive(Twist { v_m_s: 0.3, omega_rad_s: 0.1 }));

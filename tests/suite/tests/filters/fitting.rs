@@ -5,6 +5,7 @@ use rusty_contract::log::LogReader;
 use rusty_contract::{Brief, Start};
 use rusty_filters::OdometryNoise;
 use rusty_filters::gridmap::{GridMapOf, Options, Poses};
+use rusty_filters::moment::Moment;
 use rusty_filters::occupancy_grid::InverseModel;
 use rusty_tests::*;
 
@@ -111,7 +112,7 @@ fn a_log_is_mapped_with_the_poses_that_are_asked_for() {
     let start = Start::new(&header, 0, &header.roster[0]);
     let (poses, save) = (Poses::Odometry, place.at("x"));
     let (model, noise) = (InverseModel::default(), OdometryNoise::default());
-    let options = Options { poses, save, from: 0.0, until: None, model, noise };
+    let options = Options { poses, save, from: Moment::Ticks(0), until: None, model, noise };
     let refused = GridMapOf::new(&start, &Brief { header, out_dir: None, report: true }, &options)
         .err()
         .unwrap();
