@@ -13,7 +13,8 @@
 //! have the noise of the key scan in common with it and are not used, except as
 //! the place to begin. Where a match surprises the wheels beyond chance, they did
 //! something that they do not do (a bump, a door sill, a scan that came late), and
-//! it is matched again with a prior that allows for that.
+//! it is matched again with a prior that allows for that, and where that does not fit
+//! either, it is searched in a map of the newest key scans ([`crate::submap`]).
 //!
 //! What it leaves out: one scan is the end of one motion and the beginning of
 //! the next, so errors of neighbouring motions are related (mostly of opposite
@@ -31,7 +32,7 @@ use crate::icp::{
     Evidence, FEWEST, Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans,
 };
 use crate::numbers::{positive, share};
-use crate::submap::{Placement, Submap, Window};
+use crate::submap::{Placement, Submap, Unseen, Window};
 use crate::tangent::{chained, estimate, placed, symmetric};
 use crate::{Motion, OdometryNoise};
 
@@ -49,19 +50,29 @@ const SLIPS_RAD: [f64; 3] = [0.03, 0.1, 0.05];
 /// best pose of the one before fits badly: wheels are off by 0.3 m or 12 degrees now and
 /// then, and a scan may have come late while the robot turned.
 const WINDOWS: [(f64, f64); 2] = [(0.5, 0.5), (1.0, 0.8)];
+/// Half of the window around the wheels in which a pose is theirs.
+const NEAR: (f64, f64) = (0.1, 0.05);
 /// Deviations of the wheels in such a search, and of a motion that no match says.
 const LOST_M: f64 = 0.25;
 const LOST_RAD: f64 = 0.25;
-/// A pose fits the submap with this score at least.
-const FITS_SCORE: f64 = 0.45;
+/// A pose fits the submap with this score at least, and more where few ends may fit by
+/// chance: score and part of 1/√n.
+const FITS_SCORE: [f64; 2] = [0.4, 1.0];
 /// A match that scores less than the best pose by no more than this is as good.
 const EQUAL_SCORE: f64 = 0.04;
 /// A scan with fewer ends is too sparse for a score to refute a match of it.
 const SPARSE_ENDS: usize = 60;
 /// Key scans of the submap that a scan is searched in.
 const SUBMAP_SCANS: usize = 10;
-/// Where little matches, a key scan follows after this part of the way or turn.
+/// Where little matches, or a scan had to be searched, a key scan follows after this part of
+/// the way or turn: wheels that slipped may do so again.
 const EARLY: f64 = 0.2;
+
+/// The score with which a scan fits.
+fn fits_score(rays: &[Ray]) -> f64 {
+    let [many, chance] = FITS_SCORE;
+    many + chance / (rays.len().max(1) as f64).sqrt()
+}
 
 /// The motion by wheels that may have slipped.
 fn slipped(wheels: &Motion) -> Motion {
@@ -129,6 +140,15 @@ pub struct ScanOutcome {
     pub key: Option<KeyScan>,
 }
 
+/// A scan that was matched.
+struct Matched {
+    /// The motion since the key scan by wheels and this scan.
+    fused: Fused,
+    found: Match,
+    /// Whether that is elsewhere than the wheels say.
+    searched: bool,
+}
+
 /// The motion since the last key scan.
 #[derive(Clone, Debug)]
 pub struct Tracker {
@@ -185,11 +205,12 @@ impl Tracker {
             told.key = self.new_key(&rays, None);
             return told;
         };
-        let (mut share, mut evidence) = (0.0, None);
+        let (mut share, mut evidence, mut is_searched) = (0.0, None, false);
         match self.matched(surface, &rays) {
-            Ok((fused, found)) => {
+            Ok(Matched { fused, found, searched }) => {
                 share = found.share;
                 evidence = Some(found.evidence);
+                is_searched = searched;
                 self.to_scan = fused.motion;
                 told.innovation = Some(fused.innovation);
             }
@@ -198,7 +219,7 @@ impl Tracker {
         let is_lost = told.no_match.is_some();
         self.to_now = self.to_scan;
         let matches_well = share >= self.options.key_share;
-        if self.is_beyond(1.0) || (!matches_well && self.is_beyond(EARLY)) {
+        if self.is_beyond(1.0) || ((!matches_well || is_searched) && self.is_beyond(EARLY)) {
             let to_scan = self.to_scan;
             if is_lost {
                 self.to_scan = lost(&to_scan);
@@ -214,7 +235,7 @@ impl Tracker {
     /// The motion since the key scan by wheels and this scan, and the share of its
     /// points that match: with the wheels as they should be, or where that does not fit,
     /// near the best pose in the submap.
-    fn matched(&self, surface: &Surface, rays: &[Ray]) -> Result<(Fused, Match), NoMatch> {
+    fn matched(&self, surface: &Surface, rays: &[Ray]) -> Result<Matched, NoMatch> {
         let (options, guess) = (&self.options.icp, self.to_scan.now_in_then);
         let wheels = &self.wheels.since_key();
         let with = |guess: &SE2, wheels: &Motion| {
@@ -225,12 +246,16 @@ impl Tracker {
         let book = with(&guess, wheels);
         let is_usual = |(fused, _): &(Fused, Match)| fused.innovation.nis <= SLIPPED_CHI2;
         let fits = |told: &(Fused, Match)| told.1.share >= self.options.key_share && is_usual(told);
+        let by_book = |(fused, found): (Fused, Match)| Matched { fused, found, searched: false };
         if book.as_ref().is_ok_and(fits) || matches!(book, Err(NoMatch::FewEnds { .. })) {
-            return book;
+            return book.map(by_book);
         }
-        let map = Submap::new(self.recent.iter().map(|(pose, rays)| (*pose, rays.as_slice())));
+        let map = {
+            let scans = self.recent.iter().map(|(pose, rays)| (*pose, rays.as_slice()));
+            Submap::new(scans, Unseen::LeftOut)
+        };
         let [best, other] = self.searched(&map, rays);
-        let Some(best) = best.filter(|best| best.score >= FITS_SCORE) else {
+        let Some(best) = best.filter(|best| best.score >= fits_score(rays)) else {
             return Err(book.err().unwrap_or(NoMatch::NoSolution));
         };
         let is_best = |(fused, _): &(Fused, Match)| {
@@ -241,23 +266,30 @@ impl Tracker {
         let innovation = book.as_ref().ok().map(|(fused, _)| fused.innovation);
         let as_expected = |(fused, found): (Fused, Match)| {
             let innovation = innovation.unwrap_or(fused.innovation);
-            (Fused { innovation, ..fused }, found)
+            Matched { fused: Fused { innovation, ..fused }, found, searched: true }
         };
-        let (slipped, lost) = (slipped(wheels), lost(wheels));
         let usual = |told: &(Fused, Match)| is_usual(told) && is_best(told);
         if book.as_ref().is_ok_and(usual) {
-            return book;
+            return book.map(by_book);
         }
-        let attempts = std::iter::once((guess, &slipped))
-            .chain([Some(best), other].into_iter().flatten().map(|place| (place.pose, &lost)));
-        for (start, wheels) in attempts {
+        // Where the wheels fit as well as any pose does, they are not lost.
+        let (half_m, half_rad) = NEAR;
+        let [near, _] = map.search(rays, &Window { centre: guess, half_m, half_rad });
+        let near = near.filter(|near| near.score >= best.score - EQUAL_SCORE);
+        let (slipped, lost) = (slipped(wheels), lost(wheels));
+        let (places, wheels) = match near {
+            Some(near) => ([Some(near), None], &slipped),
+            None => ([Some(best), other], &lost),
+        };
+        let places = places.into_iter().flatten().map(|place| (place.pose, wheels));
+        for (start, wheels) in std::iter::once((guess, &slipped)).chain(places) {
             if let Some(told) = with(&start, wheels).ok().filter(usual) {
                 return Ok(as_expected(told));
             }
         }
-        let evidence = map.spread(rays, &best.pose).into();
+        let evidence = map.spread(rays, &near.unwrap_or(best).pose).into();
         let found = Match { evidence, share: 0.0, pairs: 0 };
-        let fused = found.evidence.fuse(&lost).ok_or(NoMatch::NoSolution)?;
+        let fused = found.evidence.fuse(wheels).ok_or(NoMatch::NoSolution)?;
         Ok(as_expected((fused, found)))
     }
 
@@ -267,7 +299,8 @@ impl Tracker {
         let search = |(half_m, half_rad)| map.search(rays, &Window { centre, half_m, half_rad });
         let [small, wide] = WINDOWS;
         let found = search(small);
-        if found[0].is_some_and(|best| best.score >= FITS_SCORE) { found } else { search(wide) }
+        let is_good = found[0].is_some_and(|best| best.score >= fits_score(rays));
+        if is_good { found } else { search(wide) }
     }
 
     /// Whether it has come farther than this part of the way, or turned more than

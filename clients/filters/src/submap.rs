@@ -9,6 +9,10 @@
 //! Departures, and why:
 //! * A cell has the likelihood of the nearest end (a Gaussian), as in a likelihood field,
 //!   and not its occupancy: the table of a few scans is made in a millisecond.
+//! * What no scan of the map looked at says nothing of an end there, if asked for: a robot
+//!   that drives down a corridor always sees some wall that is new, and poses that have the
+//!   new ends on the old wall would score more. Such ends are left out of the mean, and the
+//!   bounds take them for hits.
 //! * The distance from the guess costs a little of the score. Along a corridor all poses
 //!   score the same, and the guess decides.
 
@@ -17,6 +21,7 @@ use std::collections::BinaryHeap;
 use nalgebra::{Matrix3, Point2, Vector3};
 use rusty_geometry::{SE2, trig};
 
+use self::drawing::Drawing;
 use crate::Motion;
 use crate::icp::Ray;
 use crate::pyramid::Pyramid;
@@ -24,10 +29,6 @@ use crate::tangent::symmetric;
 
 /// Size of a cell, m.
 const CELL_M: f64 = 0.05;
-/// Deviation of an end from a wall of the table, m.
-const BLUR_M: f64 = 0.08;
-/// Cells to each side of an end that have a likelihood because of it.
-const BLUR_CELLS: i32 = 4;
 /// Angle between neighbouring poses, rad.
 const TURN_RAD: f64 = 0.0125;
 /// Ends farther from the middle of the map are left out, m.
@@ -37,16 +38,26 @@ const LEVELS: usize = 5;
 /// Ends of a scan are at least this far apart, m, and at most this many are scored.
 const APART_M: f64 = 0.1;
 const MOST_ENDS: usize = 150;
-/// Ends of neighbouring beams no farther apart than this are on one wall, m.
-const WALL_GAP_M: f64 = 0.4;
+/// The highest likelihood in the table, and the mark of what no scan looked at.
+const MOST: u8 = 254;
+const UNSEEN: u8 = 255;
 /// The part of a score that is lost at the edge of the window.
-const EDGE_COSTS: f64 = 0.05;
+const EDGE_COSTS: f64 = 0.2;
 /// A pose that scores this much less than the best is e^−½ times as likely. Beams are
 /// not independent: the error of a wall is that of all its beams.
 const SCORE_STD: f64 = 0.03;
 /// Poses as near to the best as this (m, rad) are not another solution.
 const OTHER_M: f64 = 0.4;
 const OTHER_RAD: f64 = 0.2;
+
+/// What ends where no scan of a map looked say of a pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unseen {
+    /// That it is wrong, as ends in free space say.
+    Misses,
+    /// Nothing.
+    LeftOut,
+}
 
 /// A table of likelihoods, in the frame of a reference pose.
 #[derive(Clone, Debug)]
@@ -102,44 +113,46 @@ impl PartialOrd for Branch {
 
 impl Submap {
     /// Draws scans, each with the pose of its body in the frame of the map.
-    pub fn new<'a>(scans: impl Iterator<Item = (SE2, &'a [Ray])>) -> Self {
-        let place = |(pose, rays): (SE2, &'a [Ray])| {
-            drawn(rays).into_iter().map(move |point| pose.transform_point(&point))
+    pub fn new<'a>(scans: impl Iterator<Item = (SE2, &'a [Ray])>, unseen: Unseen) -> Self {
+        let scans: Vec<(SE2, &[Ray])> = scans.collect();
+        let mut drawing = Drawing::new(&scans, unseen);
+        let beyond = match unseen {
+            Unseen::Misses => 0,
+            Unseen::LeftOut => {
+                drawing.mark_unseen(&scans);
+                UNSEEN
+            }
         };
-        let ends: Vec<Point2<f64>> =
-            scans.flat_map(place).filter(|p| p.coords.norm() < RADIUS_M).collect();
-        let cells = ends.iter().map(|end| [cell(end.x), cell(end.y)]);
-        let (mut low, mut high) = ([0; 2], [0; 2]);
-        for cell in cells {
-            for axis in 0..2 {
-                low[axis] = low[axis].min(cell[axis]);
-                high[axis] = high[axis].max(cell[axis]);
-            }
-        }
-        let corner = low.map(|c| c - BLUR_CELLS);
-        let size = [0, 1].map(|axis| high[axis] - corner[axis] + BLUR_CELLS + 1);
-        let mut finest = vec![0u8; (size[0] * size[1]) as usize];
-        let kernel = kernel();
-        for end in &ends {
-            let (column, row) = (cell(end.x) - corner[0], cell(end.y) - corner[1]);
-            for (dy, line) in (-BLUR_CELLS..).zip(&kernel) {
-                let first = ((row + dy) * size[0] + column - BLUR_CELLS) as usize;
-                let cells = finest[first..first + line.len()].iter_mut();
-                cells.zip(line).for_each(|(cell, value)| *cell = (*cell).max(*value));
-            }
-        }
-        let table = Pyramid::new(&finest, size.map(|cells| cells as usize), 0, LEVELS);
-        Self { corner, table }
+        let size = drawing.size.map(|cells| cells as usize);
+        let table = Pyramid::new(&drawing.cells, size, beyond, LEVELS);
+        Self { corner: drawing.corner, table }
     }
 
-    fn sum(&self, level: usize, cells: &[[i32; 2]], offset: [i32; 2]) -> f64 {
+    /// The bound of the scores of a branch.
+    fn bound(&self, level: usize, cells: &[[i32; 2]], offset: [i32; 2]) -> f64 {
         let offset = [offset[0] - self.corner[0], offset[1] - self.corner[1]];
-        f64::from(self.table.sum(level, cells, offset)) / (255.0 * cells.len().max(1) as f64)
+        let most = f64::from(MOST) * cells.len().max(1) as f64;
+        f64::from(self.table.sum(level, cells, offset)) / most
+    }
+
+    /// Mean likelihood of ends in these cells: of those that the map looked at, but of half
+    /// of them at least.
+    fn mean(&self, cells: &[[i32; 2]], offset: [i32; 2]) -> f64 {
+        let (mut sum, mut seen) = (0u32, 0);
+        for [x, y] in cells {
+            let value =
+                self.table.most(0, x + offset[0] - self.corner[0], y + offset[1] - self.corner[1]);
+            if value != UNSEEN {
+                sum += u32::from(value);
+                seen += 1;
+            }
+        }
+        f64::from(sum) / (f64::from(MOST) * seen.max(cells.len().div_ceil(2)).max(1) as f64)
     }
 
     /// Mean likelihood of the ends of a scan at a pose, 0 to 1.
     pub fn score(&self, rays: &[Ray], pose: &SE2) -> f64 {
-        self.sum(0, &cells(&thinned(rays), pose), [0; 2])
+        self.mean(&cells(&thinned(rays), pose), [0; 2])
     }
 
     /// The best pose of the window, to a cell and an angle of the grid, and the best
@@ -158,7 +171,11 @@ impl Submap {
         let mut heap = BinaryHeap::new();
         let branch = |level: usize, turn: i32, offset: [i32; 2]| {
             let cost = window.cost(level, turn, offset);
-            Branch { bound: self.sum(level, of(turn), offset) - cost, level, turn, offset }
+            let scores = match level {
+                0 => self.mean(of(turn), offset),
+                _ => self.bound(level, of(turn), offset),
+            };
+            Branch { bound: scores - cost, level, turn, offset }
         };
         for turn in -most..=most {
             for y in (-half..=half).step_by(step) {
@@ -169,7 +186,7 @@ impl Submap {
         while let Some(Branch { level, turn, offset, .. }) = heap.pop() {
             if level == 0 {
                 let pose = window.at(turn, offset);
-                let placement = Placement { pose, score: self.sum(0, of(turn), offset) };
+                let placement = Placement { pose, score: self.mean(of(turn), offset) };
                 match found[0] {
                     None => found[0] = Some(placement),
                     Some(best) if is_other(&best.pose, &pose) => {
@@ -200,14 +217,14 @@ impl Submap {
     /// corridor it is too sure, because ends far away are sparse.
     pub fn spread(&self, rays: &[Ray], at: &SE2) -> Motion {
         let ends = thinned(rays);
-        let best = self.sum(0, &cells(&ends, at), [0; 2]);
+        let best = self.mean(&cells(&ends, at), [0; 2]);
         let (mut sum, mut mean, mut square) = (0.0, Vector3::zeros(), Matrix3::zeros());
         for turn in -5..=5 {
             let angle = 0.5 * TURN_RAD * f64::from(turn);
             let cells = cells(&ends, &SE2::new(at.x(), at.y(), at.theta() + angle));
             for y in -5..=5 {
                 for x in -5..=5 {
-                    let less = (best - self.sum(0, &cells, [x, y])) / SCORE_STD;
+                    let less = (best - self.mean(&cells, [x, y])) / SCORE_STD;
                     let weight = trig::exp((-0.5 * less.max(0.0) * less).max(-50.0));
                     let off = Vector3::new(CELL_M * f64::from(x), CELL_M * f64::from(y), angle);
                     sum += weight;
@@ -271,22 +288,6 @@ fn cells(ends: &[Point2<f64>], pose: &SE2) -> Vec<[i32; 2]> {
     ends.iter().map(cell_of).collect()
 }
 
-/// Ends of a scan and the walls between ends of neighbouring beams: without these, a
-/// scan fits best where its beams end at the points of others, and not along the wall.
-fn drawn(rays: &[Ray]) -> Vec<Point2<f64>> {
-    let mut points: Vec<Point2<f64>> = rays.iter().map(|ray| ray.point).collect();
-    for pair in rays.windows(2) {
-        let gap = pair[1].point - pair[0].point;
-        let gap_m = gap.norm();
-        if pair[1].beam == pair[0].beam + 1 && gap_m < WALL_GAP_M {
-            let between = (gap_m / CELL_M).floor() as u32;
-            let part = |k: u32| f64::from(k) / f64::from(between + 1);
-            points.extend((1..=between).map(|k| pair[0].point + gap * part(k)));
-        }
-    }
-    points
-}
-
 /// Ends of a scan, about evenly along the walls.
 fn thinned(rays: &[Ray]) -> Vec<Point2<f64>> {
     let mut ends: Vec<Point2<f64>> = Vec::new();
@@ -300,16 +301,6 @@ fn thinned(rays: &[Ray]) -> Vec<Point2<f64>> {
     ends.into_iter().step_by(step).collect()
 }
 
-/// The likelihoods around an end.
-fn kernel() -> Vec<Vec<u8>> {
-    let value = |x: i32, y: i32| {
-        let away = CELL_M / BLUR_M;
-        let square = away * away * f64::from(x * x + y * y);
-        (255.0 * trig::exp(-0.5 * square)).round() as u8
-    };
-    let all = -BLUR_CELLS..=BLUR_CELLS;
-    all.clone().map(|y| all.clone().map(|x| value(x, y)).collect()).collect()
-}
-
+mod drawing;
 #[cfg(test)]
 mod tests;

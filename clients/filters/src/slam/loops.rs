@@ -15,7 +15,7 @@ use super::{LoopOptions, Slam};
 use crate::Motion;
 use crate::icp::match_scans;
 use crate::pose_graph::{Constraint, Kind};
-use crate::submap::{Submap, Window};
+use crate::submap::{Submap, Unseen, Window};
 use crate::tangent::symmetric;
 
 /// A loop that surprises the graph more (χ² of three numbers) is refused. That is far
@@ -115,7 +115,8 @@ impl Slam {
         let near = old.saturating_sub(NEIGHBOURS)..=last;
         let back = poses[old].inverse();
         let in_map = |k: usize| back * poses[k];
-        let map = Submap::new(near.clone().map(|k| (in_map(k), self.seen[k].surface.rays())));
+        let scans = near.clone().map(|k| (in_map(k), self.seen[k].surface.rays()));
+        let map = Submap::new(scans, Unseen::Misses);
         let [best, other] = map.search(rays, window);
         let best = best.filter(|best| best.score >= FITS_SCORE)?;
         if other.is_some_and(|other| other.score > best.score - LEAD_SCORE) {

@@ -1,7 +1,7 @@
 //! The search finds what trying every pose finds, and says how sure it is.
 
 use rusty_contract::config::LidarConfig;
-use rusty_geometry::{Scan, World, apartment};
+use rusty_geometry::{Scan, World, WorldSpec, apartment};
 
 use super::*;
 use crate::icp::Laser;
@@ -9,7 +9,12 @@ use crate::scan_match::tests::corridor;
 
 /// A scan without noise.
 fn rays(world: &World, pose: &SE2) -> Vec<Ray> {
-    let lidar = LidarConfig::default();
+    rays_within(world, pose, LidarConfig::default().range_max_m)
+}
+
+/// A scan without noise by a laser with this range.
+fn rays_within(world: &World, pose: &SE2, range_max_m: f64) -> Vec<Ray> {
+    let lidar = LidarConfig { range_max_m, ..LidarConfig::default() };
     let mut scan = Scan::new(lidar.fan());
     scan.take(world, pose, lidar.range_max_m);
     let ranges: Vec<f64> = scan.distances_and_walls().map(|(range_m, _)| range_m).collect();
@@ -18,7 +23,7 @@ fn rays(world: &World, pose: &SE2) -> Vec<Ray> {
 
 fn score_of(map: &Submap, rays: &[Ray], window: &Window, turn: i32, offset: [i32; 2]) -> f64 {
     let cells = cells(&thinned(rays), &window.at(turn, [0; 2]));
-    map.sum(0, &cells, offset) - window.cost(0, turn, offset)
+    map.mean(&cells, offset) - window.cost(0, turn, offset)
 }
 
 #[test]
@@ -26,33 +31,58 @@ fn branch_and_bound_finds_the_best_of_all_poses() {
     let world = apartment();
     let (there, moved) = (SE2::new(8.0, 2.0, 1.0), SE2::new(0.31, -0.22, 0.21));
     let (old, new) = (rays(&world, &there), rays(&world, &(there * moved)));
-    let map = Submap::new([(SE2::identity(), old.as_slice())].into_iter());
-    let window = Window { centre: SE2::new(0.02, 0.01, 0.03), half_m: 0.4, half_rad: 0.25 };
-    let found = map.search(&new, &window)[0].unwrap();
-    assert!(found.pose.boxminus(&moved).norm() < 0.08, "{found:?}");
-    let mut best = f64::NEG_INFINITY;
-    for turn in -20..=20 {
-        for y in -8..=8 {
-            for x in -8..=8 {
-                best = best.max(score_of(&map, &new, &window, turn, [x, y]));
+    for unseen in [Unseen::Misses, Unseen::LeftOut] {
+        let map = Submap::new([(SE2::identity(), old.as_slice())].into_iter(), unseen);
+        let window = Window { centre: SE2::new(0.02, 0.01, 0.03), half_m: 0.4, half_rad: 0.25 };
+        let found = map.search(&new, &window)[0].unwrap();
+        assert!(found.pose.boxminus(&moved).norm() < 0.08, "{found:?}");
+        let mut best = f64::NEG_INFINITY;
+        for turn in -20..=20 {
+            for y in -8..=8 {
+                for x in -8..=8 {
+                    best = best.max(score_of(&map, &new, &window, turn, [x, y]));
+                }
             }
         }
+        let apart = found.pose.translation() - window.centre.translation();
+        let offset = [apart.x, apart.y].map(|m| (m / CELL_M).round() as i32);
+        let turn = ((found.pose.theta() - window.centre.theta()) / TURN_RAD).round() as i32;
+        assert_eq!(score_of(&map, &new, &window, turn, offset), best);
+        // A scan of another room scores less.
+        let other = rays(&world, &SE2::new(2.0, 6.0, 0.4));
+        let other = map.search(&other, &window)[0].unwrap();
+        assert!(other.score < 0.7 * found.score, "{other:?}, {found:?}");
     }
-    let apart = found.pose.translation() - window.centre.translation();
-    let offset = [apart.x, apart.y].map(|m| (m / CELL_M).round() as i32);
-    let turn = ((found.pose.theta() - window.centre.theta()) / TURN_RAD).round() as i32;
-    assert_eq!(score_of(&map, &new, &window, turn, offset), best);
-    // A scan of another room scores less than half.
-    let other = rays(&world, &SE2::new(2.0, 6.0, 0.4));
-    let other = map.search(&other, &window)[0].unwrap();
-    assert!(other.score < 0.7 * found.score, "{other:?}, {found:?}");
+}
+
+#[test]
+fn walls_that_no_scan_looked_at_hold_no_pose_back() {
+    // A metre down a corridor of 3 m by a laser that sees 4 m.
+    let text = r#"{"name":"corridor","bounds":[-30.0,-2.0,30.0,2.0],"walls":[
+        {"a":[-30.0,-1.5],"b":[30.0,-1.5],"material":"Wall"},
+        {"a":[-30.0,1.5],"b":[30.0,1.5],"material":"Wall"}]}"#;
+    let wide = World::new(WorldSpec::from_json_str(text).unwrap()).unwrap();
+    let scan = |x: f64| rays_within(&wide, &SE2::new(x, 0.0, 0.0), 4.0);
+    let (old, new) = (scan(0.0), scan(1.0));
+    let loss = |unseen: Unseen| {
+        let map = Submap::new([(SE2::identity(), old.as_slice())].into_iter(), unseen);
+        let [stays, moves] = [0.0, 1.0].map(|x| map.score(&new, &SE2::new(x, 0.0, 0.0)));
+        stays - moves
+    };
+    let [misses, left_out] = [Unseen::Misses, Unseen::LeftOut].map(loss);
+    assert!(misses > 0.08 && left_out < 0.05, "{misses} {left_out}");
+    // An end behind a wall is not new, and ends that are all new fit nothing well.
+    let map = Submap::new([(SE2::identity(), old.as_slice())].into_iter(), Unseen::LeftOut);
+    let behind = map.score(&new, &SE2::new(1.0, 0.4, 0.0));
+    let beyond = map.score(&new, &SE2::new(11.0, 0.0, 0.0));
+    assert!(behind < 0.5 && beyond < 0.3, "{behind} {beyond}");
 }
 
 #[test]
 fn a_corridor_leaves_the_guess_along_it() {
     let there = SE2::new(-3.0, 0.1, 0.0);
     let rays = rays(&corridor(), &there);
-    let map = Submap::new([(SE2::identity(), rays.as_slice())].into_iter());
+    let map = Submap::new([(SE2::identity(), rays.as_slice())].into_iter(), Unseen::Misses);
     let window = Window { centre: SE2::new(0.0, 0.15, 0.1), half_m: 0.5, half_rad: 0.5 };
     let found = map.search(&rays, &window)[0].unwrap().pose;
     assert!(found.x().abs() < 0.21 && found.y().abs() < 0.06, "{found:?}");
@@ -64,9 +94,11 @@ fn a_corridor_leaves_the_guess_along_it() {
 
 #[test]
 fn nothing_seen_finds_nothing() {
-    let map = Submap::new(std::iter::empty());
     let window = Window { centre: SE2::identity(), half_m: 0.5, half_rad: 0.5 };
-    assert_eq!(map.search(&[], &window), [None, None]);
     let rays = rays(&apartment(), &SE2::new(8.0, 2.0, 1.0));
-    assert_eq!(map.search(&rays, &window)[0].unwrap().score, 0.0);
+    for unseen in [Unseen::Misses, Unseen::LeftOut] {
+        let map = Submap::new(std::iter::empty(), unseen);
+        assert_eq!(map.search(&[], &window), [None, None]);
+        assert_eq!(map.search(&rays, &window)[0].unwrap().score, 0.0);
+    }
 }
