@@ -4,6 +4,7 @@
 pub const NAMES: &[&str] = &[
     "bayes-hallway",
     "dead-reckoning",
+    "eif-landmarks",
     "ekf",
     "ekf-landmarks",
     "ekf-slam",

@@ -13,13 +13,13 @@
 //! * A reading that is ambiguous or of no landmark of the map is not used.
 
 use clap::Args;
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Estimate, Innovation, LandmarkReading, Reply, Start};
 use rusty_geometry::{EncoderCounts, SE2};
 
 use crate::ekf::updated;
-use crate::landmarks::{Candidate, LandmarkModel, LandmarkOptions, Match};
+use crate::landmarks::{KnownLandmarks, LandmarkOptions, Match};
 use crate::numbers::positive;
 use crate::tangent::{estimate, placed};
 use crate::{Odometry, OdometryNoise};
@@ -58,15 +58,21 @@ pub struct StartOptions {
     pub start_std_deg: f64,
 }
 
+impl StartOptions {
+    /// The covariance of the error of the initial pose, m, m and rad.
+    pub(crate) fn covariance(&self) -> Matrix3<f64> {
+        let (place, heading) = (self.start_std_m, self.start_std_deg.to_radians());
+        Matrix3::from_diagonal(&Vector3::new(place * place, place * place, heading * heading))
+    }
+}
+
 crate::numbers::default_of_command_line!(Options);
 
 /// EKF localisation by landmarks.
 #[derive(Clone, Debug)]
 pub struct EkfLandmarks {
     odometry: Odometry,
-    model: LandmarkModel,
-    /// Identity and place of each landmark, world frame, m.
-    map: Vec<(u32, Vector2<f64>)>,
+    known: KnownLandmarks,
     pose_in_world: SE2,
     covariance: Matrix3<f64>,
 }
@@ -78,32 +84,12 @@ impl EkfLandmarks {
     /// [`ClientError::Unusable`]: there is no landmark sensor, no map with landmarks, or no
     /// initial pose.
     pub fn new(start: &Start, options: &Options) -> Result<Self, ClientError> {
-        let name = &start.name;
-        let model = LandmarkModel::of_start(start, &options.landmarks)?;
-        let landmarks = start.map.iter().flat_map(|map| &map.landmarks);
-        let map: Vec<_> = landmarks.map(|l| (l.id, Vector2::from(l.at))).collect();
-        if map.is_empty() {
-            return Err(ClientError::Unusable(format!(
-                "{name:?} gets no map with landmarks, and localises by them: give it \
-                 map = \"given\" in the scenario and landmarks in the world file, or take \
-                 `ekf-slam`"
-            )));
-        }
-        let Some(pose_in_world) = start.initial_pose else {
-            return Err(ClientError::Unusable(format!(
-                "{name:?} gets no initial pose, and an EKF cannot find it: give it \
-                 initial_pose = \"given\" in the scenario"
-            )));
-        };
-        let (place, heading) =
-            (options.start.start_std_m, options.start.start_std_deg.to_radians());
-        let variances = Vector3::new(place * place, place * place, heading * heading);
+        let known = KnownLandmarks::of_start(start, &options.landmarks)?;
         Ok(Self {
             odometry: Odometry::new(start.robot.drive, options.odometry),
-            model,
-            map,
-            pose_in_world,
-            covariance: Matrix3::from_diagonal(&variances),
+            known,
+            pose_in_world: initial_pose(start)?,
+            covariance: options.start.covariance(),
         })
     }
 
@@ -118,12 +104,12 @@ impl EkfLandmarks {
     /// Corrects by the readings of a tick (Table 7.2). Returns the
     /// innovation, or `None` if no reading was used.
     pub fn see(&mut self, readings: &[LandmarkReading]) -> Option<Innovation> {
+        let matches = self.known.matches(&self.pose_in_world, &self.covariance, readings);
         let mut sum = Innovation { nis: 0.0, degrees: 0 };
-        for (reading, of_reading) in readings.iter().zip(self.matches(readings)) {
+        for (reading, of_reading) in readings.iter().zip(matches) {
             let Match::Landmark(k) = of_reading else { continue };
-            let expected = LandmarkModel::expected(&self.pose_in_world, &self.map[k].1);
-            let Some(expected) = expected else { continue };
-            let innovation = expected.innovation(reading, &self.covariance, &self.model.r);
+            let Some(expected) = self.known.expected(&self.pose_in_world, k) else { continue };
+            let innovation = expected.innovation(reading, &self.covariance, self.known.r());
             let corrected = updated(&self.pose_in_world, &self.covariance, &innovation);
             let Some(corrected) = corrected else { continue };
             (self.pose_in_world, self.covariance) = corrected;
@@ -133,23 +119,21 @@ impl EkfLandmarks {
         (sum.degrees > 0).then_some(sum)
     }
 
-    /// Returns the landmark of each reading (Table 7.3).
-    fn matches(&self, readings: &[LandmarkReading]) -> Vec<Match> {
-        let known = |id| self.map.iter().position(|landmark| landmark.0 == id);
-        let candidates = |reading: &LandmarkReading, found: &mut Vec<Candidate>| {
-            found.extend(self.map.iter().enumerate().filter_map(|(k, (_, at))| {
-                let expected = LandmarkModel::expected(&self.pose_in_world, at)?;
-                let of = expected.innovation(reading, &self.covariance, &self.model.r);
-                Candidate::new(k, &of.nu, &of.s)
-            }));
-        };
-        self.model.association.matches(readings, known, candidates)
-    }
-
     /// The believed pose, world frame, and the covariance (m, m, rad) of its error τ.
     pub fn pose(&self) -> (SE2, Matrix3<f64>) {
         (self.pose_in_world, self.covariance)
     }
+}
+
+/// The initial pose, world frame.
+pub(crate) fn initial_pose(start: &Start) -> Result<SE2, ClientError> {
+    start.initial_pose.ok_or_else(|| {
+        ClientError::Unusable(format!(
+            "{:?} gets no initial pose, and a Gaussian cannot find it: give it \
+             initial_pose = \"given\" in the scenario",
+            start.name
+        ))
+    })
 }
 
 impl Filter for EkfLandmarks {

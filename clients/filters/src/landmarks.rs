@@ -3,8 +3,8 @@
 //!
 //! Source: *Probabilistic Robotics*, §6.6, Table 6.4 and eq. 6.40 (the model), §7.5.1 and
 //! Table 7.3 (correspondence of maximum likelihood), §10.3 and Table 10.2 (the threshold
-//! of new landmarks). [`crate::ekf_landmarks`], [`crate::ekf_slam`] and
-//! [`crate::fastslam`] use it.
+//! of new landmarks). [`crate::ekf_landmarks`], [`crate::eif_landmarks`], [`crate::ekf_slam`]
+//! and [`crate::fastslam`] use it.
 //!
 //! Departures, and why:
 //! * The error of a pose is a tangent vector τ in the body frame, truth = pose ⊞ τ, as in
@@ -17,6 +17,7 @@
 //!   match is worse than none.
 //! * A landmark has at most one reading in a tick. The likelier one keeps it.
 
+pub use self::known::KnownLandmarks;
 use clap::Args;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2};
 use rusty_clients::ClientError;
@@ -304,6 +305,7 @@ impl Association {
     }
 }
 
+mod known;
 #[cfg(test)]
 pub(crate) mod test_robot;
 #[cfg(test)]

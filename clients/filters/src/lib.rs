@@ -27,7 +27,8 @@
 //! [`histogram`] and what a [`corridor`] shows.
 //!
 //! The filters of landmarks, on the model and association of [`landmarks`]:
-//! [`ekf_landmarks`] on a given map; [`ekf_slam`] and [`fastslam`] make one.
+//! [`ekf_landmarks`] and [`eif_landmarks`] on a given map; [`ekf_slam`] and [`fastslam`]
+//! make one.
 //!
 //! The drivers: [`driver`] is the loop of all. [`surroundings`] keeps a robot off the
 //! walls, [`steering`] finds a free way; [`wander`] needs no more than [`reckoning`].
@@ -65,6 +66,7 @@ pub mod likelihood_field;
 pub mod mcl;
 pub mod resampling;
 
+pub mod eif_landmarks;
 pub mod ekf_landmarks;
 pub mod ekf_slam;
 pub mod fastslam;

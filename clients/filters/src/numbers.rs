@@ -60,6 +60,7 @@ mod tests {
         check::<bayes_hallway::Options>();
         check::<rusty_clients::dead_reckoning::Options>();
         check::<ekf::Options>();
+        check::<eif_landmarks::Options>();
         check::<ekf_landmarks::Options>();
         check::<ekf_slam::Options>();
         check::<explore::Options>();

@@ -5,6 +5,7 @@ use rusty_clients::{ClientArgs, run, run_from, run_recorder};
 use rusty_contract::{Exit, Program};
 
 use crate::bayes_hallway::{self, BayesHallway};
+use crate::eif_landmarks::{self, EifLandmarks};
 use crate::ekf::{self, Ekf};
 use crate::ekf_landmarks::{self, EkfLandmarks};
 use crate::ekf_slam::{self, EkfSlam};
@@ -23,6 +24,7 @@ use crate::{explore, goto, wander};
 pub const PROGRAMS: &[Program] = &[
     Program::new("bayes-hallway", "localises in a corridor by its doors", bayes_hallway),
     Program::new("dead-reckoning", "integrates the encoders", dead_reckoning),
+    Program::new("eif-landmarks", "localises on landmarks by information", eif_landmarks),
     Program::new("ekf", "localises on a floor plan by straight walls", ekf),
     Program::new("ekf-landmarks", "localises on a map of landmarks", ekf_landmarks),
     Program::new("ekf-slam", "localises and maps landmarks by one Gaussian", ekf_slam),
@@ -48,6 +50,10 @@ fn dead_reckoning() -> Exit {
     run(|start, options: dead_reckoning::Options| {
         Ok(DeadReckoning::of_start(start).with_options(options))
     })
+}
+
+fn eif_landmarks() -> Exit {
+    run(|start, options: eif_landmarks::Options| EifLandmarks::new(start, &options))
 }
 
 fn ekf() -> Exit {

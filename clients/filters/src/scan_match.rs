@@ -51,7 +51,7 @@ const SLIPS_RAD: [f64; 3] = [0.03, 0.1, 0.05];
 /// then, and a scan may have come late while the robot turned.
 const WINDOWS: [(f64, f64); 2] = [(0.5, 0.5), (1.0, 0.8)];
 /// Half of the window around the wheels in which a pose is theirs.
-const NEAR: (f64, f64) = (0.1, 0.05);
+const NEAR: (f64, f64) = (0.05, 0.025);
 /// Deviations of the wheels in such a search, and of a motion that no match says.
 const LOST_M: f64 = 0.25;
 const LOST_RAD: f64 = 0.25;
@@ -274,7 +274,8 @@ impl Tracker {
         }
         // Where the wheels fit as well as any pose does, they are not lost.
         let (half_m, half_rad) = NEAR;
-        let [near, _] = map.search(rays, &Window { centre: guess, half_m, half_rad });
+        let centre = wheels.now_in_then;
+        let [near, _] = map.search(rays, &Window { centre, half_m, half_rad });
         let near = near.filter(|near| near.score >= best.score - EQUAL_SCORE);
         let (slipped, lost) = (slipped(wheels), lost(wheels));
         let (places, wheels) = match near {

@@ -107,7 +107,12 @@ macro_rules! seeing {
     )* };
 }
 
-seeing!(crate::ekf_landmarks::EkfLandmarks, crate::ekf_slam::EkfSlam, crate::fastslam::FastSlam);
+seeing!(
+    crate::eif_landmarks::EifLandmarks,
+    crate::ekf_landmarks::EkfLandmarks,
+    crate::ekf_slam::EkfSlam,
+    crate::fastslam::FastSlam
+);
 
 /// Drives `ticks` ticks with a reading in every fifth. Returns the rms of the position error
 /// in m, and the mean NEES of three numbers, over the ticks with a reading.

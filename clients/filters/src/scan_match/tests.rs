@@ -34,14 +34,29 @@ impl Robot {
     /// Drives for a tick of 0.02 s; the counts at its end.
     pub(crate) fn drive(&mut self, twist: Twist) -> EncoderCounts {
         let drive = DiffDrive::rusty();
+        let ways = self.turn_wheels(twist);
+        let floor = ways.map(|way| way * (1.0 + self.slip * self.random.normal()));
+        self.pose = self.pose.boxplus(&drive.tangent(floor[0], floor[1]));
+        self.counts()
+    }
+
+    /// Turns the wheels for a tick while something holds the robot; the counts at its end.
+    fn drive_held(&mut self, twist: Twist) -> EncoderCounts {
+        let _ = self.turn_wheels(twist);
+        self.counts()
+    }
+
+    /// The ways of the wheels' rims in a tick, m.
+    fn turn_wheels(&mut self, twist: Twist) -> [f64; 2] {
+        let drive = DiffDrive::rusty();
         let rates = drive.wheel_rates(twist);
         let ways = [rates.left_rad_s, rates.right_rad_s].map(|r| 0.02 * r * drive.wheel_radius_m);
-        let mut floor = [0.0; 2];
-        for side in 0..2 {
-            self.way_m[side] += ways[side];
-            floor[side] = ways[side] * (1.0 + self.slip * self.random.normal());
-        }
-        self.pose = self.pose.boxplus(&drive.tangent(floor[0], floor[1]));
+        self.way_m = [self.way_m[0] + ways[0], self.way_m[1] + ways[1]];
+        ways
+    }
+
+    fn counts(&self) -> EncoderCounts {
+        let drive = DiffDrive::rusty();
         let around_m = std::f64::consts::TAU * drive.wheel_radius_m;
         let counts = self.way_m.map(|m| (m / around_m * drive.ticks_per_rev as f64).floor() as i64);
         EncoderCounts { left: counts[0], right: counts[1] }
@@ -166,6 +181,28 @@ fn scans_that_say_nothing_leave_the_wheels() {
         let told = filter.scan(ranges_m);
         assert!(matches!(told.no_match, Some(NoMatch::FewEnds { .. })), "{told:?}");
         assert!(filter.pose().0.is_finite());
+    }
+}
+
+#[test]
+fn wheels_that_turn_on_the_spot_take_it_nowhere() {
+    for seed in 0..6 {
+        let mut robot = Robot::new(apartment(), SE2::new(8.0, 2.0, 1.0), seed);
+        let mut filter =
+            ScanMatch::new(&start(&robot.lidar, Some(robot.pose)), &ScanMatchOptions::default());
+        // Something holds the robot for 2 s of 6: the wheels turn on for a metre.
+        for k in 0..300 {
+            let counts = match k {
+                100..200 => robot.drive_held(Twist { v_m_s: 0.5, omega_rad_s: 0.0 }),
+                _ => robot.drive(Twist { v_m_s: 0.2, omega_rad_s: 0.3 }),
+            };
+            filter.advance(counts);
+            if k % 5 == 4 {
+                filter.scan(&robot.look());
+            }
+        }
+        let error = robot.pose.boxminus(&filter.pose().0);
+        assert!(error.norm() < 0.1, "{seed}: {error}");
     }
 }
 
