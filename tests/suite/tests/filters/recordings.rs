@@ -19,7 +19,7 @@ enum Change {
     Nothing,
     /// Noise in the ranges, with this seed.
     Noise(u64),
-    /// One scan of so many is kept.
+    /// One scan of N is kept, the first one.
     KeepOneOf(usize),
     /// Nothing comes back from farther away, m.
     CutAt(f64),

@@ -51,7 +51,7 @@ fn every_filter_and_driver_has_the_rows_of_separate_launches() {
         ("global.toml", &["--ticks", "60", "--add", "grid-localisation=grid-localisation"]),
         ("hallway.toml", &["--ticks", "60", "--add", &trajectory]),
         ("explore.toml", &["--ticks", "60"]),
-        ("landmarks.toml", &["--ticks", "60"]),
+        ("landmarks.toml", &["--ticks", "60", "--add", "eif-landmarks=eif-landmarks"]),
         ("wander.toml", &["--ticks", "60"]),
     ];
     let mut seen = Vec::new();
