@@ -38,7 +38,7 @@ pub struct Answered {
     pub run: String,
     /// The trajectory; none if the filter was lost.
     pub trajectory: Option<PathBuf>,
-    /// The reason why there is none.
+    /// The reason for no trajectory.
     pub failure: Option<String>,
 }
 

@@ -73,7 +73,7 @@ impl Sealing<'_> {
         Ok((names.len() == runs.len()).then(|| names.concat()))
     }
 
-    /// Lists the runs. A driver's frames depend on its commands: there are none to hand out.
+    /// Lists the runs. Frames of drivers depend on their commands and cannot be handed out.
     fn runs(&self) -> Result<Vec<Run<'_>>, BenchmarkError> {
         let mut runs: Vec<Run<'_>> = Vec::new();
         for (scenario, track) in self.selection.blocks(self.suite) {

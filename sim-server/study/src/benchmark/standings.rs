@@ -167,7 +167,8 @@ impl Place<'_> {
                 figures.entry(run.seed).or_default()[side] = figure(run, metric);
             }
         }
-        let outcome = Outcome::of(metric, figures, true, LEVEL, names);
+        let samples = if self.scenario.is_recorded() { "recordings" } else { "seeds" };
+        let outcome = Outcome::of(metric, figures, true, (names, samples), LEVEL);
         let [baseline, entry] = names.map(str::to_owned);
         BenchmarkVerdict {
             scenario: self.scenario.name.clone(),
@@ -187,10 +188,7 @@ impl Place<'_> {
                 Better::A => Side::Baseline,
                 Better::B => Side::Entry,
             }),
-            text: match self.scenario.is_recorded() {
-                true => outcome.verdict.replace(" seeds", " recordings"),
-                false => outcome.verdict,
-            },
+            text: outcome.verdict,
         }
     }
 }

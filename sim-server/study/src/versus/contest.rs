@@ -56,6 +56,9 @@ pub struct Outcome {
     pub metric: Metric,
     /// Its unit.
     pub unit: &'static str,
+    /// What the pairs are of, in the plural: seeds, as a rule.
+    #[serde(skip)]
+    pub samples: &'static str,
     /// B − A over the seeds that both have.
     #[serde(flatten)]
     pub paired: Paired,
@@ -217,7 +220,7 @@ impl<'c> Met<'c> {
     fn outcome(&self, metric: Metric, level: f64, names: [&str; 2]) -> Outcome {
         let of = |(seed, runs): &(u64, [&Run; 2])| (*seed, runs.map(|run| figure(run, metric)));
         let figures = self.pairs.iter().map(of).collect();
-        Outcome::of(metric, figures, metric.may_never_end(), level, names)
+        Outcome::of(metric, figures, metric.may_never_end(), (names, "seeds"), level)
     }
 }
 
@@ -229,8 +232,8 @@ impl Outcome {
         metric: Metric,
         figures: BTreeMap<u64, [Option<f64>; 2]>,
         missing_is_worse: bool,
+        (names, samples): ([&str; 2], &'static str),
         level: f64,
-        names: [&str; 2],
     ) -> Self {
         let mut paired = Paired::of(&figures, level);
         let one_sided = match missing_is_worse {
@@ -256,6 +259,7 @@ impl Outcome {
         let mut outcome = Self {
             metric,
             unit: metric.unit(),
+            samples,
             figures,
             interval,
             effect_percent: 100.0 * paired.difference / paired.means[0],

@@ -12,6 +12,7 @@ impl Outcome {
     #[must_use]
     pub fn sentence(&self, names: [&str; 2], level: f64) -> String {
         let (what, unit) = (self.metric.words(), self.metric.shown_unit());
+        let samples = self.samples;
         let number = |value: f64| self.metric.shown(value);
         if self.one_sided != [0, 0] {
             return self.one_sided_sentence(names, level);
@@ -22,7 +23,7 @@ impl Outcome {
             return format!("{what}: nothing can be said of {pairs} pairs with a figure of both");
         }
         if self.wins == [0, 0] {
-            return format!("{what}: equal to the bit in all {} seeds", self.paired.pairs);
+            return format!("{what}: equal to the bit in all {} {samples}", self.paired.pairs);
         }
         let decided = self.decided();
         let [low, high] = self.interval.map(number);
@@ -33,11 +34,13 @@ impl Outcome {
         let Some(better) = self.better else {
             let with_the_mean = (self.paired.difference < 0.0) == (many == Better::B);
             let but = match (unlikely, with_the_mean) {
-                (false, _) => "",
-                (true, true) => "; better in most seeds, but by amounts too unlike for the mean",
-                (true, false) => {
-                    "; better in most seeds, but not on average: a few seeds weigh against it"
+                (false, _) => String::new(),
+                (true, true) => {
+                    format!("; better in most {samples}, but by amounts too unlike for the mean")
                 }
+                (true, false) => format!(
+                    "; better in most {samples}, but not on average: a few {samples} weigh against it"
+                ),
             };
             return format!(
                 "{what}: no difference shown: {} with {}{unit}, {interval}; {}{but}",
@@ -55,10 +58,12 @@ impl Outcome {
         // As few as these are as likely all of one sign.
         let too_few = 2.0 * 0.5f64.powi(decided.min(1000) as i32) >= 1.0 - level;
         let but = match (unlikely && many == better, many == better) {
-            (true, _) => "",
-            (_, true) if too_few => "; too few seeds for the signs to tell",
-            (_, true) => "; the signs alone do not show it",
-            (_, false) => "; the mean owes it to a few seeds, the signs do not show it",
+            (true, _) => String::new(),
+            (_, true) if too_few => format!("; too few {samples} for the signs to tell"),
+            (_, true) => "; the signs alone do not show it".to_owned(),
+            (_, false) => {
+                format!("; the mean owes it to a few {samples}, the signs do not show it")
+            }
         };
         format!(
             "{what}: {winner} is better: {subject} {}{unit} {word} ({}), {interval}; {}{but}",
@@ -82,7 +87,7 @@ impl Outcome {
         };
         let ties = if self.ties > 0 { format!(" ({} ties)", self.ties) } else { String::new() };
         let (decided, p) = (self.decided(), probability(self.sign_p));
-        format!("{name} wins {wins} of {decided} seeds{ties}, p = {p}")
+        format!("{name} wins {wins} of {decided} {}{ties}, p = {p}", self.samples)
     }
 
     /// Where it did not happen in all runs, the signs decide: a mean would be over
@@ -96,10 +101,11 @@ impl Outcome {
             None => format!("no difference shown at {} %", per_cent_of(level)),
         };
         format!(
-            "{}: {verdict}: {}; {a} alone came to it in {only_a} seeds, {b} alone in {only_b}, both \
+            "{}: {verdict}: {}; {a} alone came to it in {only_a} {}, {b} alone in {only_b}, both \
              in {pairs}, over which the means are",
             self.metric.words(),
-            self.won(names, many)
+            self.won(names, many),
+            self.samples
         )
     }
 }
