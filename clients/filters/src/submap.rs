@@ -115,16 +115,9 @@ impl Submap {
     /// Draws scans, each with the pose of its body in the frame of the map.
     pub fn new<'a>(scans: impl Iterator<Item = (SE2, &'a [Ray])>, unseen: Unseen) -> Self {
         let scans: Vec<(SE2, &[Ray])> = scans.collect();
-        let mut drawing = Drawing::new(&scans, unseen);
-        let beyond = match unseen {
-            Unseen::Misses => 0,
-            Unseen::LeftOut => {
-                drawing.mark_unseen(&scans);
-                UNSEEN
-            }
-        };
+        let drawing = Drawing::new(&scans, unseen);
         let size = drawing.size.map(|cells| cells as usize);
-        let table = Pyramid::new(&drawing.cells, size, beyond, LEVELS);
+        let table = Pyramid::new(&drawing.cells, size, drawing.beyond, LEVELS);
         Self { corner: drawing.corner, table }
     }
 

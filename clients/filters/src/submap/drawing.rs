@@ -26,6 +26,8 @@ pub(super) struct Drawing {
     pub(super) size: [i32; 2],
     /// 0 to [`MOST`], or [`UNSEEN`].
     pub(super) cells: Vec<u8>,
+    /// What all cells around it have.
+    pub(super) beyond: u8,
 }
 
 impl Drawing {
@@ -44,7 +46,10 @@ impl Drawing {
                 high[axis] = high[axis].max(end[axis]);
             }
         }
-        let margin = BLUR_CELLS + if unseen == Unseen::LeftOut { cell(BEHIND_M) } else { 0 };
+        let (margin, beyond) = match unseen {
+            Unseen::Misses => (BLUR_CELLS, 0),
+            Unseen::LeftOut => (BLUR_CELLS + cell(BEHIND_M), UNSEEN),
+        };
         let corner = low.map(|c| c - margin);
         let size = [0, 1].map(|axis| high[axis] - corner[axis] + margin + 1);
         let mut cells = vec![0u8; (size[0] * size[1]) as usize];
@@ -57,11 +62,15 @@ impl Drawing {
                 around.zip(line).for_each(|(cell, value)| *cell = (*cell).max(*value));
             }
         }
-        Self { corner, size, cells }
+        let mut drawing = Self { corner, size, cells, beyond };
+        if unseen == Unseen::LeftOut {
+            drawing.mark_unseen(scans);
+        }
+        drawing
     }
 
     /// Marks the cells that no scan looked at.
-    pub(super) fn mark_unseen(&mut self, scans: &[(SE2, &[Ray])]) {
+    fn mark_unseen(&mut self, scans: &[(SE2, &[Ray])]) {
         let mut seen = Seen::new(self);
         scans.iter().for_each(|(pose, rays)| seen.look(pose, rays));
         for (row, line) in (0..).zip(self.cells.chunks_mut(self.size[0] as usize)) {
