@@ -12,14 +12,13 @@ use rusty_geometry::{SE2, Twist};
 use crate::pilot::Pilot;
 use crate::surroundings::Caution;
 
-/// What a driver does: the part in which drivers differ.
-pub trait Task {
+/// What a driver does with its filter `F`: the part in which drivers differ.
+pub trait Task<F> {
     /// Whether the robot must stand while the filter abstains.
     const NEEDS_POSE: bool = false;
 
-    /// Returns the command for the next tick, from the estimated pose and the scan at
-    /// the end of this tick, if there is one.
-    fn command(&mut self, pilot: &mut Pilot, pose: &SE2, ranges_m: Option<&[f64]>) -> Twist;
+    /// Returns the command for the next tick, from what is known at the end of this one.
+    fn command(&mut self, pilot: &mut Pilot, known: &Known<'_, F>) -> Twist;
 
     /// The filter abstained for a while, and the pose may have jumped.
     fn relocated(&mut self) {}
@@ -31,7 +30,18 @@ pub trait Task {
     ///
     /// # Errors
     /// The reason why they cannot be written.
-    fn finish(self, name: &str, pilot: &Pilot) -> Result<(), ClientError>;
+    fn finish(self, name: &str, pilot: &Pilot, filter: &F) -> Result<(), ClientError>;
+}
+
+/// What a task knows at the end of a tick.
+#[derive(Debug)]
+pub struct Known<'a, F> {
+    /// The filter after this tick.
+    pub filter: &'a F,
+    /// Its answer, world frame; the identity while it abstains.
+    pub pose_in_world: SE2,
+    /// The scan at the end of this tick, if there is one, m.
+    pub ranges_m: Option<&'a [f64]>,
 }
 
 /// A driver: a filter, a task, and a pilot that executes it.
@@ -46,7 +56,7 @@ pub struct Driver<F, T> {
     pub task: T,
 }
 
-impl<F: Filter, T: Task> Driver<F, T> {
+impl<F: Filter, T: Task<F>> Driver<F, T> {
     /// A driver before the first tick.
     pub fn new(start: &Start, caution: &Caution, filter: F, task: T) -> Self {
         Self {
@@ -59,7 +69,7 @@ impl<F: Filter, T: Task> Driver<F, T> {
     }
 }
 
-impl<F, T: Task> Driver<F, T> {
+impl<F, T: Task<F>> Driver<F, T> {
     /// Returns whether the robot is lost, and prints when that changes.
     fn stands(&mut self, is_lost: bool, time_s: f64) -> bool {
         if is_lost != std::mem::replace(&mut self.is_lost, is_lost) {
@@ -75,15 +85,16 @@ impl<F, T: Task> Driver<F, T> {
     }
 }
 
-impl<F: Filter, T: Task> Filter for Driver<F, T> {
+impl<F: Filter, T: Task<F>> Filter for Driver<F, T> {
     fn update(&mut self, tick: &Tick<'_>) -> Reply {
         let estimate = self.filter.update(tick).estimate().copied();
         self.pilot.tick(tick.encoders(), tick.ranges_m());
         if T::NEEDS_POSE && self.stands(estimate.is_none(), tick.time_s()) {
             return Reply::Command(Twist::default());
         }
-        let pose = estimate.map(|estimate| estimate.pose_in_world).unwrap_or_default();
-        let command = self.task.command(&mut self.pilot, &pose, tick.ranges_m());
+        let pose_in_world = estimate.map(|estimate| estimate.pose_in_world).unwrap_or_default();
+        let known = Known { filter: &self.filter, pose_in_world, ranges_m: tick.ranges_m() };
+        let command = self.task.command(&mut self.pilot, &known);
         estimate.map_or(Reply::Command(command), |estimate| Reply::Both(estimate, command))
     }
 
@@ -92,7 +103,7 @@ impl<F: Filter, T: Task> Filter for Driver<F, T> {
     }
 
     fn finish(self) -> Result<(), ClientError> {
-        self.task.finish(&self.name, &self.pilot)
+        self.task.finish(&self.name, &self.pilot, &self.filter)
     }
 }
 
@@ -119,10 +130,10 @@ mod tests {
 
     const ONWARDS: Twist = Twist { v_m_s: 0.2, omega_rad_s: 0.0 };
 
-    impl<const NEEDS: bool> Task for Onwards<NEEDS> {
+    impl<const NEEDS: bool> Task<Gaps> for Onwards<NEEDS> {
         const NEEDS_POSE: bool = NEEDS;
 
-        fn command(&mut self, _: &mut Pilot, _: &SE2, _: Option<&[f64]>) -> Twist {
+        fn command(&mut self, _: &mut Pilot, _: &Known<'_, Gaps>) -> Twist {
             ONWARDS
         }
 
@@ -134,7 +145,7 @@ mod tests {
             false
         }
 
-        fn finish(self, _: &str, _: &Pilot) -> Result<(), ClientError> {
+        fn finish(self, _: &str, _: &Pilot, _: &Gaps) -> Result<(), ClientError> {
             Ok(())
         }
     }

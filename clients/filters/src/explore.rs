@@ -3,7 +3,8 @@
 //!
 //! Source: B. Yamauchi, *A frontier-based approach for autonomous exploration*
 //! (IEEE CIRA 1997). The map is an occupancy grid ([`crate::occupancy_grid`]) from
-//! the poses of scan matching ([`crate::scan_match`]); [`crate::frontiers`]
+//! the poses of [`crate::slam`], drawn anew where a loop moves them
+//! ([`crate::graph_map`]); [`crate::frontiers`]
 //! finds the edges of what is known; the way to the nearest is found over free
 //! cells and followed like any other ([`crate::planning`], [`crate::pilot`]).
 //!
@@ -29,13 +30,15 @@ use rusty_contract::{Start, errln};
 use rusty_geometry::{SE2, Twist};
 
 use crate::beams::believed_lidar;
-use crate::driver::{Driver, Task};
+use crate::driver::{Driver, Known, Task};
 use crate::frontiers::{Frontier, frontiers};
+use crate::graph_map::GraphMap;
 use crate::numbers::positive;
-use crate::occupancy_grid::InverseModel;
+use crate::occupancy_grid::{GridError, InverseModel};
 use crate::pilot::{Pilot, Progress};
 use crate::planning::{Chart, Room, Routes, Unknown};
-use crate::scan_match::{ScanMatch, ScanMatchOptions};
+use crate::scan_match::ScanMatchOptions;
+use crate::slam::{Slam, SlamOptions};
 use crate::surroundings::Caution;
 use crate::{Beams, Cell, OccupancyGrid, OccupancyMap, OdometryNoise};
 
@@ -61,8 +64,8 @@ const LAST_LOOKS: u32 = 3;
 /// Explore an unknown world by its frontiers
 ///
 /// The driver maps what its laser sees and drives to the nearest frontier of the
-/// map, until no reachable frontier is left (Yamauchi 1997). It localises by scan
-/// matching, like `scan-match`, and does not use the map of the scenario. The
+/// map, until no reachable frontier is left (Yamauchi 1997). It localises like `slam`,
+/// with loops that correct its map, and does not use the map of the scenario. The
 /// scenario needs a script of kind "driver"; the role is driver. With --save it
 /// writes its map at the end.
 #[derive(Args, Clone, Debug)]
@@ -102,9 +105,8 @@ crate::numbers::default_of_command_line!(Options);
 #[derive(Debug)]
 pub struct Explore {
     options: Options,
-    beams: Beams,
     room: Room,
-    grid: OccupancyGrid,
+    map: GraphMap,
     /// Place on the edge of the known that it is on its way to.
     target: Option<Point2<f64>>,
     /// Places that were tried.
@@ -121,13 +123,13 @@ pub struct Explore {
 }
 
 /// Makes a driver that explores, with nothing known.
-pub fn driver(start: &Start, options: Options) -> Driver<ScanMatch, Explore> {
-    let matching = ScanMatchOptions { wheels: options.wheels, ..ScanMatchOptions::default() };
-    let (filter, caution) = (ScanMatch::new(start, &matching), options.caution);
+pub fn driver(start: &Start, options: Options) -> Driver<Slam, Explore> {
+    let front = ScanMatchOptions { wheels: options.wheels, ..ScanMatchOptions::default() };
+    let slam = SlamOptions { front, model: options.model, ..SlamOptions::default() };
+    let (filter, caution) = (Slam::new(start, &slam), options.caution);
     let task = Explore {
-        beams: Beams::new(&believed_lidar(start)),
         room: Room::on_cells(start, &caution, options.liked_m, options.model.cell_m),
-        grid: OccupancyGrid::new(options.model),
+        map: GraphMap::new(options.model, Beams::new(&believed_lidar(start))),
         options,
         target: None,
         tried: Vec::new(),
@@ -144,7 +146,7 @@ pub fn driver(start: &Start, options: Options) -> Driver<ScanMatch, Explore> {
 impl Explore {
     /// Looks at the map: on to the old target, to a new one, or done.
     fn look(&mut self, pilot: &mut Pilot, pose: &SE2) {
-        let map = by_the_prior(&self.grid);
+        let map = by_the_prior(self.map.grid());
         let least_cells = (self.options.frontier_m / map.frame.cell_m).ceil() as usize;
         let edges = frontiers(&map, least_cells.max(1));
         let here = Point2::from(pose.translation());
@@ -197,9 +199,32 @@ impl Explore {
         }
     }
 
+    /// Takes the scan of a tick into the map, if there is one, and returns whether the map
+    /// was drawn anew.
+    fn take_in(&mut self, pilot: &Pilot, known: &Known<'_, Slam>) -> bool {
+        let Some(ranges_m) = known.ranges_m else { return false };
+        let ranges_m = believed(ranges_m, self.map.beams().range_max_m);
+        let keys = known.filter.key_poses();
+        let redrawn = self.map.follow(keys).and_then(|redrawn| {
+            self.map.add(keys, &known.pose_in_world, ranges_m)?;
+            Ok(redrawn)
+        });
+        redrawn.unwrap_or_else(|e| {
+            self.refused(pilot, e);
+            false
+        })
+    }
+
+    /// The map stays as it was, and the end of the run reports why.
+    fn refused(&mut self, pilot: &Pilot, why: GridError) {
+        let time_s = pilot.around().tick_count() as f64 * self.dt_s;
+        let text = format!("{time_s:.2} s: {why}");
+        self.problem.get_or_insert(ClientError::Unusable(text));
+    }
+
     /// The map as it is now.
     pub fn map(&self) -> OccupancyMap {
-        self.grid.to_map()
+        self.map.grid().to_map()
     }
 
     /// In which tick no frontier was left, from 1.
@@ -269,18 +294,11 @@ fn goal(edges: &[usize], map: &OccupancyMap, routes: &Routes) -> Option<Goal> {
     best
 }
 
-impl Task for Explore {
-    fn command(&mut self, pilot: &mut Pilot, pose: &SE2, ranges_m: Option<&[f64]>) -> Twist {
-        if let Some(ranges_m) = ranges_m {
-            let ranges_m = believed(ranges_m, self.beams.range_max_m);
-            let added = self.grid.add(pose, &ranges_m, &self.beams);
-            // The map stays as it was, and the end of the run reports why.
-            if let (Err(e), None) = (added, &self.problem) {
-                let time_s = pilot.around().tick_count() as f64 * self.dt_s;
-                self.problem = Some(ClientError::Unusable(format!("{time_s:.2} s: {e}")));
-            }
-        }
-        if self.done_at.is_some() || self.grid.scans() < FIRST_SCANS {
+impl Task<Slam> for Explore {
+    fn command(&mut self, pilot: &mut Pilot, known: &Known<'_, Slam>) -> Twist {
+        let pose = &known.pose_in_world;
+        let is_redrawn = self.take_in(pilot, known);
+        if self.done_at.is_some() || self.map.grid().scans() < FIRST_SCANS {
             return Twist::default();
         }
         self.since_look += 1;
@@ -294,7 +312,8 @@ impl Task for Explore {
             _ => {}
         }
         let look_ticks = (LOOK_S / self.dt_s).ceil() as u64;
-        if ranges_m.is_some() && (self.target.is_none() || self.since_look >= look_ticks) {
+        let is_due = is_redrawn || self.target.is_none() || self.since_look >= look_ticks;
+        if known.ranges_m.is_some() && is_due {
             self.look(pilot, pose);
             self.since_look = 0;
         }
@@ -306,15 +325,19 @@ impl Task for Explore {
     }
 
     /// Writes the map, and prints a summary.
-    fn finish(self, name: &str, pilot: &Pilot) -> Result<(), ClientError> {
+    fn finish(self, name: &str, pilot: &Pilot, filter: &Slam) -> Result<(), ClientError> {
         let map = self.map();
         let free = map.cells.iter().filter(|cell| **cell == Cell::Free).count();
         let area_m2 = free as f64 * map.frame.cell_m * map.frame.cell_m;
         let (when, remark) = (pilot.when(self.done_at), pilot.around().remark());
         let left = self.left;
-        errln!("{name}: {when}, {area_m2:.1} m² free, {left} edges that cannot be reached{remark}");
+        let loops = filter.loops();
+        errln!(
+            "{name}: {when}, {area_m2:.1} m² free, {loops} loops, {left} edges that cannot be \
+             reached{remark}"
+        );
         // An older map is better than none.
-        if let Some(stem) = self.options.save.filter(|_| self.grid.known().is_some()) {
+        if let Some(stem) = self.options.save.filter(|_| self.map.grid().known().is_some()) {
             map.save(&stem)?;
         }
         self.problem.map_or(Ok(()), Err)

@@ -10,11 +10,11 @@ use clap::Args;
 use nalgebra::Point2;
 use rusty_clients::ClientError;
 use rusty_contract::{Start, errln};
-use rusty_geometry::{SE2, Twist, World};
+use rusty_geometry::{Twist, World};
 use thiserror::Error;
 
 use crate::OccupancyMap;
-use crate::driver::{Driver, Task};
+use crate::driver::{Driver, Known, Task};
 use crate::ekf::{self, Ekf};
 use crate::numbers::positive;
 use crate::pilot::{Pilot, Progress};
@@ -305,10 +305,11 @@ impl Goto {
     }
 }
 
-impl Task for Goto {
+impl Task<Ekf> for Goto {
     const NEEDS_POSE: bool = true;
 
-    fn command(&mut self, pilot: &mut Pilot, pose: &SE2, _: Option<&[f64]>) -> Twist {
+    fn command(&mut self, pilot: &mut Pilot, known: &Known<'_, Ekf>) -> Twist {
+        let pose = &known.pose_in_world;
         let Some(to) = self.plan.waypoints.get(self.next).copied() else {
             return Twist::default();
         };
@@ -340,7 +341,7 @@ impl Task for Goto {
     }
 
     /// Prints how many waypoints were reached.
-    fn finish(self, name: &str, pilot: &Pilot) -> Result<(), ClientError> {
+    fn finish(self, name: &str, pilot: &Pilot, _: &Ekf) -> Result<(), ClientError> {
         let (reached, all) = (self.reached(), self.plan.waypoints.len());
         let (when, remark) = (pilot.when(self.done_at), pilot.around().remark());
         errln!("{name}: {reached} of {all} waypoints, {when}{remark}");
@@ -352,7 +353,7 @@ impl Task for Goto {
 mod tests {
     use super::*;
     use crate::surroundings::tests::start;
-    use rusty_geometry::{apartment, hallway};
+    use rusty_geometry::{SE2, apartment, hallway};
 
     fn begin(told: &Start, waypoints: &[&str]) -> Result<usize, String> {
         let waypoints = waypoints.iter().map(|w| w.parse().unwrap()).collect();

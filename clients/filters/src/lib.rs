@@ -33,7 +33,8 @@
 //! The drivers: [`driver`] is the loop of all. [`surroundings`] keeps a robot off the
 //! walls, [`steering`] finds a free way; [`wander`] needs no more than [`reckoning`].
 //! [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them: [`goto`]
-//! on a map that is given, [`explore`] on one that it makes, to its [`frontiers`].
+//! on a map that is given, [`explore`] on one that it makes ([`graph_map`]), to its
+//! [`frontiers`].
 //!
 //! [`trajectory`] answers with the poses of an estimator that ran elsewhere.
 //!
@@ -100,6 +101,7 @@ pub mod surroundings;
 pub mod wander;
 
 pub mod goto;
+pub mod graph_map;
 pub mod pilot;
 pub mod planning;
 pub mod pursuit;

@@ -198,6 +198,12 @@ impl Slam {
         &self.graph
     }
 
+    /// The key poses as the graph has them now, world frame; none before the first scan
+    /// that shows walls.
+    pub fn key_poses(&self) -> &[SE2] {
+        if self.seen.is_empty() { &[] } else { self.graph.poses() }
+    }
+
     /// How many loops were closed.
     pub fn loops(&self) -> usize {
         self.graph.constraints().iter().filter(|c| c.kind == Kind::Loop).count()

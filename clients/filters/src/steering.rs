@@ -93,20 +93,8 @@ pub fn steer(around: &Surroundings, bearing_rad: f64, caution: &Caution) -> Twis
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surroundings::tests::start;
-    use rusty_geometry::{EncoderCounts, SE2, Scan, apartment};
-
-    /// Noise-free surroundings of a pose in the Apartment.
-    fn seen_from(pose: SE2) -> Surroundings {
-        let told = start(&apartment(), pose);
-        let mut around = Surroundings::new(&told, &Caution::default());
-        let mut scan = Scan::new(told.lidar.fan());
-        scan.take(&apartment(), &pose, told.lidar.range_max_m);
-        let mut ranges_m = vec![0.0; 180];
-        scan.write_distances_m(&mut ranges_m);
-        around.tick(EncoderCounts::default(), Some(&ranges_m));
-        around
-    }
+    use crate::surroundings::tests::seen_from;
+    use rusty_geometry::SE2;
 
     #[test]
     fn a_door_beside_the_wall_is_found() {

@@ -13,6 +13,23 @@ pub(crate) fn start(world: &World, at: SE2) -> Start {
     Start::new(&header, 0, &header.roster[0])
 }
 
+/// Ranges without noise from a pose in the Apartment, m.
+pub(crate) fn ranges_from(told: &Start, pose: &SE2) -> Vec<f64> {
+    let mut scan = Scan::new(told.lidar.fan());
+    scan.take(&apartment(), pose, told.lidar.range_max_m);
+    let mut ranges_m = vec![0.0; told.lidar.beams as usize];
+    scan.write_distances_m(&mut ranges_m);
+    ranges_m
+}
+
+/// What a robot sees from a pose in the Apartment, without noise.
+pub(crate) fn seen_from(pose: SE2) -> Surroundings {
+    let told = start(&apartment(), pose);
+    let mut around = Surroundings::new(&told, &Caution::default());
+    around.tick(EncoderCounts::default(), Some(&ranges_from(&told, &pose)));
+    around
+}
+
 #[test]
 fn the_closed_form_is_where_small_steps_meet_the_point() {
     let mut random = Random::new(3, 1);

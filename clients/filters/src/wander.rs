@@ -11,9 +11,9 @@
 use clap::Args;
 use rusty_clients::ClientError;
 use rusty_contract::{Start, errln};
-use rusty_geometry::{SE2, Twist, wrap_angle};
+use rusty_geometry::{Twist, wrap_angle};
 
-use crate::driver::{Driver, Task};
+use crate::driver::{Driver, Known, Task};
 use crate::pilot::Pilot;
 use crate::reckoning::Reckoning;
 use crate::steering::{free_direction, sectors, steer};
@@ -95,16 +95,16 @@ impl Wander {
     }
 }
 
-impl Task for Wander {
+impl Task<Reckoning> for Wander {
     fn is_done(&self) -> bool {
         false
     }
 
-    fn command(&mut self, pilot: &mut Pilot, _: &SE2, ranges_m: Option<&[f64]>) -> Twist {
+    fn command(&mut self, pilot: &mut Pilot, known: &Known<'_, Reckoning>) -> Twist {
         let around = pilot.around();
         let heading_rad = around.pose_in_odometry().theta();
         self.keep_ticks = self.keep_ticks.saturating_sub(1);
-        if ranges_m.is_some() {
+        if known.ranges_m.is_some() {
             let desired_rad = wrap_angle(self.desired_heading_rad - heading_rad);
             if self.keep_ticks == 0 || around.clear_towards_m(desired_rad, 0.0) < END_M {
                 self.choose_heading(around, heading_rad);
@@ -118,7 +118,7 @@ impl Task for Wander {
     }
 
     /// Prints the reason if the robot never moved.
-    fn finish(self, name: &str, pilot: &Pilot) -> Result<(), ClientError> {
+    fn finish(self, name: &str, pilot: &Pilot, _: &Reckoning) -> Result<(), ClientError> {
         match pilot.around().remark() {
             "" => {}
             remark => errln!("{name}: stood{remark}"),

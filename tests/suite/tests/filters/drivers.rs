@@ -243,6 +243,34 @@ fn an_explorer_sees_the_whole_apartment_and_touches_nothing() {
     }
 }
 
+/// The wheels are bad and the laser sees little, so that scans alone lead the map astray.
+#[test]
+fn an_explorer_that_closes_loops_has_straight_walls() {
+    for seed in 0..seeds(1) {
+        let mut header = header(seed, SE2::new(6.0, 4.5, 0.0));
+        header.config.robot.slip_std = 0.05;
+        header.config.robot.radius_bias_right = 0.03;
+        header.config.lidar.beams = 60;
+        header.config.lidar.range_max_m = 3.5;
+        let told = Start { map: None, ..told(&header) };
+        let mut explorer = explore::driver(&told, explore::Options::default());
+        let (blocked, _) = drive(&header, 9000, |tick| {
+            if explorer.task.done_at().is_some() {
+                return Twist::default();
+            }
+            explorer.update(tick).command().unwrap()
+        });
+        let (world, map) = (apartment(), explorer.task.map());
+        let walls = (0..map.frame.cells()).filter(|cell| map.cells[*cell] == Cell::Occupied);
+        let off_m = walls.map(|cell| world.distance_to_nearest(map.frame.centre(cell)));
+        let (rms_m, most_m) = spread(off_m.collect());
+        let done_at = explorer.task.done_at();
+        println!("seed {seed}: blocked {blocked}, rms {rms_m:.3} m, 95 % within {most_m:.3} m");
+        assert!(blocked == 0 && done_at.is_some(), "seed {seed}: blocked {blocked}, {done_at:?}");
+        assert!(most_m < 0.15, "seed {seed}: 95 % of the walls within {most_m} m");
+    }
+}
+
 /// The log again, to its own driver: from the file, and by a server.
 fn answers_again(log: &Path, ticks: u64) {
     let said = about("verify", log, &["--clients"]).expect(0).stdout;
