@@ -49,7 +49,8 @@ pub struct Known<'a, F> {
 pub struct Driver<F, T> {
     name: String,
     filter: F,
-    pilot: Pilot,
+    /// What executes it.
+    pub pilot: Pilot,
     /// Whether the filter has abstained since its last answer.
     is_lost: bool,
     /// What it does.

@@ -1,7 +1,7 @@
 //! A driver with a floor plan, to a list of waypoints.
 //!
 //! The plan becomes cells, ways are found over them ([`crate::planning`]) and
-//! followed ([`crate::pilot`]). The pose comes from an EKF.
+//! followed ([`crate::pilot`]) by pure pursuit or in the dynamic window. The pose comes from an EKF.
 
 use std::str::FromStr;
 use std::sync::Arc;
@@ -15,9 +15,10 @@ use thiserror::Error;
 
 use crate::OccupancyMap;
 use crate::driver::{Driver, Known, Task};
+use crate::dynamic_window::{Acceleration, DynamicWindow};
 use crate::ekf::{self, Ekf};
 use crate::numbers::positive;
-use crate::pilot::{Pilot, Progress};
+use crate::pilot::{Local, Pilot, Progress};
 use crate::planning::{Chart, Room, Unknown};
 use crate::surroundings::Caution;
 
@@ -86,6 +87,14 @@ pub struct Options {
     /// Side of a cell for path planning, m
     #[arg(long, value_name = "METRES", default_value_t = 0.05, value_parser = positive)]
     pub cell_m: f64,
+
+    /// How a way is followed
+    #[arg(long, value_enum, default_value_t = Local::Pursuit)]
+    pub local: Local,
+
+    /// How fast it changes its motion.
+    #[command(flatten)]
+    pub acceleration: Acceleration,
 
     /// How careful it is.
     #[command(flatten)]
@@ -283,7 +292,11 @@ pub fn next_driver(
     let (within_m, end) = (options.within_m, options.end);
     let done_at = None;
     let task = Goto { plan, within_m, next: 0, planned: false, tries: 0, missed: 0, done_at, end };
-    Ok(Driver::new(start, &options.caution, Ekf::new(start, &options.ekf)?, task))
+    let mut driver = Driver::new(start, &options.caution, Ekf::new(start, &options.ekf)?, task);
+    if options.local == Local::Dwa {
+        driver.pilot.use_window(DynamicWindow::new(options.acceleration));
+    }
+    Ok(driver)
 }
 
 impl Goto {

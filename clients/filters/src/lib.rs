@@ -32,7 +32,8 @@
 //!
 //! The drivers: [`driver`] is the loop of all. [`surroundings`] keeps a robot off the
 //! walls, [`steering`] finds a free way; [`wander`] needs no more than [`reckoning`].
-//! [`planning`] finds ways over a map, [`pursuit`] and [`pilot`] follow them: [`goto`]
+//! [`planning`] finds ways over a map, [`pilot`] follows them by [`pursuit`] or in the
+//! [`dynamic_window`]: [`goto`]
 //! on a map that is given, [`explore`] on one that it makes ([`graph_map`]), to its
 //! [`frontiers`].
 //!
@@ -95,6 +96,7 @@ pub mod corridor;
 pub mod histogram;
 
 pub mod driver;
+pub mod dynamic_window;
 pub mod reckoning;
 pub mod steering;
 pub mod surroundings;

@@ -1,25 +1,25 @@
 //! What every driver with an aim has in common: a way that it follows, and eyes
 //! for what is in it.
 //!
-//! The way is followed by pure pursuit ([`crate::pursuit`]). Where the circle to
+//! The way is followed by pure pursuit ([`crate::pursuit`]), or by the dynamic window
+//! approach ([`crate::dynamic_window`]). In pure pursuit, where the circle to
 //! the next aim is not clear, because the believed pose is off or the map is not
 //! what stands there, the robot turns to a free direction near the aim instead
 //! ([`crate::steering`]); and the result of either is made admissible
 //! ([`crate::surroundings`]).
 
+use clap::ValueEnum;
 use nalgebra::Point2;
 use rusty_contract::Start;
 use rusty_geometry::{EncoderCounts, SE2, Twist, wrap_angle};
 
+use crate::dynamic_window::DynamicWindow;
 use crate::pursuit::{Aim, Pursuit, pursue};
-use crate::steering::{free_direction, steer};
+use crate::steering::{NEED_M, free_direction, steer};
 use crate::surroundings::{Caution, Surroundings};
 
 /// A command of which less than this share is admissible asks for another way.
 const HINDERED: f64 = 0.5;
-
-/// So far a free direction must be free, m, where the aim is not nearer.
-const NEED_M: f64 = 0.35;
 
 /// A detour goes this far, m, or takes this long, s, before the aim is looked for
 /// again: who looks sooner turns to and fro before the same corner.
@@ -33,6 +33,16 @@ const PROGRESS_M: f64 = 0.05;
 const ELSEWHERE_M: f64 = DETOUR_M + PROGRESS_M;
 const STUCK_S: f64 = 6.0;
 
+/// How a way is followed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Local {
+    /// Pure pursuit, with a detour where the way is blocked
+    #[default]
+    Pursuit,
+    /// Dynamic window approach
+    Dwa,
+}
+
 /// Follows ways.
 #[derive(Clone, Debug)]
 pub struct Pilot {
@@ -40,6 +50,9 @@ pub struct Pilot {
     caution: Caution,
     dt_s: f64,
     way: Option<Pursuit>,
+    window: Option<DynamicWindow>,
+    /// Whether the window was asked since the last tick.
+    asked: bool,
     detour: Option<Detour>,
     /// How far along it was when it last got on, where that was (odometry frame),
     /// and how many ticks ago.
@@ -81,6 +94,8 @@ impl Pilot {
             caution: *caution,
             dt_s: start.dt_s,
             way: None,
+            window: None,
+            asked: false,
             detour: None,
             got_to_m: 0.0,
             got_to: SE2::identity(),
@@ -89,9 +104,18 @@ impl Pilot {
         }
     }
 
+    /// Follows ways by the dynamic window approach from now on.
+    pub fn use_window(&mut self, window: DynamicWindow) {
+        self.window = Some(window);
+    }
+
     /// Takes a tick: encoder counts and, if there is one, the scan at its end.
     pub fn tick(&mut self, ticks: EncoderCounts, ranges_m: Option<&[f64]>) {
         self.around.tick(ticks, ranges_m);
+        if let Some(window) = self.window.as_mut().filter(|_| !self.asked) {
+            window.stop();
+        }
+        self.asked = false;
     }
 
     /// Follows another way from now on; one without corners is none.
@@ -144,6 +168,10 @@ impl Pilot {
     }
 
     fn towards(&mut self, aim: &Aim) -> Twist {
+        if let Some(window) = &mut self.window {
+            self.asked = true;
+            return window.command(&self.around, aim, &self.caution, self.dt_s);
+        }
         if let Some(command) = self.on_detour() {
             return command;
         }

@@ -29,8 +29,8 @@ const ON_THE_SPOT_RAD: f64 = 0.9;
 const TURN_PER_S: f64 = 2.5;
 
 /// Speed for each metre that is left, 1/s, and the least, m/s: a way ends slowly.
-const END_PER_S: f64 = 1.5;
-const LEAST_M_S: f64 = 0.08;
+pub(crate) const END_PER_S: f64 = 1.5;
+pub(crate) const LEAST_M_S: f64 = 0.08;
 
 /// A way, and how far along it the robot is.
 #[derive(Clone, Debug)]

@@ -36,6 +36,9 @@ const ALIGNED_RAD: f64 = 0.02;
 /// Turn rate for each radian that the direction is off, 1/s.
 const TURN_PER_S: f64 = 2.5;
 
+/// So far a free direction must be free, m, where the aim is not nearer.
+pub(crate) const NEED_M: f64 = 0.35;
+
 /// Centre of sector `k`, rad from ahead.
 fn sector_rad(k: i32) -> f64 {
     wrap_angle(f64::from(k) * std::f64::consts::TAU / f64::from(SECTORS))

@@ -152,9 +152,19 @@ impl Surroundings {
         self.scans.back().is_some_and(|(at, _)| self.now - at < self.fresh_ticks)
     }
 
+    /// Whether a scan came in this tick.
+    pub fn is_new(&self) -> bool {
+        self.scans.back().is_some_and(|(at, _)| *at == self.now)
+    }
+
     /// How far the robot can go under `twist` until body and margin meet a
     /// point, m, no more than 3; 0 where nothing is known.
     pub fn clear_m(&self, twist: Twist) -> f64 {
+        self.clear_within_m(twist, REACH_M)
+    }
+
+    /// The same, no more than `reach_m`, for which fewer points are looked at.
+    pub fn clear_within_m(&self, twist: Twist, reach_m: f64) -> f64 {
         if !self.knows() || twist.v_m_s == 0.0 {
             return 0.0;
         }
@@ -164,11 +174,13 @@ impl Surroundings {
         let clear = |p: &Point2<f64>| {
             clear_along_m(Point2::new(side * p.x, p.y), curvature_per_m, self.radius_m)
         };
-        self.points.iter().map(clear).fold(REACH_M, f64::min)
+        let square_m2 = (reach_m + self.radius_m) * (reach_m + self.radius_m);
+        let near = self.points.iter().filter(|p| p.coords.norm_squared() <= square_m2);
+        near.map(clear).fold(reach_m, f64::min)
     }
 
-    /// The same straight in the direction `bearing_rad` from ahead, for a body
-    /// with `more_m` of additional margin.
+    /// How far it can go straight in the direction `bearing_rad` from ahead, with a body of
+    /// `more_m` of additional margin, m, no more than 3; 0 where nothing is known.
     pub fn clear_towards_m(&self, bearing_rad: f64, more_m: f64) -> f64 {
         if !self.knows() {
             return 0.0;
