@@ -8,7 +8,7 @@ use crate::OccupancyMap;
 
 /// A robot in a place without enough room is led off it, if room is this
 /// near, m.
-const LED_OFF_M: f64 = 0.5;
+pub(super) const LED_OFF_M: f64 = 0.5;
 
 /// A map as one who looks for ways sees it.
 #[derive(Clone, Debug)]

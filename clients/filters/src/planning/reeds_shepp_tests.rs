@@ -1,3 +1,5 @@
+//! Words compared with others that lead to the same pose.
+
 use super::*;
 use crate::Random;
 use nalgebra::Vector3;
