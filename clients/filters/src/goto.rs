@@ -1,38 +1,28 @@
 //! A driver with a floor plan, to a list of waypoints.
 //!
 //! The plan becomes cells, ways are found over them ([`crate::planning`]) and
-//! followed ([`crate::pilot`]) by pure pursuit or in the dynamic window. The pose comes from an EKF.
+//! followed ([`crate::pilot`]) by pure pursuit or in the dynamic window. They are pieces of
+//! straight lines, or curves like those of a car. The pose comes from an EKF.
 
 use std::str::FromStr;
 use std::sync::Arc;
 
-use clap::Args;
-use nalgebra::Point2;
+use clap::{Args, ValueEnum};
 use rusty_clients::ClientError;
 use rusty_contract::{Start, errln};
-use rusty_geometry::{Twist, World};
-use thiserror::Error;
+use rusty_geometry::Twist;
 
-use crate::OccupancyMap;
+pub use self::plan::GotoError;
+use self::plan::Plan;
 use crate::driver::{Driver, Known, Task};
 use crate::dynamic_window::{Acceleration, DynamicWindow};
 use crate::ekf::{self, Ekf};
 use crate::numbers::positive;
 use crate::pilot::{Local, Pilot, Progress};
-use crate::planning::{Chart, Room, Unknown};
 use crate::surroundings::Caution;
-
-/// The most cells of a plan: ways over more take long, and memory.
-const MOST_CELLS: f64 = 4.0 * 1024.0 * 1024.0;
-
-/// Room between the walls' bounds and the end of the grid, m.
-const BORDER_M: f64 = 0.1;
 
 /// So often a way to a waypoint is planned anew before it is given up.
 const TRIES: u32 = 5;
-
-/// The middles of the Apartment's five rooms, in the order of the doors, m.
-const ROOMS: [(f64, f64); 5] = [(5.4, 7.0), (1.8, 7.0), (1.3, 2.0), (4.9, 2.0), (9.6, 4.5)];
 
 /// A place to go to, world frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +31,8 @@ pub struct Waypoint {
     pub x_m: f64,
     /// m.
     pub y_m: f64,
+    /// Heading at the end, rad; any where none is given.
+    pub heading_rad: Option<f64>,
 }
 
 impl FromStr for Waypoint {
@@ -48,12 +40,46 @@ impl FromStr for Waypoint {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let number = |word: &str| word.trim().parse::<f64>().ok().filter(|v| v.is_finite());
-        match text.split_once(',').map(|(x, y)| (number(x), number(y))) {
-            Some((Some(x_m), Some(y_m))) => Ok(Self { x_m, y_m }),
-            _ => Err("give two numbers, x and y in metres: 5.4,7".to_owned()),
+        let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+        match numbers.as_deref() {
+            Some(&[x_m, y_m]) => Ok(Self { x_m, y_m, heading_rad: None }),
+            Some(&[x_m, y_m, heading_rad]) => Ok(Self { x_m, y_m, heading_rad: Some(heading_rad) }),
+            _ => {
+                Err("give x and y in metres, 5.4,7, and a heading in rad if it matters: 5.4,7,1.57"
+                    .to_owned())
+            }
         }
     }
 }
+
+/// How ways are planned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Planner {
+    /// Shortest ways over cells, with turns on the spot
+    #[default]
+    Dijkstra,
+    /// Curves of a least radius, forwards and in reverse
+    HybridAStar,
+}
+
+/// What the curves of `--planner hybrid-a-star` may be like.
+#[derive(Args, Clone, Copy, Debug, PartialEq)]
+#[command(next_help_heading = "Hybrid A*")]
+pub struct Turning {
+    /// Minimum turning radius, m
+    #[arg(long, value_name = "METRES", default_value_t = 0.3, value_parser = positive)]
+    pub turning_radius_m: f64,
+
+    /// Cost of a metre in reverse, in metres forwards
+    #[arg(long, value_name = "FACTOR", default_value_t = 2.0, value_parser = positive)]
+    pub reverse_cost: f64,
+
+    /// Cost of a change of direction, m
+    #[arg(long, value_name = "METRES", default_value_t = 0.3, value_parser = positive)]
+    pub switch_cost_m: f64,
+}
+
+crate::numbers::default_of_command_line!(Turning);
 
 /// Drive to a list of waypoints on a floor plan
 ///
@@ -62,14 +88,16 @@ impl FromStr for Waypoint {
 /// no command that could touch, before the next scan, a wall that its laser has hit, and
 /// none at all while its EKF abstains.
 /// It does not see walls between the beams, and it assumes that commands take effect
-/// within the time of one scan. At the end it prints the number of waypoints reached
+/// within the time of one scan. With --planner hybrid-a-star it drives like a car: it never
+/// turns on the spot, and reverses where that is cheaper. At the end it prints the number of waypoints reached
 /// and of ticks used. The scenario needs a script of kind "driver"; the role is driver.
 #[derive(Args, Clone, Debug)]
 // A program that flattens these next to those of a filter has two of this name.
 #[group(skip)]
 pub struct Options {
-    /// Waypoint in the world frame, m, repeatable
-    #[arg(long = "waypoint", value_name = "X,Y", allow_hyphen_values = true)]
+    /// Waypoint in the world frame, m, repeatable; --planner hybrid-a-star also takes the
+    /// heading there, rad
+    #[arg(long = "waypoint", value_name = "X,Y[,HEADING]", allow_hyphen_values = true)]
     pub waypoints: Vec<Waypoint>,
 
     /// Distance at which a waypoint counts as reached, m
@@ -87,6 +115,14 @@ pub struct Options {
     /// Side of a cell for path planning, m
     #[arg(long, value_name = "METRES", default_value_t = 0.05, value_parser = positive)]
     pub cell_m: f64,
+
+    /// How ways are planned
+    #[arg(long, value_enum, default_value_t = Planner::Dijkstra)]
+    pub planner: Planner,
+
+    /// What a curve may be like.
+    #[command(flatten)]
+    pub turning: Turning,
 
     /// How a way is followed
     #[arg(long, value_enum, default_value_t = Local::Pursuit)]
@@ -106,136 +142,6 @@ pub struct Options {
 }
 
 crate::numbers::default_of_command_line!(Options);
-
-/// Why it cannot begin.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum GotoError {
-    /// It is told no walls.
-    #[error("{0:?} is given no map to plan on: write map = \"given\" in the scenario")]
-    NoMap(String),
-    /// It is not told where it starts.
-    #[error(
-        "{0:?} is not told where it starts, and its filter follows a robot without finding it: \
-         write initial_pose = \"given\" in the scenario"
-    )]
-    NoPose(String),
-    /// The walls are not valid.
-    #[error("{name:?} is given a map that is none: {why}")]
-    BadMap {
-        /// Who.
-        name: String,
-        /// What is wrong with the map.
-        why: String,
-    },
-    /// The plan is too large for its cells.
-    #[error(
-        "{name:?} would plan on {width_m:.0} m × {height_m:.0} m in cells of {cell_m} m, which are \
-         more than 4 million: give it larger ones with --cell-m"
-    )]
-    TooLarge {
-        /// Who.
-        name: String,
-        /// Extent of the plan along x, m.
-        width_m: f64,
-        /// Along y, m.
-        height_m: f64,
-        /// Side of a cell, m.
-        cell_m: f64,
-    },
-    /// There is no way from where it starts.
-    #[error(
-        "{name:?} starts at ({x_m}, {y_m}), where it has less than {needed_m:.2} m to the walls \
-         and no place with more near it: start elsewhere, or give a smaller --margin-m"
-    )]
-    HemmedIn {
-        /// Who.
-        name: String,
-        /// m.
-        x_m: f64,
-        /// m.
-        y_m: f64,
-        /// Room that it needs, m.
-        needed_m: f64,
-    },
-    /// There is nowhere to go.
-    #[error("{name:?} knows no tour of {world:?}: give it places with --waypoint X,Y")]
-    NoTour {
-        /// Who.
-        name: String,
-        /// Name of the world.
-        world: String,
-    },
-    /// A place cannot be reached.
-    #[error(
-        "waypoint {number} ({x_m}, {y_m}) cannot be reached from the one before with {needed_m:.2} m \
-         to every wall: give another --waypoint, or a smaller --margin-m"
-    )]
-    Unreachable {
-        /// Which, from 1.
-        number: usize,
-        /// m.
-        x_m: f64,
-        /// m.
-        y_m: f64,
-        /// Room that it needs, m.
-        needed_m: f64,
-    },
-}
-
-/// Where to go, and a chart to find the ways on.
-#[derive(Debug)]
-struct Plan {
-    chart: Chart,
-    waypoints: Vec<Point2<f64>>,
-}
-
-impl Plan {
-    fn new(start: &Start, options: &Options) -> Result<Self, GotoError> {
-        let name = start.name.clone();
-        let walls = start.map.clone().ok_or_else(|| GotoError::NoMap(name.clone()))?;
-        let pose = start.initial_pose.ok_or_else(|| GotoError::NoPose(name.clone()))?;
-        let world = World::new(walls)
-            .map_err(|e| GotoError::BadMap { name: name.clone(), why: e.to_string() })?;
-        let home = Point2::from(pose.translation());
-        let point = |w: &Waypoint| Point2::new(w.x_m, w.y_m);
-        let waypoints: Vec<Point2<f64>> = match options.waypoints.as_slice() {
-            [] if world.name() == "apartment" => {
-                ROOMS.iter().map(|(x, y)| Point2::new(*x, *y)).chain([home]).collect()
-            }
-            [] => return Err(GotoError::NoTour { name, world: world.name().to_owned() }),
-            given => given.iter().map(point).collect(),
-        };
-        let chart = chart(&name, &world, start, options)?;
-        let needed_m = chart.room.needed_m;
-        if chart.routes_from(home).is_none() {
-            let (x_m, y_m) = (home.x, home.y);
-            return Err(GotoError::HemmedIn { name, x_m, y_m, needed_m });
-        }
-        let mut from = home;
-        for (k, to) in waypoints.iter().enumerate() {
-            if chart.way(from, *to).is_none() {
-                let number = k + 1;
-                return Err(GotoError::Unreachable { number, x_m: to.x, y_m: to.y, needed_m });
-            }
-            from = *to;
-        }
-        Ok(Self { chart, waypoints })
-    }
-}
-
-fn chart(name: &str, world: &World, start: &Start, options: &Options) -> Result<Chart, GotoError> {
-    let cell_m = options.cell_m;
-    let [x0_m, y0_m, x1_m, y1_m] = world.bounds();
-    let [width_m, height_m] = [x1_m - x0_m, y1_m - y0_m].map(|m| m + 2.0 * BORDER_M);
-    if (width_m / cell_m) * (height_m / cell_m) > MOST_CELLS {
-        let name = name.to_owned();
-        return Err(GotoError::TooLarge { name, width_m, height_m, cell_m });
-    }
-    // A cell's centre is up to half a diagonal from the robot in it.
-    let room = Room::on_cells(start, &options.caution, options.liked_m, cell_m);
-    let map = OccupancyMap::of_world(world, BORDER_M, cell_m);
-    Ok(Chart::new(&map, Unknown::Wall, room))
-}
 
 /// A plan, for the next run in which the same is told.
 #[derive(Debug)]
@@ -323,12 +229,11 @@ impl Task<Ekf> for Goto {
 
     fn command(&mut self, pilot: &mut Pilot, known: &Known<'_, Ekf>) -> Twist {
         let pose = &known.pose_in_world;
-        let Some(to) = self.plan.waypoints.get(self.next).copied() else {
+        if self.next == self.plan.waypoints.len() {
             return Twist::default();
-        };
+        }
         if !self.planned {
-            let way = self.plan.chart.way(Point2::from(pose.translation()), to);
-            pilot.follow(way.unwrap_or_default());
+            self.plan.begin(self.next, pilot, pose, self.tries > 0);
             (self.planned, self.tries) = (true, self.tries + 1);
         }
         let (command, progress) = pilot.command(pose, self.within_m);
@@ -362,6 +267,8 @@ impl Task<Ekf> for Goto {
     }
 }
 
+mod plan;
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -390,6 +297,24 @@ mod tests {
     }
 
     #[test]
+    fn curves_are_checked_before_the_run() {
+        let told = start(&apartment(), SE2::new(6.0, 4.5, 0.0));
+        let begin = |waypoint: &str, options: Options| {
+            let options = Options { waypoints: vec![waypoint.parse().unwrap()], ..options };
+            driver(&told, options).map(|_| ()).map_err(|e| e.to_string())
+        };
+        let curves = Options { planner: Planner::HybridAStar, ..Options::default() };
+        assert_eq!(begin("5.4,7,-1.6", curves.clone()), Ok(()));
+        let why = begin("5.4,7,-1.6", Options::default()).unwrap_err();
+        assert!(why.contains("waypoint 1 has a heading"), "{why}");
+        let why = begin("5.4,7", Options { local: Local::Dwa, ..curves.clone() }).unwrap_err();
+        assert!(why.contains("--local dwa"), "{why}");
+        let turning = Turning { turning_radius_m: 20.0, ..Turning::default() };
+        let why = begin("5.4,7,-1.6", Options { turning, ..curves }).unwrap_err();
+        assert!(why.contains("turning radius of 20 m"), "{why}");
+    }
+
+    #[test]
     fn who_cannot_begin_says_why() {
         let told = start(&apartment(), SE2::new(6.0, 4.5, 0.0));
         assert_eq!(begin(&told, &[]), Ok(6));
@@ -410,7 +335,7 @@ mod tests {
         );
         let why = begin(&start(&apartment(), SE2::new(-5.0, 4.5, 0.0)), &[]).unwrap_err();
         assert!(why.contains("starts at (-5, 4.5)"), "{why}");
-        for text in ["5", "a,b", "1,nan", "1,2,3"] {
+        for text in ["5", "a,b", "1,nan", "1,2,3,4", "1,2,inf"] {
             assert!(text.parse::<Waypoint>().is_err(), "{text}");
         }
     }

@@ -33,9 +33,8 @@
 //! The drivers: [`driver`] is the loop of all. [`surroundings`] keeps a robot off the
 //! walls, [`steering`] finds a free way; [`wander`] needs no more than [`reckoning`].
 //! [`planning`] finds ways over a map, [`pilot`] follows them by [`pursuit`] or in the
-//! [`dynamic_window`]: [`goto`]
-//! on a map that is given, [`explore`] on one that it makes ([`graph_map`]), to its
-//! [`frontiers`].
+//! [`dynamic_window`], and curves by [`curve_pursuit`]: [`goto`] on a map that is given,
+//! [`explore`] on one that it makes ([`graph_map`]), to its [`frontiers`].
 //!
 //! [`trajectory`] answers with the poses of an estimator that ran elsewhere.
 //!
@@ -93,6 +92,7 @@ pub mod ray_walk;
 
 pub mod bayes_hallway;
 pub mod corridor;
+pub mod curve_pursuit;
 pub mod histogram;
 
 pub mod driver;

@@ -5,7 +5,8 @@
 //! approach ([`crate::dynamic_window`]). In pure pursuit, where the circle to
 //! the next aim is not clear, because the believed pose is off or the map is not
 //! what stands there, the robot turns to a free direction near the aim instead
-//! ([`crate::steering`]); and the result of either is made admissible
+//! ([`crate::steering`]). Curves are followed without turns on the spot
+//! ([`crate::curve_pursuit`]). Whatever the result is, it is made admissible
 //! ([`crate::surroundings`]).
 
 use clap::ValueEnum;
@@ -13,7 +14,9 @@ use nalgebra::Point2;
 use rusty_contract::Start;
 use rusty_geometry::{EncoderCounts, SE2, Twist, wrap_angle};
 
+use crate::curve_pursuit::{CurvePursuit, pursue_curve};
 use crate::dynamic_window::DynamicWindow;
+use crate::planning::Curve;
 use crate::pursuit::{Aim, Pursuit, pursue};
 use crate::steering::{NEED_M, free_direction, steer};
 use crate::surroundings::{Caution, Surroundings};
@@ -50,6 +53,8 @@ pub struct Pilot {
     caution: Caution,
     dt_s: f64,
     way: Option<Pursuit>,
+    /// In place of a way.
+    curve: Option<CurvePursuit>,
     window: Option<DynamicWindow>,
     /// Whether the window was asked since the last tick.
     asked: bool,
@@ -94,6 +99,7 @@ impl Pilot {
             caution: *caution,
             dt_s: start.dt_s,
             way: None,
+            curve: None,
             window: None,
             asked: false,
             detour: None,
@@ -125,10 +131,18 @@ impl Pilot {
         self.detour = None;
     }
 
+    /// Follows a curve from now on, with a robot that turns on circles of `radius_m` or
+    /// more.
+    pub fn follow_curve(&mut self, curve: &Curve, radius_m: f64) {
+        self.follow(Vec::new());
+        self.curve = Some(CurvePursuit::new(curve, radius_m));
+    }
+
     /// Goes on along another way to the same or another aim: a robot that has
     /// waited for long has still waited, and a detour goes on.
     pub fn follow_on(&mut self, corners: Vec<Point2<f64>>) {
         self.way = (!corners.is_empty()).then(|| Pursuit::new(corners));
+        self.curve = None;
         (self.got_to_m, self.goes_on) = (0.0, true);
     }
 
@@ -149,6 +163,9 @@ impl Pilot {
     /// The command for the next tick, and what the way has come to, for a robot
     /// that believes to be here and has arrived `within_m` of the end.
     pub fn command(&mut self, pose_in_world: &SE2, within_m: f64) -> (Twist, Progress) {
+        if self.curve.is_some() {
+            return self.command_on_curve(pose_in_world, within_m);
+        }
         let stand = Twist::default();
         let Some(aim) = self.way.as_mut().and_then(|way| way.aim(pose_in_world)) else {
             return (stand, Progress::NoWay);
@@ -156,7 +173,26 @@ impl Pilot {
         if aim.left_m + aim.off_m < within_m {
             return (stand, Progress::Arrived);
         }
-        let done_m = self.way.as_ref().map_or(0.0, Pursuit::done_m);
+        let progress = self.progress(self.way.as_ref().map_or(0.0, Pursuit::done_m));
+        (self.towards(&aim), progress)
+    }
+
+    /// The same on a curve, which is followed to its very end. A robot that has come off it
+    /// by more than `within_m` is stuck.
+    fn command_on_curve(&mut self, pose_in_world: &SE2, within_m: f64) -> (Twist, Progress) {
+        let stand = Twist::default();
+        let Some(curve) = &mut self.curve else { return (stand, Progress::NoWay) };
+        let Some(aim) = curve.aim(pose_in_world) else { return (stand, Progress::Arrived) };
+        if aim.off_m > within_m {
+            return (stand, Progress::Stuck);
+        }
+        let done_m = curve.done_m();
+        let given = self.around.limit(pursue_curve(&aim, &self.caution));
+        (given, self.progress(done_m))
+    }
+
+    /// Whether the robot, which is so far along, has got on lately.
+    fn progress(&mut self, done_m: f64) -> Progress {
         self.waited_ticks += 1;
         let here = self.around.pose_in_odometry();
         let moved_m = (here.translation() - self.got_to.translation()).norm();
@@ -164,7 +200,7 @@ impl Pilot {
             (self.got_to_m, self.got_to, self.waited_ticks) = (done_m, here, 0);
         }
         let stuck = self.waited_ticks as f64 * self.dt_s > STUCK_S;
-        (self.towards(&aim), if stuck { Progress::Stuck } else { Progress::Under })
+        if stuck { Progress::Stuck } else { Progress::Under }
     }
 
     fn towards(&mut self, aim: &Aim) -> Twist {

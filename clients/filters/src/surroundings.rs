@@ -152,6 +152,11 @@ impl Surroundings {
         self.scans.back().is_some_and(|(at, _)| self.now - at < self.fresh_ticks)
     }
 
+    /// What the scans of the last seconds met near the robot, body frame, m.
+    pub fn points(&self) -> &[Point2<f64>] {
+        &self.points
+    }
+
     /// Whether a scan came in this tick.
     pub fn is_new(&self) -> bool {
         self.scans.back().is_some_and(|(at, _)| *at == self.now)

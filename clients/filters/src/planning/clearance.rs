@@ -44,6 +44,20 @@ impl Clearance {
         Self { frame, distances_m }
     }
 
+    /// Adds a point (world frame, m) that must not be touched, to cells no farther than
+    /// `within_m` from it.
+    pub fn block(&mut self, point: Point2<f64>, within_m: f64) {
+        let (column, row) = self.frame.column_row(point);
+        let reach = (within_m / self.frame.cell_m).ceil() as i64;
+        for (column, row) in (row - reach..=row + reach)
+            .flat_map(|row| (column - reach..=column + reach).map(move |column| (column, row)))
+        {
+            let Some(cell) = self.frame.index(column, row) else { continue };
+            let distance_m = (self.frame.centre(cell) - point).norm();
+            self.distances_m[cell] = self.distances_m[cell].min(distance_m);
+        }
+    }
+
     /// Distance from the centre of a cell to that of the nearest wall, m.
     pub fn at(&self, cell: usize) -> f64 {
         self.distances_m[cell]

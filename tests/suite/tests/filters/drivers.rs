@@ -164,6 +164,47 @@ fn a_tour_of_five_rooms_touches_nothing() {
     tour(seeds(2), 0.0);
 }
 
+/// Like a car, with the noise of the tables: it reverses, turns nowhere on the spot, and no
+/// circle is too narrow.
+#[test]
+fn a_car_touches_nothing_and_stops_with_the_heading_it_was_asked_for() {
+    let goals = [SE2::new(4.9, 2.0, 1.6), SE2::new(1.8, 7.0, 0.0), SE2::new(9.6, 4.5, -1.6)];
+    let turning = goto::Turning::default();
+    for seed in 0..seeds(1) {
+        let header = header(seed, SE2::new(6.0, 4.5, 0.0));
+        let waypoint = |goal: &SE2| goto::Waypoint {
+            x_m: goal.x(),
+            y_m: goal.y(),
+            heading_rad: Some(goal.theta()),
+        };
+        let waypoints = goals.iter().map(waypoint).collect();
+        let planner = goto::Planner::HybridAStar;
+        let options = goto::Options { waypoints, planner, ..goto::Options::default() };
+        let mut car = goto::driver(&told(&header), options).unwrap();
+        let (mut commands, mut reached_at) = (Vec::new(), Vec::new());
+        let (blocked, truths) = drive(&header, 6000, |tick| {
+            let command = car.update(tick).command().unwrap();
+            if reached_at.len() < car.task.reached() {
+                reached_at.push(commands.len());
+            }
+            commands.push(command);
+            command
+        });
+        for (at, goal) in reached_at.iter().zip(&goals) {
+            let missed = truths[*at].boxminus(goal);
+            println!("seed {seed}: tick {at}, missed by {missed:?}");
+            assert!(missed.xy().norm() < 0.05 && missed.z.abs() < 0.15, "{goal:?}: {missed:?}");
+        }
+        assert_eq!((blocked, car.task.reached()), (0, 3), "seed {seed}");
+        let reverse = commands.iter().filter(|command| command.v_m_s < 0.0).count();
+        assert!(reverse > 20, "seed {seed}: {reverse} ticks in reverse");
+        for Twist { v_m_s, omega_rad_s } in commands {
+            let most_rad_s = (v_m_s / turning.turning_radius_m).abs() + 1e-9;
+            assert!(omega_rad_s.abs() <= most_rad_s, "{omega_rad_s} rad/s at {v_m_s} m/s");
+        }
+    }
+}
+
 #[test]
 fn nor_does_it_on_unequal_wheels() {
     tour(seeds(1), 0.01);
