@@ -16,8 +16,11 @@
 //!   tick is an arc has them equal. What it says of ahead and round holds for both.
 //! * Counts of the encoders are whole: two readings at the ends of a window are off
 //!   by up to half a count each, whatever was driven. That is known and taken out.
-//! * The half count at the end of a window is that at the beginning of the next, so
-//!   the errors of neighbours hang together; they are taken as independent.
+//! * The true poses of a recording have noise, too. Where its deviation is given, it
+//!   is taken out like the half counts.
+//! * The half count at the end of a window is that at the beginning of the next, and so is
+//!   the noise of the true pose there, so the errors of neighbours hang together; they are
+//!   taken as independent.
 //!   They are negligible compared with the slip of a window of more than some counts.
 //! * A fit that did not converge, or whose α are those of no robot, is refused: the true
 //!   poses of a recording can be wrong.

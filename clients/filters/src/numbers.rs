@@ -29,6 +29,11 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     number(text, |v| v > 0.0 && v.is_finite(), "a number greater than 0")
 }
 
+/// A number that is not negative.
+pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, |v| v >= 0.0 && v.is_finite(), "a number, 0 or more")
+}
+
 /// A share.
 pub(crate) fn share(text: &str) -> Result<f64, String> {
     number(text, |v| (0.0..=1.0).contains(&v), "a share from 0 to 1")

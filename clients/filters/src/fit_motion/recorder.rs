@@ -1,9 +1,12 @@
 //! Collects windows from a log, fits, and prints the result.
 
 use clap::Args;
+use nalgebra::Vector2;
 use rusty_clients::recorder::{Ending, Step};
 use rusty_clients::{ClientError, Recorder};
 use rusty_contract::{Brief, Exit, Start, TextTable, errln, outln};
+
+use crate::numbers::not_negative;
 
 use super::{Alpha, Identifiability, MotionFit, Systematic, Windows, fit};
 
@@ -17,12 +20,21 @@ const LONG: u64 = 20_000;
 /// radian. The output has the maximum-likelihood values, their standard errors, and the
 /// flags for a filter. The simulator draws its slip per tick, so the values of its logs
 /// grow with speed and length of a tick. A value that the log does not determine has no
-/// flag; keep the previous one. A fit whose true poses contradict the odometry is refused.
+/// flag; keep the previous one. Noise of the true poses themselves is taken for noise of the
+/// wheels, unless --reference-m and --reference-deg give it. A fit whose true poses contradict the odometry is refused.
 ///
 ///   fit-motion --log run.log
 #[derive(Args, Clone, Copy, Debug, Default)]
 #[command(verbatim_doc_comment)]
 pub struct Options {
+    /// Standard deviation of the true poses, m: of a recording's, 0.01 to 0.05
+    #[arg(long, value_name = "METRES", default_value_t = 0.0, value_parser = not_negative)]
+    pub reference_m: f64,
+
+    /// Standard deviation of the true headings, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, value_parser = not_negative)]
+    pub reference_deg: f64,
+
     /// Print the log likelihood of every round
     #[arg(long, short)]
     pub verbose: bool,
@@ -48,7 +60,10 @@ impl FitMotion {
     pub fn new(start: &Start, brief: &Brief, options: Options) -> Self {
         Self {
             options,
-            windows: Windows::new(start.robot.drive),
+            windows: Windows::new(
+                start.robot.drive,
+                Vector2::new(options.reference_m, options.reference_deg.to_radians()),
+            ),
             kidnapped_at: brief.header.kidnappings().map(|k| k.tick).collect(),
             ticks: start.ticks,
             with_truth: 0,

@@ -22,7 +22,7 @@ struct Look {
 
 fn covariance(window: &Window, alphas: &Vector4<f64>) -> Matrix2<f64> {
     let sum = window.of_alpha.iter().zip(alphas.iter()).map(|(of, alpha)| of * *alpha);
-    sum.fold(window.of_counts, |all, one| all + one)
+    sum.fold(window.known, |all, one| all + one)
 }
 
 fn look(windows: &[Window], alphas: &Vector4<f64>) -> Look {

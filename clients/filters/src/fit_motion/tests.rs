@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::{OdometryNoise, Random};
+use nalgebra::Vector2;
 use rusty_geometry::{DiffDrive, EncoderCounts, SE2, tick_length, trig};
 
 /// A robot that drives: what its encoders count, and where it comes.
@@ -15,8 +16,13 @@ struct Drive {
 
 impl Drive {
     fn new() -> Self {
+        Self::with_reference(Vector2::zeros())
+    }
+
+    /// With true poses of these deviations, ahead (m) and round (rad).
+    fn with_reference(reference: Vector2<f64>) -> Self {
         let drive = DiffDrive::rusty();
-        let mut windows = Windows::new(drive);
+        let mut windows = Windows::new(drive, reference);
         windows.tick(EncoderCounts::default(), Some(SE2::identity()));
         windows.left = Left::default();
         Self { drive, counts: EncoderCounts::default(), pose: SE2::identity(), windows }
@@ -228,19 +234,40 @@ fn a_wheel_that_is_larger_than_said_shows() {
 
 #[test]
 fn where_no_way_up_is_known_it_is_not_said_to_be_at_the_top() {
-    let mut windows = Windows::new(DiffDrive::rusty());
+    let mut windows = Windows::new(DiffDrive::rusty(), Vector2::zeros());
     let each = nalgebra::Matrix2::identity();
     let window = |size: f64| Window {
-        error: nalgebra::Vector2::new(1.0, 1.0),
+        error: Vector2::new(1.0, 1.0),
         of_alpha: [each * size; 4],
-        of_counts: each,
-        driven: nalgebra::Vector2::new(1.0, 1.0),
+        known: each,
+        driven: Vector2::new(1.0, 1.0),
         ticks: 1,
     };
     windows.all = vec![window(1e200)];
     assert!(!fit(&windows).unwrap().converged);
     windows.all = vec![window(1.0)];
     assert!(fit(&windows).unwrap().converged);
+}
+
+#[test]
+fn noise_of_the_true_poses_is_not_taken_for_that_of_the_wheels() {
+    let noise = Vector2::new(0.004, 0.02);
+    let told = |reference: Vector2<f64>| {
+        let (mut robot, mut random) = (Drive::with_reference(reference), Random::new(7, 1));
+        for k in 0..40_000 {
+            let (left, right) = without_curves(k);
+            robot.tick(left, right, |pose, ways| slipping(K, &mut random, pose, ways));
+            let off = SE2::new(noise.x * random.normal(), 0.0, noise.y * random.normal());
+            let seen = (k % 5 == 4).then(|| robot.pose.compose(&off));
+            robot.windows.tick(robot.counts, seen);
+        }
+        fit(&robot.windows).unwrap()
+    };
+    let _ = check(&told(noise), of_slip(K), "known noise");
+    let without = told(Vector2::zeros());
+    let [_, alpha2, alpha3, _] = of_slip(K);
+    assert!(without.alphas[1].value > 2.0 * alpha2, "{:?}", without.alphas);
+    assert!(without.alphas[2].value > 2.0 * alpha3, "{:?}", without.alphas);
 }
 
 #[test]

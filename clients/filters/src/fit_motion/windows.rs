@@ -14,8 +14,8 @@ pub struct Window {
     pub error: Vector2<f64>,
     /// Covariance of that for each α, were it 1 and the others 0.
     pub of_alpha: [Matrix2<f64>; 4],
-    /// Covariance that results from counting in whole numbers.
-    pub of_counts: Matrix2<f64>,
+    /// Covariance that is known: of counts in whole numbers and of the true poses.
+    pub known: Matrix2<f64>,
     /// Way ahead, m, and round, rad, that the counts say.
     pub driven: Vector2<f64>,
     /// How many ticks it has.
@@ -37,6 +37,8 @@ pub struct Left {
 #[derive(Clone, Debug)]
 pub struct Windows {
     drive: DiffDrive,
+    /// Variance of the difference of two true poses, ahead (m²) and round (rad²).
+    of_reference: Vector2<f64>,
     last: EncoderCounts,
     /// True pose at the start of the window.
     from: Option<SE2>,
@@ -62,10 +64,12 @@ fn ahead_and_round(m: &Matrix3<f64>) -> Matrix2<f64> {
 }
 
 impl Windows {
-    /// Before the first tick, with counts of zero.
-    pub fn new(drive: DiffDrive) -> Self {
+    /// Before the first tick, with counts of zero; the true poses have these standard
+    /// deviations, ahead (m) and round (rad), each for itself.
+    pub fn new(drive: DiffDrive, reference: Vector2<f64>) -> Self {
         Self {
             drive,
+            of_reference: reference.component_mul(&reference) * 2.0,
             last: EncoderCounts::default(),
             from: None,
             motions: [Motion::default(); 4],
@@ -123,7 +127,7 @@ impl Windows {
             self.all.push(Window {
                 error: Vector2::new(error.x, error.z),
                 of_alpha: self.motions.map(|m| ahead_and_round(&m.covariance)),
-                of_counts: Matrix2::from_diagonal(&of_counts),
+                known: Matrix2::from_diagonal(&(of_counts + self.of_reference)),
                 driven: self.driven,
                 ticks: self.ticks,
             });
