@@ -5,6 +5,7 @@ mod beliefs;
 mod dead_reckoning;
 mod drivers;
 mod ekf;
+mod figures;
 mod fitting;
 mod grid_localisation;
 mod hard_places;

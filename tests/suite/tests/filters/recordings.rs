@@ -1,12 +1,13 @@
 //! SLAM on recordings of real robots, as they are and changed a little. The table of
-//! docs/filters.md is printed by
-//! `RUSTY_SEEDS=5 cargo test -p rusty-tests --test filters recordings:: -- --nocapture`.
+//! docs/filters.md is printed, and compared with the page, by
+//! `RUSTY_SEEDS=10 cargo test --release -p rusty-tests --test filters recordings:: -- --nocapture`.
 
 use rusty_contract::log::TickRecord;
 use rusty_contract::{Participant, Role, Start};
 use rusty_filters::Random;
 use rusty_filters::slam::{Slam, SlamOptions};
 use rusty_metrics::alignment::aligned_errors;
+use rusty_metrics::percentile;
 use rusty_metrics::scored::Scored;
 use rusty_tests::*;
 
@@ -51,6 +52,12 @@ struct Outcome {
     online_m: f64,
     /// Of the key poses of the graph at the end.
     at_end_m: f64,
+}
+
+impl Outcome {
+    fn numbers(&self) -> Vec<f64> {
+        vec![self.online_m, self.at_end_m]
+    }
 }
 
 fn ate_m(pairs: impl Iterator<Item = (SE2, SE2)>) -> f64 {
@@ -106,25 +113,52 @@ fn imported(file: &str) -> Option<(LogHeader, Vec<TickRecord>)> {
     Some(load(&log))
 }
 
-/// Neither the recording nor copies of it end farther off than `most_m`.
+/// Neither the recording nor copies of it end farther off than `most_m`, and the page has
+/// their figures.
 fn check(file: &str, most_m: f64) {
     let Some(log) = imported(file) else { return };
-    let copies = (1..=crate::drivers::seeds(1)).map(Change::Noise);
-    for change in std::iter::once(Change::Nothing).chain(copies) {
-        let Outcome { online_m, at_end_m } = told(file, &log, 0.005, change);
+    let seeds = crate::drivers::seeds(1);
+    let outcomes = (0..=seeds).map(|seed| {
+        let change = if seed == 0 { Change::Nothing } else { Change::Noise(seed) };
+        let outcome = told(file, &log, 0.005, change);
+        let Outcome { online_m, at_end_m } = outcome;
         assert!(at_end_m < most_m && online_m < 1.2, "{file}, {change:?}: {online_m}, {at_end_m}");
+        outcome
+    });
+    let mut outcomes: Vec<Outcome> = outcomes.collect();
+    let mut rows = vec![("recording".to_owned(), outcomes.remove(0).numbers())];
+    if std::env::var_os("RUSTY_SEEDS").is_some() {
+        let spread = |get: fn(&Outcome) -> f64| {
+            let mut all: Vec<f64> = outcomes.iter().map(get).collect();
+            [0.5, 0.0, 1.0].map(|fraction| percentile(&mut all, fraction).unwrap()).to_vec()
+        };
+        // The page has the copies of ten seeds.
+        if seeds == 10 {
+            rows.push(("copies, online".to_owned(), spread(|outcome| outcome.online_m)));
+            rows.push(("copies, final graph".to_owned(), spread(|outcome| outcome.at_end_m)));
+        }
+        rows.extend(changed(file, &log));
     }
-    if std::env::var_os("RUSTY_SEEDS").is_none() {
-        return;
-    }
-    for roughness_m in [0.015, 0.03, 0.05] {
-        let Outcome { online_m, .. } = told(file, &log, roughness_m, Change::Nothing);
-        assert!(online_m < 1.2, "{file}: {online_m} m");
-    }
+    crate::figures::hold(file, &rows);
+}
+
+/// The rows of the page for other options and other changes.
+fn changed(file: &str, log: &(LogHeader, Vec<TickRecord>)) -> Vec<(String, Vec<f64>)> {
     use Change::{CutAt, KeepOneOf, Shorten};
-    for change in [KeepOneOf(2), KeepOneOf(3), CutAt(8.0), CutAt(5.0), Shorten(0.2)] {
-        let _ = told(file, &log, 0.005, change);
-    }
+    let rough = [0.015, 0.03, 0.05].map(|roughness_m| {
+        let outcome = told(file, log, roughness_m, Change::Nothing);
+        assert!(outcome.online_m < 1.2, "{file}: {} m", outcome.online_m);
+        (format!("`--roughness-m {roughness_m}`"), outcome.numbers())
+    });
+    let others = [
+        ("one scan of two", KeepOneOf(2)),
+        ("one scan of three", KeepOneOf(3)),
+        ("ranges cut at 8 m", CutAt(8.0)),
+        ("ranges cut at 5 m", CutAt(5.0)),
+        ("a fifth of the beams short", Shorten(0.2)),
+    ];
+    let others = others.map(|(row, change)| (row.into(), told(file, log, 0.005, change).numbers()));
+    rough.into_iter().chain(others).collect()
 }
 
 #[test]
