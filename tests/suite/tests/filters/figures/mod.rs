@@ -7,6 +7,8 @@ mod cell;
 mod command;
 mod table;
 
+use std::collections::BTreeSet;
+
 use command::Figures;
 use rusty_tests::*;
 use table::Table;
@@ -188,6 +190,16 @@ fn commands_print_the_figures_of_the_page() {
         wrong.extend(differences(table, words, &figures));
     }
     expect_none(&wrong);
+}
+
+/// A filter draws, or the world does.
+#[test]
+fn every_sweep_of_the_page_has_eight_seeds() {
+    let commands: BTreeSet<String> = tables().into_iter().flat_map(|t| t.commands).collect();
+    let seeds = commands.iter().filter_map(|c| c.split_once("--seeds 0..").map(|(_, end)| end));
+    let seeds: Vec<u64> =
+        seeds.map(|end| end.split(' ').next().unwrap().parse().unwrap()).collect();
+    assert!(seeds.len() >= 10 && seeds.iter().all(|count| *count >= 8), "{seeds:?}");
 }
 
 /// Compares cells of the column of a recording in the table of changed copies, by the
