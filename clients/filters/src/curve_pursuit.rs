@@ -15,7 +15,7 @@ use nalgebra::Point2;
 use rusty_geometry::{SE2, Twist};
 
 use crate::planning::curve::Curve;
-use crate::pursuit::{END_PER_S, LEAST_M_S};
+use crate::pursuit::{curvature_to, on_circle};
 use crate::surroundings::Caution;
 
 /// The aim lies this far ahead on the curve, m.
@@ -133,16 +133,11 @@ impl CurvePursuit {
 
 /// The command that leads to the aim on a circle that the robot can drive.
 pub fn pursue_curve(aim: &CurveAim, caution: &Caution) -> Twist {
-    let square = aim.in_body.coords.norm_squared();
-    let wanted_per_m = if square > 0.0 { 2.0 * aim.in_body.y / square } else { 0.0 };
-    let curvature_per_m = wanted_per_m.clamp(-aim.most_per_m, aim.most_per_m);
-    let end_m_s = (END_PER_S * aim.left_m).max(LEAST_M_S);
-    let mut speed_m_s = caution.speed_m_s.min(end_m_s);
-    if (curvature_per_m * speed_m_s).abs() > caution.turn_rad_s {
-        speed_m_s = caution.turn_rad_s / curvature_per_m.abs();
-    }
-    let v_m_s = if aim.is_reverse { -speed_m_s } else { speed_m_s };
-    Twist { v_m_s, omega_rad_s: curvature_per_m * v_m_s }
+    let most_per_m = aim.most_per_m;
+    let curvature_per_m = curvature_to(&aim.in_body).clamp(-most_per_m, most_per_m);
+    let Twist { v_m_s, omega_rad_s } = on_circle(curvature_per_m, aim.left_m, caution);
+    let side = if aim.is_reverse { -1.0 } else { 1.0 };
+    Twist { v_m_s: side * v_m_s, omega_rad_s: side * omega_rad_s }
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ use nalgebra::{Point2, Vector3};
 use rusty_geometry::{SE2, Twist, trig};
 
 use crate::numbers::positive;
-use crate::pursuit::{Aim, END_PER_S, LEAST_M_S};
+use crate::pursuit::{Aim, end_speed_m_s};
 use crate::steering::{NEED_M, free_direction};
 use crate::surroundings::{Caution, Surroundings};
 
@@ -118,8 +118,7 @@ impl DynamicWindow {
 
     fn decide(&self, around: &Surroundings, aim: &Aim, caution: &Caution) -> Twist {
         let target = target(around, aim);
-        let end_m_s = (END_PER_S * (aim.left_m + aim.off_m)).max(LEAST_M_S);
-        let most_m_s = caution.speed_m_s.min(end_m_s);
+        let most_m_s = caution.speed_m_s.min(end_speed_m_s(aim.left_m + aim.off_m));
         let most_rad_s = caution.turn_rad_s;
         let speeds = window(self.decided.v_m_s, self.most.accel_m_s2 * self.since_s, 0.0, most_m_s);
         let turn = self.most.turn_accel_rad_s2 * self.since_s;

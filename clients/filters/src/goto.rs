@@ -89,8 +89,9 @@ crate::numbers::default_of_command_line!(Turning);
 /// none at all while its EKF abstains.
 /// It does not see walls between the beams, and it assumes that commands take effect
 /// within the time of one scan. With --planner hybrid-a-star it drives like a car: it never
-/// turns on the spot, and reverses where that is cheaper. At the end it prints the number of waypoints reached
-/// and of ticks used. The scenario needs a script of kind "driver"; the role is driver.
+/// turns on the spot, and reverses where that is cheaper. At the end it prints the number
+/// of waypoints reached and of ticks used. The scenario needs a script of kind "driver";
+/// the role is driver.
 #[derive(Args, Clone, Debug)]
 // A program that flattens these next to those of a filter has two of this name.
 #[group(skip)]

@@ -29,8 +29,8 @@ const ON_THE_SPOT_RAD: f64 = 0.9;
 const TURN_PER_S: f64 = 2.5;
 
 /// Speed for each metre that is left, 1/s, and the least, m/s: a way ends slowly.
-pub(crate) const END_PER_S: f64 = 1.5;
-pub(crate) const LEAST_M_S: f64 = 0.08;
+const END_PER_S: f64 = 1.5;
+const LEAST_M_S: f64 = 0.08;
 
 /// A way, and how far along it the robot is.
 #[derive(Clone, Debug)]
@@ -132,15 +132,29 @@ pub fn pursue(aim: &Aim, caution: &Caution) -> Twist {
         let omega_rad_s = (TURN_PER_S * bearing_rad).clamp(-most, most);
         return Twist { v_m_s: 0.0, omega_rad_s };
     }
-    let square = aim.in_body.coords.norm_squared();
-    let curvature_per_m = if square > 0.0 { 2.0 * aim.in_body.y / square } else { 0.0 };
-    let end_m_s = (END_PER_S * (aim.left_m + aim.off_m)).max(LEAST_M_S);
-    let mut v_m_s = caution.speed_m_s.min(end_m_s);
-    // On the circle at most as fast as the robot may turn.
-    if (curvature_per_m * v_m_s).abs() > most {
-        v_m_s = most / curvature_per_m.abs();
+    on_circle(curvature_to(&aim.in_body), aim.left_m + aim.off_m, caution)
+}
+
+/// Curvature of the circle through the robot, along its heading, to a point in the body
+/// frame, 1/m.
+pub(crate) fn curvature_to(in_body: &Point2<f64>) -> f64 {
+    let square = in_body.coords.norm_squared();
+    if square > 0.0 { 2.0 * in_body.y / square } else { 0.0 }
+}
+
+/// The command forwards on a circle for a robot with `left_m` to go: at most as fast as
+/// it may turn.
+pub(crate) fn on_circle(curvature_per_m: f64, left_m: f64, caution: &Caution) -> Twist {
+    let mut v_m_s = caution.speed_m_s.min(end_speed_m_s(left_m));
+    if (curvature_per_m * v_m_s).abs() > caution.turn_rad_s {
+        v_m_s = caution.turn_rad_s / curvature_per_m.abs();
     }
     Twist { v_m_s, omega_rad_s: curvature_per_m * v_m_s }
+}
+
+/// The greatest speed of a robot with `left_m` to go, m/s.
+pub(crate) fn end_speed_m_s(left_m: f64) -> f64 {
+    (END_PER_S * left_m).max(LEAST_M_S)
 }
 
 #[cfg(test)]

@@ -32,7 +32,7 @@ pub enum GotoError {
     )]
     NoPose(String),
     /// The walls are not valid.
-    #[error("{name:?} is given a map that is none: {why}")]
+    #[error("participant {name:?}: invalid map: {why}")]
     BadMap {
         /// Who.
         name: String,
@@ -54,7 +54,7 @@ pub enum GotoError {
         /// Side of a cell, m.
         cell_m: f64,
     },
-    /// There is no way from where it starts.
+    /// No way leads from where it starts.
     #[error(
         "{name:?} starts at ({x_m}, {y_m}), where it has less than {needed_m:.2} m to the walls \
          and no place with more near it: start elsewhere, or give a smaller --margin-m"
@@ -181,8 +181,8 @@ impl Plan {
     }
 
     /// Sends the pilot to a waypoint. A curve that is planned `again` leads round what the
-    /// robot has seen besides the walls of the plan, if there is one; if not, it may have
-    /// moved on by the time that the robot is there.
+    /// robot has seen besides the walls of the plan. Where no curve does, the obstacle may
+    /// have moved on by the time that the robot is there.
     pub(super) fn begin(&self, waypoint: usize, pilot: &mut Pilot, pose: &SE2, again: bool) {
         let to = self.waypoints[waypoint];
         let Some(kinematics) = &self.kinematics else {

@@ -263,20 +263,25 @@ fn covered(map: &OccupancyMap, start: Point2<f64>) -> f64 {
     free as f64 / points.len() as f64
 }
 
+/// Explores until no frontier is left, or for some ticks: how many of them a wall held.
+fn explored(header: &LogHeader, ticks: u64) -> (u64, explore::Explore) {
+    // Where it starts only gives its map the frame of the plan.
+    let told = Start { map: None, ..told(header) };
+    let mut explorer = explore::driver(&told, explore::Options::default());
+    let (blocked, _) = drive(header, ticks, |tick| {
+        if explorer.task.done_at().is_some() {
+            return Twist::default();
+        }
+        explorer.update(tick).command().unwrap()
+    });
+    (blocked, explorer.task)
+}
+
 #[test]
 fn an_explorer_sees_the_whole_apartment_and_touches_nothing() {
     for seed in 0..seeds(1) {
         let header = header(seed, SE2::new(6.0, 4.5, 0.0));
-        // Where it starts only gives its map the frame of the plan.
-        let told = Start { map: None, ..told(&header) };
-        let mut explorer = explore::driver(&told, explore::Options::default());
-        let (blocked, _) = drive(&header, 7500, |tick| {
-            if explorer.task.done_at().is_some() {
-                return Twist::default();
-            }
-            explorer.update(tick).command().unwrap()
-        });
-        let explorer = explorer.task;
+        let (blocked, explorer) = explored(&header, 7500);
         let share = covered(&explorer.map(), Point2::new(6.0, 4.5));
         println!("seed {seed}: blocked {blocked}, {share:.3} seen, {:?}", explorer.done_at());
         assert_eq!(blocked, 0, "seed {seed}");
@@ -293,19 +298,12 @@ fn an_explorer_that_closes_loops_has_straight_walls() {
         header.config.robot.radius_bias_right = 0.03;
         header.config.lidar.beams = 60;
         header.config.lidar.range_max_m = 3.5;
-        let told = Start { map: None, ..told(&header) };
-        let mut explorer = explore::driver(&told, explore::Options::default());
-        let (blocked, _) = drive(&header, 9000, |tick| {
-            if explorer.task.done_at().is_some() {
-                return Twist::default();
-            }
-            explorer.update(tick).command().unwrap()
-        });
-        let (world, map) = (apartment(), explorer.task.map());
+        let (blocked, explorer) = explored(&header, 9000);
+        let (world, map) = (apartment(), explorer.map());
         let walls = (0..map.frame.cells()).filter(|cell| map.cells[*cell] == Cell::Occupied);
         let off_m = walls.map(|cell| world.distance_to_nearest(map.frame.centre(cell)));
         let (rms_m, most_m) = spread(off_m.collect());
-        let done_at = explorer.task.done_at();
+        let done_at = explorer.done_at();
         println!("seed {seed}: blocked {blocked}, rms {rms_m:.3} m, 95 % within {most_m:.3} m");
         assert!(blocked == 0 && done_at.is_some(), "seed {seed}: blocked {blocked}, {done_at:?}");
         assert!(most_m < 0.15, "seed {seed}: 95 % of the walls within {most_m} m");
