@@ -76,6 +76,10 @@ pub struct Score {
     pub scored_ticks: u64,
     /// Ticks without an estimate.
     pub unscored_ticks: u64,
+    /// Scored ticks with a wrong estimate: its position is more than 0.5 m off, and four
+    /// standard deviations of its covariance, if it has one, do not cover that.
+    #[serde(default)]
+    pub wrong_ticks: u64,
     /// Distance between the last scored estimate and its truth, m.
     pub final_position_error_m: Option<f64>,
     /// Heading error there, degrees, 0 to 180.

@@ -31,6 +31,7 @@ pub mod series;
 pub mod sign_test;
 pub mod student;
 pub mod trajectory;
+mod wrong;
 
 pub use allan::{Allan, AllanDeviation};
 pub use errors::Errors;

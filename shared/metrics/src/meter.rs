@@ -24,6 +24,7 @@ use super::nees::nees;
 use super::path::PathLength;
 use super::scored::Scored;
 use super::trajectory::{FromOrigin, METRE, Relative};
+use super::wrong::is_wrong;
 
 /// The shortest way of which an error can be a share, m: that of a step of the
 /// relative error. Of less, rounding and the first error make any percentage.
@@ -96,6 +97,8 @@ struct Sums {
     name: String,
     /// Ticks with an estimate.
     given: u64,
+    /// Scored ticks with a wrong estimate.
+    wrong: u64,
     errors: Errors,
     from_origin: FromOrigin,
     relative: Relative,
@@ -114,6 +117,7 @@ impl Meter {
         let sums = |name: &String| Sums {
             name: name.clone(),
             given: 0,
+            wrong: 0,
             errors: Errors::expecting(ticks),
             from_origin: FromOrigin::expecting(ticks),
             relative: Relative::expecting(ticks),
@@ -210,6 +214,7 @@ impl Sums {
         let pose = estimate.pose_in_world;
         let scored = Scored { tick: moment.tick as usize, truth, estimate: pose };
         self.errors.push(&pose, &truth);
+        self.wrong += u64::from(is_wrong(&truth, &estimate));
         self.search.push(&scored);
         self.from_origin.push(&scored);
         self.relative.push(&scored);
@@ -229,6 +234,7 @@ impl Sums {
             name: self.name.clone(),
             scored_ticks: self.errors.tick_count(),
             unscored_ticks: ticks - self.given,
+            wrong_ticks: self.wrong,
             final_position_error_m: figures.final_position_error_m,
             final_heading_error_deg: figures.final_heading_error_rad.map(f64::to_degrees),
             final_heading_error_rad: figures.final_heading_error_rad,

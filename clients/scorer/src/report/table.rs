@@ -54,6 +54,7 @@ const GROUPS: [(&str, &[Row]); 6] = [
             ("greatest heading error", |s| angle(judged(s).max_heading_error_rad)),
             ("ticks scored", |s| plain(s.scored_ticks.to_string())),
             ("ticks without an estimate", |s| plain(s.unscored_ticks.to_string())),
+            ("ticks with a wrong estimate", |s| plain(s.wrong_ticks.to_string())),
         ],
     ),
     (

@@ -181,6 +181,8 @@ fn of_the_whole_run(trace: &RunTrace, estimator: usize) -> Score {
         name: trace.names[estimator].clone(),
         scored_ticks: ticks.len() as u64,
         unscored_ticks: (trace.tick_count() - given) as u64,
+        // Without covariances.
+        wrong_ticks: errors_m.iter().filter(|m| **m > 0.5).count() as u64,
         final_position_error_m: final_m,
         final_heading_error_deg: ticks.last().map(|s| s.heading_error_rad().abs().to_degrees()),
         final_heading_error_rad: ticks.last().map(|s| s.heading_error_rad().abs()),

@@ -87,6 +87,9 @@ fn columns(scores: &[Score]) -> Vec<Column> {
     if any(|s| s.convergence.as_ref().is_some_and(|c| !c.recoveries.is_empty())) {
         columns.push(("recovered".to_owned(), |s| recovered(s.convergence.as_ref())));
     }
+    if any(|s| s.wrong_ticks > 0) {
+        columns.push(("wrong".to_owned(), wrong));
+    }
     if times {
         columns.push(("compute p50".to_owned(), |s| compute(s, |c| c.reported.p50_s)));
         columns.push(("p99".to_owned(), |s| compute(s, |c| c.reported.p99_s)));
@@ -103,6 +106,14 @@ fn consistency(found: Option<&Consistency>) -> String {
         format!("{} {ratio:.digits$}", c.verdict)
     } else {
         format!("{} >9999", c.verdict)
+    }
+}
+
+/// How many of the answers were far off without a warning.
+fn wrong(score: &Score) -> String {
+    match score.scored_ticks {
+        0 => "unscored".to_owned(),
+        all => format!("{:.1} %", 100.0 * score.wrong_ticks as f64 / all as f64),
     }
 }
 
@@ -180,6 +191,19 @@ mod tests {
         let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
         assert_eq!(words(lines[3]), ["estimator", "NEES", "NIS", "converged"]);
         assert_eq!(words(lines[4]), ["a", "unscored", "unscored", "0.02", "s"]);
+    }
+
+    #[test]
+    fn wrong_answers_are_a_part_of_the_answers() {
+        let of = |wrong_ticks| {
+            let nis = checked(1.0, Verdict::Consistent);
+            let scores = [Score { scored_ticks: 300, wrong_ticks, nis, ..score("a") }, score("b")];
+            let text = ScoreTable(&scores).to_string();
+            let last = |line: &str| line.split("  ").last().unwrap().trim().to_owned();
+            text.lines().skip(4).map(last).collect::<Vec<_>>()
+        };
+        assert_eq!(of(5), ["wrong", "1.7 %", "unscored"]);
+        assert_eq!(of(0)[0], "NIS of 1, 95 %");
     }
 
     #[test]

@@ -8,6 +8,10 @@ use serde::{Deserialize, Serialize};
 /// scored, reported or found that one could be made of.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClientFigures {
+    /// Ticks with an estimate and a truth.
+    pub scored_ticks: u64,
+    /// Those of them with an estimate that is far off without a warning.
+    pub wrong_ticks: u64,
     /// Absolute trajectory error with the first estimate on the first truth:
     /// rmse of the translation, m.
     pub ate_origin_rmse_m: f64,
@@ -107,6 +111,8 @@ impl ClientFigures {
         let reported = |s: &Score| s.compute.map(|c| c.reported);
         let observed = |s: &Score| s.compute.map(|c| c.observed);
         Self {
+            scored_ticks: score.map_or(0, |s| s.scored_ticks),
+            wrong_ticks: score.map_or(0, |s| s.wrong_ticks),
             ate_origin_rmse_m: metres(|s| s.ate.origin),
             ate_se2_rmse_m: metres(|s| s.ate.se2),
             rpe_per_tick_rmse_m: metres(|s| s.rpe.per_tick),

@@ -31,8 +31,12 @@ pub struct Overview {
     pub runs: usize,
     /// Absolute trajectory error, rmse of the position, no alignment: mean, m.
     pub ate_rmse_m: f64,
+    /// The least and the greatest of them.
+    pub ate_rmse_range_m: [f64; 2],
     /// The same, aligned in SE(2).
     pub ate_se2_rmse_m: f64,
+    /// The least and the greatest of them.
+    pub ate_se2_rmse_range_m: [f64; 2],
     /// Relative pose error per metre driven, rmse of the translation: mean, m.
     pub rpe_per_metre_rmse_m: f64,
     /// The same, rotation, rad.
@@ -41,6 +45,10 @@ pub struct Overview {
     pub nees: f64,
     /// What follows from it; `None` with too few runs or no covariances.
     pub verdict: Option<Verdict>,
+    /// Part of the ticks in which it answered, 0 to 1.
+    pub answered: f64,
+    /// Part of the answers that were far off without a warning, 0 to 1.
+    pub wrong: f64,
     /// Runs in which it found the robot.
     pub found: usize,
     /// When, median of those, s.
@@ -82,6 +90,11 @@ fn line(swept: &Swept, of: &Anees) -> Overview {
     let median = |get| at(&mut finite(get), 0.5);
     let root = |values: Vec<f64>| mean(&values.iter().map(|v| v * v).collect::<Vec<f64>>()).sqrt();
     let ate: Vec<f64> = rows().map(|r| r.ate_rmse_m).filter(|v| v.is_finite()).collect();
+    let aligned = finite(|c| c.ate_se2_rmse_m);
+    let range = |values: &[f64]| [0.0, 1.0].map(|p| at(&mut values.to_vec(), p));
+    let sum = |get: fn(&ClientFigures) -> u64| clients.iter().map(|c| get(c)).sum::<u64>() as f64;
+    let ticks: u64 = rows().filter(|row| row.clients.is_some()).map(|row| row.ticks).sum();
+    let scored = sum(|c| c.scored_ticks);
     let mut found = finite(|c| c.converged_after_s);
     Overview {
         cell: of.cell,
@@ -89,11 +102,15 @@ fn line(swept: &Swept, of: &Anees) -> Overview {
         estimator: of.estimator.clone(),
         runs: clients.len(),
         ate_rmse_m: mean(&ate),
-        ate_se2_rmse_m: mean(&finite(|c| c.ate_se2_rmse_m)),
+        ate_rmse_range_m: range(&ate),
+        ate_se2_rmse_m: mean(&aligned),
+        ate_se2_rmse_range_m: range(&aligned),
         rpe_per_metre_rmse_m: mean(&finite(|c| c.rpe_per_metre_rmse_m)),
         rpe_per_metre_rmse_rad: mean(&finite(|c| c.rpe_per_metre_rmse_rad)),
         nees: of.time_mean,
         verdict: of.time_verdict,
+        answered: scored / ticks as f64,
+        wrong: sum(|c| c.wrong_ticks) / scored,
         found: found.len(),
         found_after_s: at(&mut found, 0.5),
         found_after_p95_s: at(&mut found, 0.95),
@@ -113,9 +130,9 @@ pub struct OverviewText<'a>(pub &'a [Overview]);
 /// A column for people: what stands above it, and what in it.
 type Column = (&'static str, fn(&Overview) -> String);
 
-const COLUMNS: [Column; 10] = [
-    ("ATE rmse", |o| known(o.ate_rmse_m, |v| format!("{} m", metres(v)))),
-    ("ATE rmse, SE(2)", |o| known(o.ate_se2_rmse_m, |v| format!("{} m", metres(v)))),
+const COLUMNS: [Column; 12] = [
+    ("ATE rmse", |o| with_range(o.ate_rmse_m, o.ate_rmse_range_m)),
+    ("ATE rmse, SE(2)", |o| with_range(o.ate_se2_rmse_m, o.ate_se2_rmse_range_m)),
     ("RPE per metre", |o| {
         let degrees =
             known(o.rpe_per_metre_rmse_rad, |v| format!(", {} °", degrees(v.to_degrees())));
@@ -125,6 +142,8 @@ const COLUMNS: [Column; 10] = [
         let verdict = o.verdict.map_or(String::new(), |v| format!(" {v}"));
         known(o.nees, |v| format!("{v:.2}{verdict}"))
     }),
+    ("answered", |o| known(o.answered, share)),
+    ("wrong", |o| known(o.wrong, share)),
     ("found", |o| format!("{} of {}", o.found, o.runs)),
     ("after", |o| known(o.found_after_s, |v| format!("{v:.2} s"))),
     ("then rmse", |o| {
@@ -142,6 +161,20 @@ const COLUMNS: [Column; 10] = [
     ("compute p50", |o| known(o.compute_p50_s, duration)),
     ("p99", |o| known(o.compute_p99_s, duration)),
 ];
+
+/// The mean over the runs, and the least and the greatest of them where they differ.
+fn with_range(mean_m: f64, [least, greatest]: [f64; 2]) -> String {
+    known(mean_m, |mean_m| {
+        if least == greatest {
+            return format!("{} m", metres(mean_m));
+        }
+        format!("{} ({}–{}) m", metres(mean_m), metres(least), metres(greatest))
+    })
+}
+
+fn share(of_one: f64) -> String {
+    format!("{:.1} %", 100.0 * of_one)
+}
 
 fn known(value: f64, text: impl Fn(f64) -> String) -> String {
     if value.is_finite() { text(value) } else { "–".to_owned() }
@@ -172,6 +205,8 @@ mod tests {
             converged_after_s: [1.0, 2.0, f64::NAN][seed as usize],
             recovered_after_s: [4.0, f64::NAN, f64::NAN][seed as usize],
             compute_reported_p50_s: 1e-4 * (seed + 1) as f64,
+            scored_ticks: 200 + 20 * seed,
+            wrong_ticks: 3 * seed,
             found: Found {
                 position_rmse_m: [0.03, 0.04, f64::NAN][seed as usize],
                 heading_rmse_rad: [0.01, 0.01, f64::NAN][seed as usize],
@@ -180,7 +215,11 @@ mod tests {
             },
             ..ClientFigures::of(None)
         };
-        let rows = (0..3).map(|seed| Row { clients: Some(clients(seed)), ..row(0, seed, "mcl") });
+        let rows = (0..3).map(|seed| Row {
+            clients: Some(clients(seed)),
+            ate_rmse_m: 0.1 * (seed + 2) as f64,
+            ..row(0, seed, "mcl")
+        });
         Swept { cells: Vec::new(), rows: rows.collect(), tracks: Vec::new() }
     }
 
@@ -192,9 +231,10 @@ mod tests {
         assert_eq!((o.runs, o.found, o.kidnapped, o.recovered), (3, 2, 6, 2));
         assert!((o.then_position_rmse_m - (0.5 * (0.0009 + 0.0016f64)).sqrt()).abs() < 1e-15);
         assert_eq!((o.found_after_s, o.recovered_after_s, o.compute_p50_s), (1.5, 4.0, 2e-4));
+        assert_eq!((o.answered, o.wrong), (660.0 / 900.0, 9.0 / 660.0));
         let text = OverviewText(&lines).to_string();
-        for word in ["2 of 3", "1.50 s", "0.035 m, 0.57 °", "2 of 6, 4.0 s", "200 µs", "0.300 m"]
-        {
+        let found = ["2 of 3", "1.50 s", "0.035 m, 0.57 °", "2 of 6, 4.0 s", "200 µs"];
+        for word in found.into_iter().chain(["0.300 (0.200–0.400) m", "73.3 %", "1.4 %"]) {
             assert!(text.contains(word), "{word}: {text}");
         }
     }

@@ -111,6 +111,8 @@ fn of_clients(rows: &[Row]) -> Vec<Column> {
         ("compute_observed_p99_s", |c| c.compute_observed_p99_s),
     ];
     let mut columns: Vec<Column> = errors.map(number).into();
+    columns.push(whole(("scored_ticks", |c| c.scored_ticks)));
+    columns.push(whole(("wrong_ticks", |c| c.wrong_ticks)));
     columns.push(whole(("nees_samples", |c| c.nees_samples)));
     columns.push(whole(("nis_samples", |c| c.nis_samples)));
     columns.push(whole(("kidnapped", |c| c.found.kidnapped)));

@@ -47,6 +47,9 @@ pub fn sweep(command: &str) -> Vec<Figures> {
         assert_eq!(overview["estimator"], consistency["estimator"]);
         values["last"] = consistency["last"].clone();
         values["nis"] = consistency["nis"].clone();
+        for part in ["answered", "wrong"] {
+            values[format!("{part}_percent")] = overview[part].as_f64().map(|p| 100.0 * p).into();
+        }
         values["level_percent"] = json!(100.0 * number(consistency, "level"));
         // The mean over a run has no use where the robot was carried away, and without that
         // there is no recovery.
