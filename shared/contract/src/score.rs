@@ -14,7 +14,7 @@ pub use consistency::{Consistency, Verdict};
 pub use convergence::{Convergence, Recovery, Within};
 pub use figures::Figures;
 pub use goals::GoalScore;
-pub use numbers::{degrees, duration, metres, seconds};
+pub use numbers::{degrees, duration, metres, seconds, share};
 pub use table::ScoreTable;
 pub use trajectory::{AbsoluteErrors, Alignment, PoseErrors, RelativeErrors, Statistics};
 
@@ -78,7 +78,6 @@ pub struct Score {
     pub unscored_ticks: u64,
     /// Scored ticks with a wrong estimate: its position is more than 0.5 m off, and four
     /// standard deviations of its covariance, if it has one, do not cover that.
-    #[serde(default)]
     pub wrong_ticks: u64,
     /// Distance between the last scored estimate and its truth, m.
     pub final_position_error_m: Option<f64>,

@@ -213,8 +213,8 @@ impl Sums {
         };
         let pose = estimate.pose_in_world;
         let scored = Scored { tick: moment.tick as usize, truth, estimate: pose };
-        self.errors.push(&pose, &truth);
-        self.wrong += u64::from(is_wrong(&truth, &estimate));
+        let [error_m, _] = self.errors.push(&pose, &truth);
+        self.wrong += u64::from(is_wrong(error_m, &truth, &estimate));
         self.search.push(&scored);
         self.from_origin.push(&scored);
         self.relative.push(&scored);

@@ -8,25 +8,23 @@ use nalgebra::{Matrix2, Vector2};
 use rusty_contract::Estimate;
 use rusty_geometry::SE2;
 
-use super::scored::position_error_m;
-
 /// The least position error of a wrong estimate, m: half a door's width.
 const LEAST_M: f64 = 0.5;
 /// Standard deviations that cover an error.
 const COVERED: f64 = 4.0;
 
-/// Whether an estimate is wrong. A covariance that has no inverse covers nothing.
-pub(crate) fn is_wrong(truth: &SE2, estimate: &Estimate) -> bool {
-    let tau = truth.boxminus(&estimate.pose_in_world);
+/// Whether an estimate whose position is off by `error_m` is wrong. A covariance that has
+/// no inverse covers nothing.
+pub(crate) fn is_wrong(error_m: f64, truth: &SE2, estimate: &Estimate) -> bool {
     let covers = |covariance: &[f64; 9]| {
+        let tau = truth.boxminus(&estimate.pose_in_world);
         let [xx, xy, _, yx, yy, ..] = *covariance;
         let position_m = Vector2::new(tau.x, tau.y);
         let inverse = Matrix2::new(xx, xy, yx, yy).try_inverse();
         let squared = inverse.map(|inverse| position_m.dot(&(inverse * position_m)));
         squared.is_some_and(|squared| (0.0..=COVERED * COVERED).contains(&squared))
     };
-    position_error_m(&estimate.pose_in_world, truth) > LEAST_M
-        && !estimate.covariance.as_ref().is_some_and(covers)
+    error_m > LEAST_M && !estimate.covariance.as_ref().is_some_and(covers)
 }
 
 #[cfg(test)]
@@ -50,7 +48,8 @@ mod tests {
             (9.0, Some(0.0), true),
             (9.0, Some(f64::NAN), true),
         ] {
-            assert_eq!(is_wrong(&truth, &with(x_m, std_m)), expected, "{x_m} {std_m:?}");
+            let found = is_wrong(x_m - 1.0, &truth, &with(x_m, std_m));
+            assert_eq!(found, expected, "{x_m} {std_m:?}");
         }
     }
 }

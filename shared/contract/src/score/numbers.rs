@@ -66,6 +66,12 @@ pub(super) fn percent(value: f64) -> String {
     trimmed(&format!("{value:.3}")).to_owned()
 }
 
+/// A part of 1 as percent with its unit: "73.3 %".
+#[must_use]
+pub fn share(of_one: f64) -> String {
+    format!("{:.1} %", 100.0 * of_one)
+}
+
 /// A number with a point in it, without the zeros at its end.
 fn trimmed(text: &str) -> &str {
     text.trim_end_matches('0').trim_end_matches('.')

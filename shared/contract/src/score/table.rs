@@ -2,7 +2,7 @@
 
 use std::fmt::{Display, Formatter, Result};
 
-use super::numbers::{degrees, duration, metres, percent};
+use super::numbers::{degrees, duration, metres, percent, share};
 use super::{Alignment, ComputeTimes, Consistency, Convergence, Score};
 use crate::TextTable;
 use crate::scenario::Access;
@@ -35,7 +35,7 @@ impl Display for ScoreTable<'_> {
         writeln!(f, "{table}")?;
         let columns = columns(self.0);
         if columns.is_empty() {
-            return Ok(());
+            return wrong(self.0, f);
         }
         let heads: String = columns.iter().map(|(head, _)| format!("  >{head}")).collect();
         let mut table = TextTable::new(&format!("estimator{heads}"));
@@ -43,8 +43,22 @@ impl Display for ScoreTable<'_> {
             let cells = columns.iter().map(|(_, cell)| cell(s));
             table.push(std::iter::once(s.name.clone()).chain(cells).collect());
         }
-        writeln!(f, "\n{table}")
+        writeln!(f, "\n{table}")?;
+        wrong(self.0, f)
     }
+}
+
+/// A line for each estimator with wrong answers.
+fn wrong(scores: &[Score], f: &mut Formatter<'_>) -> Result {
+    for score in scores.iter().filter(|score| score.wrong_ticks > 0) {
+        let part = share(score.wrong_ticks as f64 / score.scored_ticks as f64);
+        writeln!(
+            f,
+            "{}: {part} of the answers are wrong (over 0.5 m off, not within 4 σ)",
+            score.name
+        )?;
+    }
+    Ok(())
 }
 
 /// The lines of a score: by the alignment that it is judged by; and as it is, too, if
@@ -87,9 +101,6 @@ fn columns(scores: &[Score]) -> Vec<Column> {
     if any(|s| s.convergence.as_ref().is_some_and(|c| !c.recoveries.is_empty())) {
         columns.push(("recovered".to_owned(), |s| recovered(s.convergence.as_ref())));
     }
-    if any(|s| s.wrong_ticks > 0) {
-        columns.push(("wrong".to_owned(), wrong));
-    }
     if times {
         columns.push(("compute p50".to_owned(), |s| compute(s, |c| c.reported.p50_s)));
         columns.push(("p99".to_owned(), |s| compute(s, |c| c.reported.p99_s)));
@@ -106,14 +117,6 @@ fn consistency(found: Option<&Consistency>) -> String {
         format!("{} {ratio:.digits$}", c.verdict)
     } else {
         format!("{} >9999", c.verdict)
-    }
-}
-
-/// How many of the answers were far off without a warning.
-fn wrong(score: &Score) -> String {
-    match score.scored_ticks {
-        0 => "unscored".to_owned(),
-        all => format!("{:.1} %", 100.0 * score.wrong_ticks as f64 / all as f64),
     }
 }
 
@@ -194,16 +197,18 @@ mod tests {
     }
 
     #[test]
-    fn wrong_answers_are_a_part_of_the_answers() {
-        let of = |wrong_ticks| {
-            let nis = checked(1.0, Verdict::Consistent);
+    fn wrong_answers_have_a_line_where_there_are_any() {
+        let lines = |wrong_ticks, nis| {
             let scores = [Score { scored_ticks: 300, wrong_ticks, nis, ..score("a") }, score("b")];
             let text = ScoreTable(&scores).to_string();
-            let last = |line: &str| line.split("  ").last().unwrap().trim().to_owned();
-            text.lines().skip(4).map(last).collect::<Vec<_>>()
+            text.lines().map(str::to_owned).collect::<Vec<_>>()
         };
-        assert_eq!(of(5), ["wrong", "1.7 %", "unscored"]);
-        assert_eq!(of(0)[0], "NIS of 1, 95 %");
+        for nis in [None, checked(1.0, Verdict::Consistent)] {
+            let (without, with) = (lines(0, nis), lines(5, nis));
+            assert_eq!(with[..without.len()], without);
+            let [line] = &with[without.len()..] else { panic!("{with:?}") };
+            assert!(line.starts_with("a: 1.7 % "), "{line}");
+        }
     }
 
     #[test]
@@ -233,6 +238,8 @@ mod tests {
             nis: checked(12_345.0, Verdict::Overconfident),
             convergence: found(None, recoveries),
             compute: Some(ComputeTimes { reported: took, observed: took }),
+            scored_ticks: 300,
+            wrong_ticks: 300,
             ..score("dead-reckoning")
         };
         let scores = [

@@ -9,7 +9,7 @@
 use std::fmt;
 
 use rusty_contract::TextTable;
-use rusty_contract::score::{Verdict, degrees, duration, metres};
+use rusty_contract::score::{Verdict, degrees, duration, metres, share};
 use serde::Serialize;
 
 use super::anees::Anees;
@@ -170,10 +170,6 @@ fn with_range(mean_m: f64, [least, greatest]: [f64; 2]) -> String {
         }
         format!("{} ({}–{}) m", metres(mean_m), metres(least), metres(greatest))
     })
-}
-
-fn share(of_one: f64) -> String {
-    format!("{:.1} %", 100.0 * of_one)
 }
 
 fn known(value: f64, text: impl Fn(f64) -> String) -> String {

@@ -30,8 +30,8 @@ pub fn corrected(cell: &str, fields: &[&str], figures: &Value) -> String {
                 let old = VERDICTS.iter().find(|old| cell.contains(*old));
                 text = old.map_or(text.clone(), |old| text.replace(old, verdict));
             }
-            // A single run has no range.
-            Value::Null if *field != fields[0] => {}
+            // A replay is a single run, of which there is no range.
+            Value::Null if field.contains("_range_") => {}
             number => {
                 let factor = if field.ends_with("_rad") { 1f64.to_degrees() } else { 1.0 };
                 numbers.push(number.as_f64().unwrap_or(f64::NAN) * factor);
@@ -64,15 +64,16 @@ fn a_cell_keeps_its_digits_and_words() {
     let figures = serde_json::json!({
         "rmse_m": 0.001_26, "rmse_rad": 0.01, "anees": 2.316, "verdict": "consistent",
         "found": 5, "runs": 5, "found_after_s": 0.424, "found_after_p95_s": 0.5, "nis": null,
-        "range_m": [0.001, 0.0042],
+        "rmse_range_m": [0.001, 0.0042], "other_range_m": null,
     });
     let of = |cell, fields: &[&str]| corrected(cell, fields, &figures);
     assert_eq!(of("0.002 m, 1.0 °", &["rmse_m", "rmse_rad"]), "0.001 m, 0.6 °");
     assert_eq!(of("2.29 overconfident", &["anees", "verdict"]), "2.32 consistent");
     assert_eq!(of("2 of 3, 1.0 s", &["found", "runs", "found_after_s"]), "5 of 5, 0.4 s");
-    let range = ["rmse_m", "range_m/0", "range_m/1"];
+    let range = ["rmse_m", "rmse_range_m/0", "rmse_range_m/1"];
     assert_eq!(of("0.002 (0.0030–0.04) m", &range), "0.001 (0.0010–0.00) m");
-    assert_eq!(of("0.002 m", &["rmse_m", "nis"]), "0.001 m");
+    assert_eq!(of("0.002 m", &["rmse_m", "other_range_m/0"]), "0.001 m");
+    assert_eq!(of("0.002 m", &["rmse_m", "nis"]), "[0.00126, NaN]");
     assert_eq!(of("1.1", &["nis"]), "–");
     assert_eq!(of("–", &["anees", "verdict"]), "[2.316]");
 }
