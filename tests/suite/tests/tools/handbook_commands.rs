@@ -184,11 +184,12 @@ fn renamed(word: &str, runs: &BTreeSet<String>) -> String {
 /// The line with two seeds, sweeps of a hundred ticks, and poses that are there.
 fn small(line: &str) -> String {
     let mut small = line.replace("/amcl_pose", "/dead_reckoning/pose");
-    if let Some(seeds) = after(line, "--seeds")
-        && let Some((from, _)) = seeds.split_once("..")
-    {
-        let two = format!("{from}..{}", from.parse::<u64>().unwrap() + 2);
-        small = small.replace(&seeds, &two);
+    if let Some(seeds) = after(line, "--seeds") {
+        let two = match seeds.split_once("..") {
+            Some((from, _)) => format!("{from}..{}", from.parse::<u64>().unwrap() + 2),
+            None => "2".to_owned(),
+        };
+        small = small.replace(&format!("--seeds {seeds}"), &format!("--seeds {two}"));
     }
     if let Some(ticks) = after(line, "--ticks") {
         return small.replace(&format!("--ticks {ticks}"), "--ticks 100");
