@@ -30,7 +30,7 @@ fn target_is_installed() -> bool {
 
 /// The module, built once; `None`, with a printed reason, where the compiler
 /// cannot. It is built next to the binaries under test: what runs while building
-/// (derive macros) is there already, and the module has a separate folder.
+/// (derive macros) is there already; and with the widgets, which use the same crates.
 fn module() -> Option<&'static PathBuf> {
     static MODULE: OnceLock<Option<PathBuf>> = OnceLock::new();
     let module = MODULE.get_or_init(|| {
@@ -40,12 +40,13 @@ fn module() -> Option<&'static PathBuf> {
         }
         let folder = binaries().parent().unwrap();
         let mut build = Command::new(env!("CARGO"));
-        build.current_dir(repository()).args(["build", "--quiet", "-p", "rusty-wasm-goldens"]);
+        build.current_dir(repository()).args(["build", "--quiet", "--profile", "widgets"]);
+        build.args(["--lib", "-p", "rusty-wasm-goldens", "-p", "rusty-widgets"]);
         build.args(["--target", TARGET]).arg("--target-dir").arg(folder);
         // Flags for the CPU of these tests are none for WebAssembly.
         build.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
         assert!(build.status().unwrap().success(), "{TARGET}: the world does not build");
-        Some(folder.join(TARGET).join("debug/rusty_wasm_goldens.wasm"))
+        Some(folder.join(TARGET).join("widgets/rusty_wasm_goldens.wasm"))
     });
     module.as_ref()
 }
