@@ -1,4 +1,5 @@
-//! What is outside the workspace is checked by CI, and its lock files fit the crates inside.
+//! What is outside the workspace is checked by CI, its lock files fit the crates inside, and
+//! its profile is the workspace's.
 
 use std::process::Command;
 
@@ -27,5 +28,24 @@ fn what_is_outside_the_workspace_is_checked_by_ci_with_a_current_lock_file() {
         if !output.status.success() {
             println!("skipped: {folder}: its crates are not known to this machine: {message}");
         }
+    }
+}
+
+/// What both use is checked once where the profiles are equal, down to the level of what
+/// only builds use.
+#[test]
+fn what_is_outside_the_workspace_has_its_profile() {
+    let profile = |folder: &str| table(&format!("{folder}Cargo.toml"))["profile"]["dev"].clone();
+    for folder in ["tests/fuzz/", "tests/peers/"] {
+        let lock = table(&format!("{folder}Cargo.lock"));
+        let in_lock = |name: &str| {
+            let mut packages = lock["package"].as_array().unwrap().iter();
+            packages.any(|package| package["name"].as_str() == Some(name))
+        };
+        let mut ours = profile("");
+        // Cargo warns of levels for crates that are not used.
+        let packages = ours["package"].as_table_mut().unwrap();
+        packages.retain(|name, _| name == "*" || in_lock(name));
+        assert_eq!(profile(folder), ours, "{folder}");
     }
 }
