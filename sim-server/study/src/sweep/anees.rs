@@ -3,7 +3,8 @@
 //!
 //! Ticks of one run depend on each other. So the interval holds at one tick, and the
 //! verdict is that of the last; of the ticks along the way the share inside is given.
-//! The mean over time is one number for each run, with a t interval over the runs.
+//! The mean over time is one number for each run, with a t interval over the runs, which
+//! is at most as wide as for errors that stay the same for a whole run.
 //! Innovations of a consistent filter are independent: the NIS of all are taken together.
 
 use std::collections::BTreeMap;
@@ -50,7 +51,7 @@ pub struct Anees {
     pub time_mean: f64,
     /// Half the width of its interval (Student's t); NaN with fewer than two runs.
     pub time_mean_half_width: f64,
-    /// What follows from mean and half width; `None` with fewer than two runs.
+    /// What follows from mean, half width and number of runs; `None` with fewer than two.
     pub time_verdict: Option<Verdict>,
     /// Innovations of all runs together; `None` where none was reported.
     pub nis: Option<Innovations>,
@@ -146,9 +147,17 @@ fn line(rows: &[&Row], tracks: &[&Track]) -> Option<Anees> {
         along,
         time_mean: means.mean,
         time_mean_half_width: half,
-        time_verdict: (means.n > 1).then(|| Verdict::of(means.mean, [POSE - half, POSE + half])),
+        time_verdict: (means.n > 1).then(|| over_time(&means, half)),
         nis: innovations(rows),
     })
+}
+
+/// The verdict on the mean over time. The t interval grows with the spread of the runs: one
+/// that is lost would widen it around any mean. If the covariances are right, the mean of a
+/// run scatters no more than one NEES does, so the interval of that limits it.
+fn over_time(means: &Moments, half: f64) -> Verdict {
+    let [low, high] = mean_interval(means.n as f64, POSE, LEVEL);
+    Verdict::of(means.mean, [low.max(POSE - half), high.min(POSE + half)])
 }
 
 /// The means at the ticks that the tracks have, in order of time.

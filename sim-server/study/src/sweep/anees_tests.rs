@@ -92,6 +92,18 @@ fn the_interval_holds_what_it_promises() {
 }
 
 #[test]
+fn one_run_that_is_lost_does_not_hide_in_its_own_spread() {
+    let mut all = swept(4, 1.0);
+    all.rows[2].clients.as_mut().unwrap().nees_mean = 1e7;
+    let found = anees(&all).swap_remove(0);
+    assert!(found.time_mean_half_width > found.time_mean, "{found:?}");
+    assert_eq!(found.time_verdict, Some(Verdict::Overconfident), "{found:?}");
+    // Runs that do not scatter more than one NEES are left to their t interval.
+    all.rows[2].clients.as_mut().unwrap().nees_mean = 3.0 + 2.0;
+    assert_eq!(anees(&all)[0].time_verdict, Some(Verdict::Consistent));
+}
+
+#[test]
 fn who_reports_no_covariance_is_unscored() {
     let mut all = swept(5, 1.0);
     for row in &mut all.rows[..2] {
