@@ -29,8 +29,8 @@ fn target_is_installed() -> bool {
 }
 
 /// The module, built once; `None`, with a printed reason, where the compiler
-/// cannot. It is built next to the binaries under test: what runs while building
-/// (derive macros) is there already; and with the widgets, which use the same crates.
+/// cannot. It is built next to the binaries under test, where what runs while building
+/// (derive macros) is there already, and with the widgets, which use the same crates.
 fn module() -> Option<&'static PathBuf> {
     static MODULE: OnceLock<Option<PathBuf>> = OnceLock::new();
     let module = MODULE.get_or_init(|| {
