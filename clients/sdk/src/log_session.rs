@@ -10,8 +10,8 @@ use std::rc::Rc;
 use rusty_contract::digest::ObservableDigest;
 use rusty_contract::log::{Ending, LogError, LogReader, Read};
 use rusty_contract::{
-    BlindKey, BlindKeyError, Brief, Frame, LogHeader, Participant, Reply, Role, Start, TruthKey,
-    errln,
+    BlindKey, BlindKeyError, Brief, Frame, Json as _, LogHeader, Participant, Reply, Role, Start,
+    TruthKey, errln,
 };
 
 use crate::ClientError;
@@ -258,7 +258,7 @@ fn start(header: &LogHeader, name: &str, key: &TruthKey) -> Start {
         .unwrap_or_else(|| Participant::new(name, Role::Estimator));
     // A process that can read the file can read its header, so the brief is for all.
     let brief = Brief { header: header.clone(), out_dir: None, report: true };
-    let json = serde_json::to_vec(&brief).unwrap_or_default();
+    let json = brief.to_json().unwrap_or_default();
     Start {
         server_pid: std::process::id(),
         sealed_brief: Some(key.seal_brief(0, &json)),

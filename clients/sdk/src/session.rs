@@ -7,7 +7,9 @@ use std::time::Duration;
 
 use rusty_contract::answer::Message;
 use rusty_contract::config::check_seconds;
-use rusty_contract::{Brief, Credentials, Exit, Frame, JoinRequest, Phase, Reply, Start, TruthKey};
+use rusty_contract::{
+    Brief, Credentials, Exit, Frame, JoinRequest, Json as _, Phase, Reply, Start, TruthKey,
+};
 use rusty_link::{BorrowedTally, ClientLink, Incoming, LinkError, Peer};
 use signal_hook::flag::{register, register_conditional_shutdown};
 
@@ -283,7 +285,7 @@ impl Session {
             Source::Log(log) => log.key().clone(),
         };
         let json = key.open_brief(self.start.run_id, sealed)?;
-        let brief = serde_json::from_slice(&json)
+        let brief = Brief::from_json(&json)
             .map_err(|e| ClientError::Unusable(format!("the run's brief cannot be read: {e}")))?;
         Ok((key, brief))
     }

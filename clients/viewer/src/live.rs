@@ -10,8 +10,8 @@ use rusty_clients::ClientError;
 use rusty_contract::belief::tidy;
 use rusty_contract::control::{ControlReply, ControlRequest};
 use rusty_contract::{
-    BeliefHeader, BeliefKind, Brief, Credentials, Effects, Frame, Phase, Reply, RunName, Tally,
-    TruthKey, WeightedPose, errln,
+    BeliefHeader, BeliefKind, Brief, Credentials, Effects, Frame, Json as _, Phase, Reply, RunName,
+    Tally, TruthKey, WeightedPose, errln,
 };
 use rusty_link::{LinkError, Observer, Peer};
 use rusty_ros::Description;
@@ -87,7 +87,7 @@ impl LiveRun {
             (Some(key), Some(sealed)) => {
                 let json = key.open_brief(start.run_id, sealed)?;
                 let unreadable = |e| ClientError::Unusable(format!("the run's brief: {e}"));
-                let brief: Brief = serde_json::from_slice(&json).map_err(unreadable)?;
+                let brief = Brief::from_json(&json).map_err(unreadable)?;
                 Some((key, brief))
             }
             _ => None,

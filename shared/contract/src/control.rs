@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use crate::auth::AuthKey;
 use crate::join::Start;
+use crate::json::{Json as _, json};
 
 /// Longest JSON text of a request that the server reads, bytes.
 pub const MAX_CONTROL_BYTES: usize = 256;
@@ -75,6 +76,8 @@ pub enum ControlError {
 /// Bytes before the JSON text: the tag, then the number that the tag covers too.
 const FRONT_BYTES: usize = 16;
 
+json!(ControlReply, ControlRequest);
+
 impl ControlRequest {
     /// The request as it travels: tag, `number`, JSON. A number is used once.
     ///
@@ -83,7 +86,7 @@ impl ControlRequest {
     pub fn signed(&self, key: &AuthKey, number: u64) -> Result<Vec<u8>, serde_json::Error> {
         let mut bytes = vec![0; 8];
         bytes.extend(number.to_le_bytes());
-        serde_json::to_writer(&mut bytes, self)?;
+        bytes.extend(self.to_json()?);
         let tag = key.tag(&bytes[8..]);
         bytes[..8].copy_from_slice(&tag.to_le_bytes());
         Ok(bytes)
@@ -104,8 +107,7 @@ impl ControlRequest {
         if key.tag(signed) != u64::from_le_bytes(*tag) {
             return Err(ControlError::Unsigned);
         }
-        let request =
-            serde_json::from_slice(json).map_err(|e| ControlError::Unreadable(e.to_string()))?;
+        let request = Self::from_json(json).map_err(|e| ControlError::Unreadable(e.to_string()))?;
         Ok((request, u64::from_le_bytes(*number)))
     }
 }

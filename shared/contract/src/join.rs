@@ -11,6 +11,7 @@ use thiserror::Error;
 use crate::auth::AuthKey;
 use crate::config::NominalRobot;
 use crate::data_sheet::{DataSheet, LidarSheet, SensorSheets};
+use crate::json::{Json as _, json};
 use crate::log::LogHeader;
 use crate::scenario::{Access, Participant, Role};
 
@@ -40,6 +41,8 @@ pub struct JoinRequest {
     #[serde(default)]
     pub tag: u64,
 }
+
+json!(Brief, JoinReply, JoinRequest);
 
 impl JoinRequest {
     /// A request by this build of the contract.
@@ -102,7 +105,7 @@ impl JoinRequest {
             let problem = format!("{} bytes, at most {MAX_REQUEST_BYTES}", bytes.len());
             return Err(Refusal::Unreadable(problem));
         }
-        serde_json::from_slice(bytes).map_err(|e| Refusal::Unreadable(e.to_string()))
+        Self::from_json(bytes).map_err(|e| Refusal::Unreadable(e.to_string()))
     }
 }
 

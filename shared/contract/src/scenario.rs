@@ -16,6 +16,7 @@ use crate::config::{
 use crate::config::{
     FieldError, Fleet, Kidnapping, LidarConfig, OtherRobot, RunConfig, ScriptConfig,
 };
+use crate::json::json_tree;
 use crate::names::{NameError, check_participant_name};
 use crate::suggest::{did_you_mean, for_message};
 use crate::tally::MAX_PARTICIPANTS;
@@ -136,6 +137,8 @@ pub enum ScenarioError {
     #[error("participant: {0}")]
     Name(#[from] NameError),
 }
+
+json_tree!(Scenario);
 
 impl Scenario {
     /// Dead reckoning, scorer and logger.

@@ -23,6 +23,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::input;
+use crate::json::{Json as _, json, json_tree, through_tree};
 use crate::scenario::{Access, Participant};
 
 /// The scores of a run: a separate document, in SI units and degrees where
@@ -47,6 +48,7 @@ pub struct ScoreReport {
     /// Run digest, 32 hexadecimal digits.
     pub digest: String,
     /// One per estimator, in roster order.
+    #[serde(deserialize_with = "through_tree")]
     pub scores: Vec<Score>,
     /// Why there are none, where no tick has a truth to compare with.
     #[serde(default)]
@@ -58,11 +60,14 @@ pub struct ScoreReport {
     pub report: Option<String>,
 }
 
+json!(ScoreReport);
+json_tree!(Vec<Score>);
+
 impl ScoreReport {
     /// Reads the scores of the run with this digest; `None` if the file has no such scores.
     #[must_use]
     pub fn read(path: &Path, digest: &str) -> Option<Self> {
-        let report: Self = serde_json::from_slice(&input::read(path).ok()?).ok()?;
+        let report = Self::from_json(&input::read(path).ok()?).ok()?;
         (report.digest == digest).then_some(report)
     }
 }

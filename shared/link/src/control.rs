@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::active_request::ActiveRequest;
 use rusty_contract::control::{ControlError, ControlReply, ControlRequest};
-use rusty_contract::{AuthKey, RunName};
+use rusty_contract::{AuthKey, Json as _, RunName};
 
 use crate::lobby::Lobby;
 use crate::port::{process_of, respond};
@@ -48,7 +48,7 @@ impl ControlCall {
     /// # Errors
     /// [`LinkError::Transport`], for instance because the caller has ended.
     pub fn reply(&self, reply: &ControlReply) -> Result<(), LinkError> {
-        let json = serde_json::to_vec(reply).map_err(LinkError::transport("write a reply"))?;
+        let json = reply.to_json().map_err(LinkError::transport("write a reply"))?;
         if json.len() > RESERVED_BYTES {
             // The port grows by as much, with copies on the way.
             memory::ensure_room(4 * json.len() as u64)?;
@@ -91,7 +91,7 @@ pub(crate) fn ask(
     let number = getrandom::u64().map_err(LinkError::transport("draw a number"))?;
     let bytes = request.signed(&key, number).map_err(LinkError::transport("write a request"))?;
     let reply = lobby.exchange(&lobby.requests("control")?, &bytes, Some(deadline), stop)?;
-    serde_json::from_slice(&reply).map_err(LinkError::transport("read the reply"))
+    ControlReply::from_json(&reply).map_err(LinkError::transport("read the reply"))
 }
 
 /// The key that the server left in its run's folder.

@@ -9,7 +9,7 @@ use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::Node;
-use rusty_contract::{JoinReply, JoinRequest, RunName, Start};
+use rusty_contract::{JoinReply, JoinRequest, Json as _, RunName, Start};
 
 use crate::services::{self, Ipc};
 use crate::wait::{Waiter, readable};
@@ -95,9 +95,9 @@ impl Lobby {
         deadline: Option<Instant>,
         stop: &AtomicBool,
     ) -> Result<Start, LinkError> {
-        let json = serde_json::to_vec(request).map_err(LinkError::transport("write a request"))?;
+        let json = request.to_json().map_err(LinkError::transport("write a request"))?;
         let reply = self.exchange(port, &json, deadline, stop)?;
-        match serde_json::from_slice(&reply).map_err(LinkError::transport("read the reply"))? {
+        match JoinReply::from_json(&reply).map_err(LinkError::transport("read the reply"))? {
             JoinReply::Start(start) => Ok(*start),
             JoinReply::Refused(refusal) => Err(refusal.into()),
         }

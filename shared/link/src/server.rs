@@ -15,7 +15,7 @@ use iceoryx2::prelude::{AllocationStrategy, Node};
 use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use rustix::event::PollFd;
-use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Refusal, Tally, TruthKey};
+use rusty_contract::{Answer, Frame, JoinReply, JoinRequest, Json as _, Refusal, Tally, TruthKey};
 
 use crate::control::{ControlCall, RESERVED_BYTES};
 use crate::port::{process_of, respond};
@@ -410,7 +410,7 @@ impl JoinCall {
     /// # Errors
     /// [`LinkError::Transport`], for instance because the caller has ended.
     pub fn reply(self, reply: &JoinReply) -> Result<(), LinkError> {
-        let json = serde_json::to_vec(reply).map_err(LinkError::transport("write a reply"))?;
+        let json = reply.to_json().map_err(LinkError::transport("write a reply"))?;
         memory::ensure_room(REPLY_COPIES * json.len() as u64)?;
         respond(&self.active, &json)
     }

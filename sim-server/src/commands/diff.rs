@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use rusty_contract::log::{Ending, LogReader, Read, ReadEntry};
-use rusty_contract::{Exit, outln};
+use rusty_contract::{Exit, JsonTree as _, outln};
 use rusty_logs::compare::{self, Mismatch};
 use rusty_study::documents;
 use serde::Serialize;
@@ -140,7 +140,7 @@ fn describe(ending: &Ending) -> String {
 
 /// Leaves of the two headers that differ, as `path: a and b`.
 fn header_differences(a: &rusty_contract::LogHeader, b: &rusty_contract::LogHeader) -> Vec<String> {
-    match (serde_json::to_value(a), serde_json::to_value(b)) {
+    match (a.to_tree(), b.to_tree()) {
         (Ok(a), Ok(b)) => documents::differences(&a, &b),
         _ => Vec::new(),
     }

@@ -8,7 +8,7 @@ use clap::Args;
 use rusty_contract::log::LogReader;
 use rusty_contract::score::Score;
 use rusty_contract::{
-    Exit, FieldError, LogHeader, Role, RunConfig, Scenario, ScoreReport, errln, input,
+    Exit, FieldError, Json as _, LogHeader, Role, RunConfig, Scenario, ScoreReport, errln, input,
 };
 use rusty_engine::run::{find_program, with_folder};
 use rusty_engine::scenario_file;
@@ -122,5 +122,5 @@ fn score(log: &Path, name: &str, command: &[String]) -> Result<Vec<Score>> {
         let stderr = String::from_utf8_lossy(&ended.stderr);
         anyhow!("{}", stderr.lines().last().unwrap_or("the scorer wrote nothing"))
     })?;
-    Ok(serde_json::from_slice::<ScoreReport>(&json)?.scores)
+    Ok(ScoreReport::from_json(&json)?.scores)
 }

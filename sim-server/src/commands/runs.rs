@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use rusty_contract::score::{Score, degrees, metres};
-use rusty_contract::{Exit, FieldError, ScoreReport, TextTable, input, outln};
+use rusty_contract::{Exit, FieldError, Json as _, ScoreReport, TextTable, input, outln};
 use rusty_logs::folder::{FoundRun, Marker, OldRun, date_and_time, runs_in};
 use serde::Serialize;
 use serde_json::json;
@@ -122,7 +122,7 @@ impl ComparedRun {
         })?;
         let scored = input::read(&path.join("score.json"))
             .ok()
-            .and_then(|json| serde_json::from_slice::<ScoreReport>(&json).ok());
+            .and_then(|json| ScoreReport::from_json(&json).ok());
         // The file may be of another run.
         let is_its = |scored: &ScoreReport| {
             marker.end.as_ref().is_none_or(|end| end.digest == scored.digest)

@@ -31,6 +31,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{BeliefKind, MAX_POSES, WeightedPose};
+use crate::json::{Json as _, json};
 
 const MAGIC: &[u8; 8] = b"RUSTYBEL";
 const VERSION: u32 = 1;
@@ -103,6 +104,8 @@ pub enum Found<'a> {
     Cut,
 }
 
+json!(BeliefFileHeader);
+
 /// Writes beliefs. [`finish`](Self::finish) writes the end.
 pub struct BeliefWriter<W: Write> {
     out: W,
@@ -115,7 +118,7 @@ impl<W: Write> BeliefWriter<W> {
     /// # Errors
     /// [`BeliefFileError::Io`].
     pub fn new(mut out: W, header: &BeliefFileHeader) -> Result<Self, BeliefFileError> {
-        let json = serde_json::to_vec(header).map_err(io::Error::from)?;
+        let json = header.to_json().map_err(io::Error::from)?;
         if json.len() > MAX_HEADER_BYTES as usize {
             let text =
                 format!("a header of {} bytes is longer than {MAX_HEADER_BYTES}", json.len());
@@ -226,7 +229,7 @@ impl<R: Read> BeliefReader<R> {
         if crc32fast::hash(&json) != sum {
             return Err(damaged(20, "the checksum of the header fails"));
         }
-        let header = serde_json::from_slice(&json).map_err(|e| damaged(20, &e.to_string()))?;
+        let header = BeliefFileHeader::from_json(&json).map_err(|e| damaged(20, &e.to_string()))?;
         let at = 20 + u64::from(length);
         Ok(Self { input, header, at, next_tick: 0, moments: 0, poses: Vec::new() })
     }

@@ -14,6 +14,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::digest::{ObservableDigest, observable_of};
 use crate::frame::Frame;
+use crate::json::Json as _;
 use crate::log::LogHeader;
 
 const MAGIC: &[u8; 8] = b"RUSTYKEY";
@@ -48,7 +49,7 @@ pub struct KeyTick {
 #[derive(Serialize, Deserialize)]
 struct Body {
     /// JSON, as in a log: it is read by name.
-    header: String,
+    header: Vec<u8>,
     run_digest: Option<[u8; 16]>,
     world_digest: Option<[u8; 16]>,
     observable_digest: [u8; 16],
@@ -114,7 +115,7 @@ impl BlindKey {
     pub fn to_bytes(&self) -> Result<Vec<u8>, BlindKeyError> {
         let content = |e: &dyn std::fmt::Display| BlindKeyError::Content(e.to_string());
         let body = Body {
-            header: serde_json::to_string(&self.header).map_err(|e| content(&e))?,
+            header: self.header.to_json().map_err(|e| content(&e))?,
             run_digest: self.run_digest,
             world_digest: self.world_digest,
             observable_digest: self.observable_digest,
@@ -158,7 +159,7 @@ impl BlindKey {
         }
         let content = |e: &dyn std::fmt::Display| BlindKeyError::Content(e.to_string());
         let body: Body = postcard::from_bytes(body).map_err(|e| content(&e))?;
-        let header = serde_json::from_str(&body.header).map_err(|e| content(&e))?;
+        let header = LogHeader::from_json(&body.header).map_err(|e| content(&e))?;
         Ok(Self {
             header,
             run_digest: body.run_digest,

@@ -10,6 +10,7 @@ use super::{
     CrowdConfig, Event, FieldError, Fleet, Kidnapping, LidarConfig, PatchConfig, RobotConfig,
     ScriptConfig, Sensors, WalkerConfig, at_least, within,
 };
+use crate::json::json_tree;
 
 /// The configuration of a run. A seed, this and the driver's commands
 /// determine every frame.
@@ -58,6 +59,8 @@ pub struct RunConfig {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub patches: Vec<PatchConfig>,
 }
+
+json_tree!(Box<RunConfig>, RunConfig);
 
 impl RunConfig {
     /// Time at the end of tick `tick`, s.

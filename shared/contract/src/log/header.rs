@@ -3,10 +3,12 @@
 use rusty_geometry::{SE2, WorldSpec};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::{Map, Value};
 
 use super::Finding;
 use crate::config::{Kidnapping, RunConfig};
 use crate::data_sheet::{DataSheet, LidarSheet, SensorSheets};
+use crate::json::{json, json_tree, through_tree};
 use crate::scenario::{OnLoss, Participant, Scenario, ScenarioError};
 
 /// The header of a log.
@@ -36,6 +38,7 @@ pub enum Source {
         /// The first tick for which the header's configuration holds.
         at_tick: u64,
         /// The configuration up to there: what everyone was told of.
+        #[serde(deserialize_with = "through_tree")]
         before: Box<RunConfig>,
     },
     /// A robot made them; they can only be read.
@@ -79,13 +82,16 @@ pub(crate) const RECORDING: &str = "recording";
 
 /// Reads a roster: before there were data sheets, everyone was told the true figures.
 fn roster_of_log<'de, D: Deserializer<'de>>(input: D) -> Result<Vec<Participant>, D::Error> {
-    let mut entries = Vec::<serde_json::Map<String, serde_json::Value>>::deserialize(input)?;
-    let of_log = |mut entry: serde_json::Map<String, serde_json::Value>| {
+    let mut entries = Vec::<Map<String, Value>>::deserialize(input)?;
+    let of_log = |mut entry: Map<String, Value>| {
         entry.entry("data_sheet").or_insert_with(|| DataSheet::Given.word().into());
-        serde_json::from_value(entry.into()).map_err(D::Error::custom)
+        Participant::deserialize(&Value::Object(entry)).map_err(D::Error::custom)
     };
     entries.drain(..).map(of_log).collect()
 }
+
+json!(LogHeader);
+json_tree!(LogHeader);
 
 impl LogHeader {
     /// Returns the header of a simulated run of a scenario in a world.

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::{Entry, LogError, LogHeader, MAGIC, MAX_HEADER_BYTES, MAX_RECORD_BYTES, TickRecord};
 use super::{Trailer, VERSION};
+use crate::json::Json as _;
 
 /// Reads a log from its start to wherever it ends.
 pub struct LogReader<R: std::io::Read = BufReader<File>> {
@@ -110,7 +111,7 @@ impl<R: std::io::Read> LogReader<R> {
         if crc32fast::hash(&json) != word(16) {
             return Err(bad("its checksum fails".to_owned()));
         }
-        let header: LogHeader = serde_json::from_slice(&json).map_err(|e| bad(e.to_string()))?;
+        let header = LogHeader::from_json(&json).map_err(|e| bad(e.to_string()))?;
         header.check().map_err(|e| bad(e.to_string()))?;
         let at = 20 + json.len() as u64;
         let body = Vec::with_capacity(1 << 12);
@@ -191,21 +192,17 @@ impl<R: std::io::Read> LogReader<R> {
         body.resize(length, 0);
         let got = self.fill(&mut body)?;
         let intact = got == length && crc32fast::hash(&body) == u32::from_le_bytes(checksum);
-        let entry = postcard::from_bytes::<Entry>(&body[..got]);
+        let entry = Entry::decode(&body[..got]);
         self.body = body;
         if got < length {
             return Ok(Err(CUT.to_owned()));
         }
         let at_byte = self.at;
-        let entry = entry.map(|entry| match entry {
-            Entry::Sensed(readings, record) => Entry::Tick(TickRecord { readings, ..record }),
-            other => other,
-        });
         let read = match entry {
-            Ok(Entry::Sensed(..)) | Err(_) => {
+            None | Some(Entry::Sensed(..)) => {
                 return Ok(Err("a record cannot be decoded".to_owned()));
             }
-            Ok(Entry::Tick(record)) => {
+            Some(Entry::Tick(record)) => {
                 if record.tick != self.next_tick && intact {
                     let (found, expected) = (record.tick, self.next_tick);
                     return Ok(Err(format!("tick {found} stands where tick {expected} should")));
@@ -218,14 +215,14 @@ impl<R: std::io::Read> LogReader<R> {
                 self.damaged += u64::from(!intact);
                 Read::Tick(ReadEntry { record, at_byte, intact })
             }
-            Ok(Entry::End(trailer)) if intact && trailer.ticks == self.next_tick => {
+            Some(Entry::End(trailer)) if intact && trailer.ticks == self.next_tick => {
                 Read::End(Ending::Complete(trailer))
             }
-            Ok(Entry::End(trailer)) if intact => {
+            Some(Entry::End(trailer)) if intact => {
                 let (said, found) = (trailer.ticks, self.next_tick);
                 return Ok(Err(format!("the trailer counts {said} ticks, the log has {found}")));
             }
-            Ok(Entry::End(_)) => return Ok(Err("the trailer's checksum fails".to_owned())),
+            Some(Entry::End(_)) => return Ok(Err("the trailer's checksum fails".to_owned())),
         };
         self.at += (front + 4 + length) as u64;
         Ok(Ok(read))

@@ -20,6 +20,17 @@ pub enum Entry {
     Sensed(OwnedReadings, TickRecord),
 }
 
+impl Entry {
+    /// Reads the body of a record; a tick comes with its readings in it. `None`: it cannot
+    /// be decoded.
+    pub(super) fn decode(body: &[u8]) -> Option<Self> {
+        Some(match postcard::from_bytes(body).ok()? {
+            Self::Sensed(readings, record) => Self::Tick(TickRecord { readings, ..record }),
+            entry => entry,
+        })
+    }
+}
+
 /// The same, borrowed, for writing without a copy.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub enum EntryRef<'a> {

@@ -5,6 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::{EntryRef, LogError, LogHeader, MAGIC, MAX_RECORD_BYTES, TickRef, Trailer, VERSION};
+use crate::json::Json as _;
 
 /// Writes header, records and trailer. Records are buffered; call
 /// [`flush`](Self::flush) when the run pauses, and [`finish`](Self::finish) at
@@ -39,7 +40,7 @@ impl<W: Write> LogWriter<W> {
     /// [`LogError`] names the file.
     pub fn new(out: W, path: &Path, header: &LogHeader) -> Result<Self, LogError> {
         let mut log = Self { path: path.to_owned(), out, entry: Vec::with_capacity(1 << 12) };
-        let json = serde_json::to_vec(header).map_err(|e| log.io(e.into()))?;
+        let json = header.to_json().map_err(|e| log.io(e.into()))?;
         if json.len() > super::MAX_HEADER_BYTES as usize {
             return Err(LogError::TooLong { bytes: json.len() });
         }

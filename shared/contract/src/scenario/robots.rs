@@ -77,8 +77,8 @@ impl TryFrom<Map<String, Value>> for RobotEntry {
         let own: Map<String, Value> = own.collect();
         let within = |e: serde_json::Error| format!("robot {name:?}: {e}");
         Ok(Self {
-            robot: RobotConfig::deserialize(Value::Object(fields)).map_err(within)?,
-            own: RobotsOwn::deserialize(Value::Object(own)).map_err(within)?,
+            robot: RobotConfig::deserialize(&Value::Object(fields)).map_err(within)?,
+            own: RobotsOwn::deserialize(&Value::Object(own)).map_err(within)?,
             name,
         })
     }

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::{
-    Brief, Credentials, LogHeader, MAX_PARTICIPANTS, Participant, Role, RunName, Scenario, Start,
-    TruthKey,
+    Brief, Credentials, Json as _, LogHeader, MAX_PARTICIPANTS, Participant, Role, RunName,
+    Scenario, Start, TruthKey,
 };
 use rusty_link::{Domain, ServerLink, WaitPolicy, with_umask};
 
@@ -237,7 +237,7 @@ impl RunIdentity {
             let out_dir = Some(self.out_dir.display().to_string());
             let brief = Brief { header: header.clone(), out_dir, report: self.report };
             // A header that came from JSON goes back to JSON.
-            let json = serde_json::to_vec(&brief).unwrap_or_default();
+            let json = brief.to_json().unwrap_or_default();
             self.key.seal_brief(self.run_id, &json)
         });
         Start {

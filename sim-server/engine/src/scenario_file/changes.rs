@@ -2,9 +2,7 @@
 
 use rusty_contract::scenario::has_null;
 use rusty_contract::suggest::for_message;
-use rusty_contract::{FieldError, RunConfig};
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use rusty_contract::{FieldError, JsonTree, RunConfig};
 use serde_json::{Map, Value};
 
 /// The most parts of a `--set` key; no field lies deeper.
@@ -25,7 +23,7 @@ pub fn change_config(config: &RunConfig, changes: &[String]) -> Result<RunConfig
 /// [`FieldError`] names the change that cannot be made.
 pub(super) fn changed<T>(original: &T, changes: &[String]) -> Result<T, FieldError>
 where
-    T: Clone + Serialize + DeserializeOwned,
+    T: Clone + JsonTree,
 {
     let error = |change: &String, e: &serde_json::Error| value_error(change, &e.to_string());
     let mut latest = original.clone();
@@ -36,10 +34,10 @@ where
     let mut problem = String::new();
     for change in changes {
         if whole.is_null() {
-            whole = serde_json::to_value(original).map_err(|e| error(change, &e))?;
+            whole = original.to_tree().map_err(|e| error(change, &e))?;
         }
         set(&mut whole, change)?;
-        match T::deserialize(&whole) {
+        match T::from_tree(&whole) {
             Ok(read) => (latest, wrong) = (read, None),
             Err(e) if wrong.is_some() && e.to_string() == problem => {}
             Err(e) => (problem, wrong) = (e.to_string(), Some(error(change, &e))),

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use rusty_contract::json::through_tree;
 use rusty_contract::log::{LogReader, Read};
 use rusty_contract::score::{Alignment, GoalScore, Score};
 use rusty_contract::{Effects, RunConfig};
@@ -23,6 +24,7 @@ pub(crate) struct RunReport {
     pub(super) ticks: u64,
     pub(crate) ended: String,
     pub(super) digest: String,
+    #[serde(deserialize_with = "through_tree")]
     pub(super) scores: Vec<Score>,
     pub(super) blocked_ticks: Option<u64>,
     #[serde(default)]

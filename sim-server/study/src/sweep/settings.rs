@@ -1,7 +1,7 @@
 //! The settings of a sweep as a document: what goes with its table, and what
 //! must be the same for a sweep to go on.
 
-use rusty_contract::{FieldError, RunConfig};
+use rusty_contract::{FieldError, JsonTree as _, RunConfig};
 use rusty_geometry::WorldSpec;
 use serde_json::{Map, Value, json};
 
@@ -134,7 +134,7 @@ fn cell_of(config: &RunConfig, world: usize) -> Result<Value, serde_json::Error>
         walls: Vec::new(),
         landmarks: Vec::new(),
     };
-    let mut value = serde_json::to_value(RunConfig { world: open, ..config.clone() })?;
+    let mut value = RunConfig { world: open, ..config.clone() }.to_tree()?;
     if let Some(fields) = value.as_object_mut() {
         fields.remove("seed");
         fields.insert("world".to_owned(), json!(world));
