@@ -1,6 +1,8 @@
 //! The rules of the house: sizes of files, words, and pages that agree with the
 //! sources.
 
+use std::collections::BTreeSet;
+
 use rusty_bench::page::{Documents, render};
 use rusty_tests::*;
 
@@ -310,4 +312,23 @@ fn every_goal_that_was_missed_is_explained() {
     let (documents, template) = benched();
     let silent = render::unexplained(&documents, &template).unwrap();
     assert!(silent.is_empty(), "docs/benchmarks/notes.md says nothing on {silent:?}");
+}
+
+/// What the top level holds in the repository; a file that a command left there is not added
+/// unnoticed.
+#[test]
+fn the_top_level_holds_the_folders_and_the_configuration_of_tools() {
+    let mut list = Command::new("git");
+    let listed = list.arg("ls-files").current_dir(repository()).output();
+    let Some(listed) =
+        listed.ok().filter(|output| output.status.success() && !output.stdout.is_empty())
+    else {
+        return println!("skipped: no list of files here, for this is not a checkout of git");
+    };
+    let listed = String::from_utf8(listed.stdout).unwrap();
+    let found: BTreeSet<&str> = listed.lines().filter_map(|path| path.split('/').next()).collect();
+    let expected = ".ci .gitignore CHANGELOG.md Cargo.lock Cargo.toml LICENSE-APACHE LICENSE-MIT \
+        README.md clients clippy.toml deny.toml docs rust-toolchain.toml rustfmt.toml shared \
+        sim-server tests";
+    assert_eq!(found, expected.split_whitespace().collect());
 }
