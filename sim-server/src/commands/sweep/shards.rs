@@ -213,11 +213,12 @@ pub fn run(args: &RunArgs) -> Result<Exit> {
     }
     let (whole, _) = manifest.plan(WRITER)?;
     manifest.check_goldens()?;
+    // Before anything is on disk: who sees the folder may interrupt the shard.
+    let stop = stop_flag()?;
     std::fs::create_dir_all(&folder).map_err(SweepError::io(&folder))?;
     let job = job(whole.of_shard(part.shard()), usize::from(args.jobs));
     let ticks = job.plan.runs.clone().map(|run| job.plan.ticks(run)).sum();
     let progress = Progress::new(ticks, args.quiet || args.output.json);
-    let stop = stop_flag()?;
     let made = job.records(None, Vec::new(), &stop, progress)?;
     if made.records.len() as u64 != runs {
         let done = made.records.len();
