@@ -22,6 +22,8 @@
 //!   Table 6.3; it is as inexplicable here as *rand* and counted with that. The
 //!   mixture is that of readings below z_max, so its weights are divided by
 //!   1 − z_max.
+//! * An end that was not seen is as likely as if it had been, where that is more: the far side
+//!   of every wall is unseen, and half of the readings of a wall end there.
 //! * Beyond the map is nothing where it is a floor plan, and what no scan has seen
 //!   where it was drawn from scans.
 //!
@@ -182,9 +184,9 @@ impl LikelihoodField {
         let mut steps = vec![beyond; stride * (field.frame.height + 2 * BORDER)];
         for (cell, distance_m) in field.distances_m.iter().enumerate() {
             let (column, row) = (cell % field.frame.width, cell / field.frame.width);
-            let log = || trig::ln(mixture.density(f64::from(*distance_m)));
-            let steps_there = if unseen(cell) { unknown } else { steps_of(log()) };
-            steps[(row + BORDER) * stride + column + BORDER] = steps_there;
+            let by_distance = steps_of(trig::ln(mixture.density(f64::from(*distance_m))));
+            let least = if unseen(cell) { unknown } else { 0 };
+            steps[(row + BORDER) * stride + column + BORDER] = by_distance.max(least);
         }
         Self { frame: field.frame, steps, stride, base_log, step_log, mixture }
     }
@@ -198,6 +200,13 @@ impl LikelihoodField {
     /// number of steps.
     pub fn log_at_distance(&self, distance_m: f64) -> f64 {
         trig::ln(self.mixture.density(distance_m))
+    }
+
+    /// The least value of a cell that a wall goes through: its middle is no farther from the
+    /// wall than half of its diagonal.
+    pub(crate) fn wall(&self) -> u8 {
+        let log = self.log_at_distance(0.5 * self.frame.cell_m * core::f64::consts::SQRT_2);
+        ((log - self.base_log) / self.step_log) as u8
     }
 
     /// Where its cells lie, their values with bounds, and ln p of the values 0 and 255 (as the

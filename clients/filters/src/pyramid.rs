@@ -51,6 +51,11 @@ impl Pyramid {
         both
     }
 
+    /// The value of all cells beyond the table.
+    pub fn beyond(&self) -> u8 {
+        self.beyond
+    }
+
     /// The maximum of the 2^`level` × 2^`level` cells from this one on.
     pub fn most(&self, level: usize, column: i32, row: i32) -> u8 {
         let (x, y) = (column + self.margin, row + self.margin);

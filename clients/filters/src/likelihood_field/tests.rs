@@ -104,6 +104,21 @@ fn what_nobody_has_seen_is_as_likely_as_anything() {
     }
     assert!((at(1.025, 0.025) - by_the_book(0.0, field.sigma_m())).abs() <= half_a_step);
     assert!((at(1.125, 0.025) - by_the_book(0.1, field.sigma_m())).abs() <= half_a_step);
+    // Behind a wall as in front of it.
+    map.cells[20] = Cell::Free;
+    map.cells[790] = Cell::Occupied;
+    let distances = DistanceField::of_map(&map);
+    let field = LikelihoodField::of_map(&map, &distances, &model(), RANGE_MAX_M, 0.0);
+    let at = |y_m: f64| {
+        let mut ends = Ends::default();
+        ends.set(std::iter::once(Point2::new(1.525, y_m)));
+        field.log_likelihood(&ends, &SE2::identity())
+    };
+    for (distance_m, front_m, behind_m) in [(0.05, 0.925, 1.025), (0.1, 0.875, 1.075)] {
+        let wanted = by_the_book(distance_m, field.sigma_m());
+        assert!((at(front_m) - wanted).abs() <= half_a_step, "{distance_m}: {}", at(front_m));
+        assert!((at(behind_m) - wanted).abs() <= half_a_step, "{distance_m}: {}", at(behind_m));
+    }
 }
 
 #[test]

@@ -7,12 +7,16 @@
 //! * Not one pose is found but all that fit about as well, each at some distance from the
 //!   others: rooms look alike, and later scans decide.
 //! * The body has to be in free space.
+//! * The field sees through walls (*Probabilistic Robotics*, §6.4), and what a map of cells
+//!   has behind them was not seen, where an end is as likely as anywhere. Not if a wall is in
+//!   the way of its beam: such an end is a random one.
 
 use nalgebra::Point2;
 use rusty_geometry::{SE2, trig};
 
 use super::FreeSpace;
 use crate::pyramid::Pyramid;
+use crate::ray_walk::{Crossing, RayWalk};
 use crate::{GridFrame, LikelihoodField};
 
 /// Number of headings. Neighbouring ones move the end of a beam of 5 m by 0.2 m.
@@ -20,8 +24,10 @@ const TURNS: i32 = 160;
 /// Tables: the coarsest has the maxima of 2⁵ × 2⁵ cells.
 const LEVELS: usize = 6;
 /// Two poses this near to each other (m, rad) are one place.
-pub(super) const APART_M: f64 = 0.5;
-pub(super) const APART_RAD: f64 = 0.3;
+const APART_M: f64 = 0.5;
+const APART_RAD: f64 = 0.3;
+/// A wall this near to the end of a beam, m, is the one that it met.
+const MET_M: f64 = 0.3;
 /// The most sets of poses that are looked at.
 const MOST_BRANCHES: usize = 1 << 20;
 
@@ -41,6 +47,22 @@ pub struct Fits {
     pub places: Vec<Fit>,
     /// Mean ln p of a beam that no other place exceeds.
     pub others_log: f64,
+}
+
+impl Fits {
+    /// Adds a place, unless it is one of those that there are.
+    pub fn add(&mut self, fit: Fit) {
+        if !self.places.iter().any(|place| is_near(&place.pose_in_world, &fit.pose_in_world)) {
+            let better = self.places.partition_point(|place| place.mean_log >= fit.mean_log);
+            self.places.insert(better, fit);
+        }
+    }
+}
+
+/// Whether two poses are one place.
+pub(super) fn is_near(a: &SE2, b: &SE2) -> bool {
+    let way = a.inverse().compose(b);
+    way.translation().norm() <= APART_M && way.theta().abs() <= APART_RAD
 }
 
 /// Poses at one heading: 2^`level` × 2^`level` cells from one on.
@@ -105,6 +127,8 @@ pub struct Everywhere {
     scores: Pyramid,
     /// 255 where the body can be, 0 elsewhere.
     free: Pyramid,
+    /// The least score of a cell with a wall.
+    wall: u8,
     /// ln p of a score of 0, and of 1 less that.
     logs: [f64; 2],
 }
@@ -120,7 +144,35 @@ impl Everywhere {
             }
         }
         let free = Pyramid::new(&free, [frame.width, frame.height], 0, LEVELS);
-        Self { frame, scores, free, logs }
+        Self { frame, scores, free, wall: field.wall(), logs }
+    }
+
+    /// How well a scan fits at a pose, on the map or not. `sensor`, where the beams begin, and
+    /// `ends` are in the body frame, m.
+    pub fn fit(&self, sensor: &Point2<f64>, ends: &[Point2<f64>], pose_in_world: SE2) -> Fit {
+        let from = pose_in_world.transform_point(sensor);
+        let unseen = self.scores.beyond();
+        let score = |end: &Point2<f64>| {
+            let to = pose_in_world.transform_point(end);
+            let score = self.score_at(self.frame.column_row(to));
+            let is_lost = (1..=unseen).contains(&score) && self.is_hidden(from, to);
+            if is_lost { 0 } else { u32::from(score) }
+        };
+        let mean_log = self.mean_log(ends.iter().map(score).sum(), ends.len());
+        Fit { pose_in_world, mean_log }
+    }
+
+    /// Whether a wall is between two points.
+    fn is_hidden(&self, from: Point2<f64>, to: Point2<f64>) -> bool {
+        let last = 1.0 - MET_M / (to - from).norm();
+        let way = RayWalk::new(&self.frame, from, to).take_while(|part| part.leaves < last);
+        let score = |part: Crossing| self.score_at((part.column, part.row));
+        way.map(score).any(|score| score >= self.wall)
+    }
+
+    fn score_at(&self, (column, row): (i64, i64)) -> u8 {
+        let inside = self.frame.index(column, row);
+        inside.map_or(self.scores.beyond(), |_| self.scores.most(0, column as i32, row as i32))
     }
 
     fn pose(&self, turn: i32, [x, y]: [i32; 2]) -> SE2 {
@@ -129,18 +181,24 @@ impl Everywhere {
         SE2::new(origin.x + at(x), origin.y + at(y), turn_rad(turn))
     }
 
-    /// The places where these ends (body frame, m) fit best: at most `most`, and none where a
-    /// beam is less likely than at the best by more than `within` (in ln p). Ends early, with
-    /// fewer, where the map is large and much of it alike.
-    pub fn best(&self, ends: &[Point2<f64>], most: usize, within: f64) -> Fits {
+    /// The places where these ends of beams from `sensor` (body frame, m) fit best: at most
+    /// `most`, and none where a beam is less likely than at the best by more than `within` (in
+    /// ln p). Ends early, with fewer, where the map is large and much of it alike.
+    pub fn best(
+        &self,
+        sensor: &Point2<f64>,
+        ends: &[Point2<f64>],
+        most: usize,
+        within: f64,
+    ) -> Fits {
         let (mut queue, mut found) = (Queue::new(self, ends), Vec::<Branch>::new());
         let mut fits = Fits { places: Vec::new(), others_log: self.logs[0] };
+        let mut least_log = f64::NEG_INFINITY;
         for _ in 0..MOST_BRANCHES {
             let Some((bound, branch)) = queue.pop() else { break };
             let log = self.mean_log(bound, ends.len());
             fits.others_log = log;
-            let is_worse = |best: &Fit| log < best.mean_log - within;
-            if fits.places.len() == most || fits.places.first().is_some_and(is_worse) {
+            if fits.places.len() == most || log < least_log {
                 break;
             }
             if found.iter().any(|one| branch.is_near(one, self.frame.cell_m)) {
@@ -148,7 +206,8 @@ impl Everywhere {
             }
             if branch.level == 0 {
                 let pose_in_world = self.pose(branch.turn, branch.offset);
-                fits.places.push(Fit { pose_in_world, mean_log: log });
+                fits.add(self.fit(sensor, ends, pose_in_world));
+                least_log = least_log.max(log - within);
                 found.push(branch);
                 continue;
             }
@@ -198,9 +257,12 @@ fn turn_rad(turn: i32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BeamModel, Beams};
+    use crate::occupancy::Cell;
+    use crate::{BeamModel, Beams, DistanceField, OccupancyMap};
     use rusty_contract::config::LidarConfig;
     use rusty_geometry::{Scan, World};
+
+    const SENSOR: Point2<f64> = Point2::new(0.0, 0.0);
 
     /// The Apartment in a field of σ = 0.12 m, and the ends of a scan there.
     fn look(truth: &SE2) -> (World, Everywhere, Vec<Point2<f64>>) {
@@ -220,7 +282,7 @@ mod tests {
     fn the_best_fit_is_that_of_all_poses_and_the_others_fit_worse() {
         for truth in [SE2::new(9.6, 3.0, 0.4), SE2::new(1.6, 6.6, -1.2), SE2::new(6.0, 4.5, 3.0)] {
             let (_, everywhere, ends) = look(&truth);
-            let fits = everywhere.best(&ends, 20, 0.8);
+            let fits = everywhere.best(&SENSOR, &ends, 20, 0.8);
             let GridFrame { width, height, .. } = everywhere.frame;
             let is_near = |pose: &SE2, fit: &Fit| {
                 let off = fit.pose_in_world.inverse().compose(pose);
@@ -251,7 +313,7 @@ mod tests {
     #[test]
     fn places_are_apart_and_free_and_their_number_is_limited() {
         let (world, everywhere, ends) = look(&SE2::new(9.6, 3.0, 0.4));
-        let fits = everywhere.best(&ends, 12, 3.0);
+        let fits = everywhere.best(&SENSOR, &ends, 12, 3.0);
         assert_eq!(fits.places.len(), 12);
         for (k, fit) in fits.places.iter().enumerate() {
             let at = Point2::from(fit.pose_in_world.translation());
@@ -262,6 +324,53 @@ mod tests {
                 assert!(is_apart && other.mean_log >= fit.mean_log, "{fit:?} {other:?}");
             }
         }
-        assert!(everywhere.best(&[], 12, 3.0).places.len() == 12, "nothing fits everywhere");
+        assert!(
+            everywhere.best(&SENSOR, &[], 12, 3.0).places.len() == 12,
+            "nothing fits everywhere"
+        );
+    }
+
+    /// A free room of 3 m × 3 m on a map of 6 m × 6 m; nothing was seen beyond its walls.
+    fn room() -> OccupancyMap {
+        let frame =
+            GridFrame { origin_m: Point2::new(0.0, 0.0), cell_m: 0.05, width: 120, height: 120 };
+        let mut map = OccupancyMap::unknown(frame);
+        for (column, row) in (30..90).flat_map(|column| (30..90).map(move |row| (column, row))) {
+            let is_wall = [column, row].iter().any(|at| [30, 89].contains(at));
+            let cell = frame.index(column, row).unwrap();
+            map.cells[cell] = if is_wall { Cell::Occupied } else { Cell::Free };
+        }
+        map
+    }
+
+    #[test]
+    fn an_end_that_was_not_seen_is_likely_unless_a_wall_hides_it() {
+        let map = room();
+        let distances = DistanceField::of_map(&map);
+        let model = BeamModel::of_lidar(&LidarConfig::default());
+        let field = LikelihoodField::of_map(&map, &distances, &model, 8.0, 0.1);
+        let everywhere = Everywhere::new(&field, &FreeSpace::of_map(&map, &distances, 0.11));
+        let log = |from: [f64; 2], to: [f64; 2]| {
+            let [here, end] = [from, to].map(Point2::from);
+            let pose = SE2::new(here.x, here.y, 0.0);
+            everywhere.fit(&SENSOR, &[end - here.coords], pose).mean_log
+        };
+        let (random, unseen) = (field.log_at_distance(100.0), -trig::ln(8.0));
+        let is = |found: f64, wanted: f64| (found - wanted).abs() < 0.05;
+        // Out of the room, from inside and from outside; and on its wall, from both sides.
+        assert!(is(log([3.0, 3.0], [3.0, 5.5]), random), "{}", log([3.0, 3.0], [3.0, 5.5]));
+        assert!(is(log([0.5, 5.5], [3.0, 5.5]), unseen), "{}", log([0.5, 5.5], [3.0, 5.5]));
+        assert!(is(log([-9.0, 50.0], [-5.0, 50.0]), unseen));
+        let wall = field.log_at_distance(0.0);
+        assert!(is(log([3.0, 3.0], [3.0, 4.475]), wall) && is(log([3.0, 5.5], [3.0, 4.475]), wall));
+        // A wall that is nearer to the end than 0.3 m is the one that was met.
+        assert!(is(log([3.0, 3.0], [3.0, 4.72]), field.log_at_distance(0.25).max(unseen)));
+        // Of one place there is one fit, the better ones first.
+        let mut fits = Fits { places: Vec::new(), others_log: random };
+        for (x_m, mean_log) in [(1.0, -1.0), (1.3, -0.5), (3.0, -0.7), (5.0, -2.0)] {
+            fits.add(Fit { pose_in_world: SE2::new(x_m, 0.0, 0.0), mean_log });
+        }
+        let found: Vec<f64> = fits.places.iter().map(|fit| fit.mean_log).collect();
+        assert_eq!(found, [-0.7, -1.0, -2.0]);
     }
 }

@@ -8,6 +8,8 @@
 //! Departures, and why:
 //! * A measurement is the list of all poses of the map where a scan fits
 //!   ([`super::everywhere`]), not a door or a corner.
+//! * Where the particles are is a hypothesis as well, on the map or not: a robot in a room that
+//!   is not on the map is not taken to the place of the map that is most like it.
 //! * Scans of one place err alike, so that one scan of each place counts; and it is worth at
 //!   most [`BEAMS_WORTH`] beams and a factor of 20. What is not on the map is in all
 //!   scans of a room, and a hypothesis survives it.
@@ -16,7 +18,7 @@ use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::SE2;
 
 use super::Mode;
-use super::everywhere::{APART_M, APART_RAD, Fits};
+use super::everywhere::{Fits, is_near};
 use super::sensor::BEAMS_WORTH;
 use crate::Motion;
 
@@ -53,8 +55,7 @@ struct Hypothesis {
 
 impl Hypothesis {
     fn is_at(&self, pose_in_world: &SE2) -> bool {
-        let way = self.pose_in_world.inverse().compose(pose_in_world);
-        way.translation().norm() <= APART_M && way.theta().abs() <= APART_RAD
+        is_near(&self.pose_in_world, pose_in_world)
     }
 }
 

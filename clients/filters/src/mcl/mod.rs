@@ -272,11 +272,12 @@ impl Mcl {
         if !hypotheses.is_new_place() {
             return false;
         }
-        hypotheses.take(&self.sensor.fits(ranges_m, &self.space));
+        let here = self.modes.heaviest(&self.belief.particles);
+        let pose_in_world = here.map(|mode| mode.pose_in_world);
+        hypotheses.take(&self.sensor.fits(ranges_m, &self.space, pose_in_world));
         let Some(found) = hypotheses.decided() else { return false };
         hypotheses.clear();
         self.is_found = true;
-        let here = self.modes.heaviest(&self.belief.particles);
         if here.is_none_or(|mode| !mode.is_at(&found)) {
             let (most, places) = (self.options.particles as usize, &mut self.places);
             self.belief.clear();

@@ -20,7 +20,7 @@ use core::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::Point2;
-use rusty_geometry::{Scan, World, trig};
+use rusty_geometry::{SE2, Scan, World, trig};
 
 use super::everywhere::{Everywhere, Fits};
 use super::{FreeSpace, Particles};
@@ -188,8 +188,9 @@ impl Sensor {
         self.ends.count() > 0
     }
 
-    /// The places of the map where a scan fits; none where it says nothing.
-    pub(super) fn fits(&self, ranges_m: &[f64], space: &FreeSpace) -> Fits {
+    /// The places of the map where a scan fits, and how well it fits `here`, which need not be
+    /// on the map.
+    pub(super) fn fits(&self, ranges_m: &[f64], space: &FreeSpace, here: Option<SE2>) -> Fits {
         let ends: Vec<Point2<f64>> =
             self.beams.endpoints(ranges_m).map(|end| end.in_body).collect();
         let stride = ends.len().div_ceil(FEW).max(1);
@@ -198,7 +199,12 @@ impl Sensor {
             let wide = self.fields.iter().find(|field| field.sigma_m() >= LOOK_UP_M);
             Everywhere::new(wide.unwrap_or(&self.fields[self.fields.len() - 1]), space)
         });
-        everywhere.best(&few, MOST_FITS, WORSE)
+        let sensor = Point2::from(self.beams.sensor_in_body.translation());
+        let mut fits = everywhere.best(&sensor, &few, MOST_FITS, WORSE);
+        if let Some(here) = here {
+            fits.add(everywhere.fit(&sensor, &few, here));
+        }
+        fits
     }
 
     /// Likelihood of a beam of this scan under the belief as it is: the geometric

@@ -44,8 +44,8 @@ const TABLES: [(&str, usize, Check); 16] = [
     ("Drivers", 0, Elsewhere("`benchmark verify` repeats the file that its command writes")),
     ("Real robots", 0, Replay(["freiburg-101", "intel", "csail", "edmonton"])),
     ("Real robots", 1, Elsewhere("the tests `recordings::` compare it by `hold`")),
-    ("Real robots", 2, Elsewhere("no command counts answers near the truth")),
-    ("Real robots", 3, Elsewhere("no command counts answers near the truth")),
+    ("Real robots", 2, Elsewhere("the test `mcl::a_real_robot…` compares it by `hold_row`")),
+    ("Real robots", 3, Elsewhere("the test `mcl::in_rooms…` compares two rows by `hold_row`")),
 ];
 
 /// Columns and their fields; a field that ends with `_rad` is shown in degrees.
@@ -221,4 +221,17 @@ pub(crate) fn hold(log: &str, cells: &[(String, Vec<f64>)]) {
         wrong.extend((new != *cell).then(|| format!("{log}, {row}: {cell:?}, expected {new:?}")));
     }
     expect_none(&wrong);
+}
+
+/// Compares cells of the row that begins with these names.
+#[track_caller]
+pub(crate) fn hold_row(names: &[&str], figures: &[Vec<f64>]) {
+    let tables = tables();
+    let mut rows = tables.iter().flat_map(|table| &table.rows);
+    let row = rows.find(|row| row.iter().zip(names).all(|(cell, name)| cell == name));
+    let cells = row.unwrap_or_else(|| panic!("{PAGE} has no row {names:?}"))[names.len()..].iter();
+    let cells = cells.zip(figures).map(|(cell, numbers)| (cell, cell::with_numbers(cell, numbers)));
+    let wrong = cells.filter(|(cell, new)| *cell != new);
+    let wrong = wrong.map(|(cell, new)| format!("{names:?}: {cell:?}, expected {new:?}"));
+    expect_none(&wrong.collect::<Vec<_>>());
 }
