@@ -217,8 +217,7 @@ pub(crate) fn hold(log: &str, cells: &[(String, Vec<f64>)]) {
     for (row, numbers) in cells {
         let found = table.rows.iter().find(|cells| cells[0] == *row);
         let cell = &found.unwrap_or_else(|| panic!("{PAGE} has no row {row:?}"))[column];
-        let new = cell::with_numbers(cell, numbers);
-        wrong.extend((new != *cell).then(|| format!("{log}, {row}: {cell:?}, expected {new:?}")));
+        wrong.extend(other(&format!("{log}, {row}"), cell, numbers));
     }
     expect_none(&wrong);
 }
@@ -230,8 +229,12 @@ pub(crate) fn hold_row(names: &[&str], figures: &[Vec<f64>]) {
     let mut rows = tables.iter().flat_map(|table| &table.rows);
     let row = rows.find(|row| row.iter().zip(names).all(|(cell, name)| cell == name));
     let cells = row.unwrap_or_else(|| panic!("{PAGE} has no row {names:?}"))[names.len()..].iter();
-    let cells = cells.zip(figures).map(|(cell, numbers)| (cell, cell::with_numbers(cell, numbers)));
-    let wrong = cells.filter(|(cell, new)| *cell != new);
-    let wrong = wrong.map(|(cell, new)| format!("{names:?}: {cell:?}, expected {new:?}"));
+    let wrong = cells.zip(figures).filter_map(|(cell, numbers)| other(names[0], cell, numbers));
     expect_none(&wrong.collect::<Vec<_>>());
+}
+
+/// Returns what is expected in the place of a cell, unless its numbers are these.
+fn other(place: &str, cell: &str, numbers: &[f64]) -> Option<String> {
+    let new = cell::with_numbers(cell, numbers);
+    (new != cell).then(|| format!("{place}: {cell:?}, expected {new:?}"))
 }
