@@ -23,7 +23,7 @@ const DIGEST_TICKS: usize = 1000;
 /// The parts, in the order of the table; the first two are what the others are
 /// compared with.
 pub const PARTS: [&str; 9] = [
-    "copy of a frame (8760 bytes)",
+    "copy of a frame",
     "one sine and cosine",
     "tick without a scan",
     "tick with a scan of 180 beams",

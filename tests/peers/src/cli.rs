@@ -16,9 +16,9 @@ use crate::{client, ours, raw, server, tour};
 
 /// The tick of sim-server compared with the same tick over ZeroMQ, Zenoh and Unix sockets
 ///
-/// A server makes a frame (8760 bytes), sends it to its clients, waits for an
-/// answer (184 bytes) from each, and makes the next. Server and clients are
-/// separate processes and do the same work for all transports; only
+/// A server makes a frame, sends it to its clients, waits for an answer from
+/// each, and makes the next. The report gives the bytes of both. Server and
+/// clients are separate processes and do the same work for all transports; only
 /// frames and answers travel otherwise. The run digest of all must be equal.
 #[derive(Parser)]
 #[command(

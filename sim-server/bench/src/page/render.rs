@@ -163,7 +163,7 @@ mod tests {
         for text in [
             "# B\n| key | goal | found |  |\n",
             "| scan-apartment | apartment, 180: kernel_ns_per_beam ≤ 15 | not measured | **missed** |",
-            "\n\n5 rounds.\n\n|  | ns |\n|---|---:|\n| copy of a frame (8760 bytes) | 7.2 |\n",
+            "\n\n5 rounds.\n\n|  | ns |\n|---|---:|\n| copy of a frame | 7.2 |\n",
             "\n\n`sim-server bench step`, results `",
             "\n\nnot measured\n",
         ] {
