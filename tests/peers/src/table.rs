@@ -4,6 +4,7 @@ use std::fmt;
 
 use rusty_bench::quantiles::{Quantiles, Spread};
 use rusty_bench::results;
+use rusty_contract::{Answer, Frame};
 
 use crate::cli::TourArgs;
 use crate::contender::{Contender, Wait};
@@ -150,8 +151,6 @@ pub struct Settings {
     warm_up: u64,
     repetitions: u32,
     scans: bool,
-    frame_bytes: usize,
-    answer_bytes: usize,
 }
 
 impl Settings {
@@ -161,8 +160,6 @@ impl Settings {
             warm_up: args.warm_up,
             repetitions: args.repetitions,
             scans: args.scans,
-            frame_bytes: size_of::<rusty_contract::Frame>(),
-            answer_bytes: size_of::<rusty_contract::Answer>(),
         }
     }
 }
@@ -230,8 +227,7 @@ impl Results {
             ("times_ours", 1),
         ];
         let rows = self.rows.iter().map(Row::figures);
-        let Settings { ticks, warm_up, repetitions, scans, frame_bytes, answer_bytes } =
-            self.settings;
+        let Settings { ticks, warm_up, repetitions, scans } = self.settings;
         let absent = self.absent.iter().map(|a| format!("{}: {}", a.contender, a.reason));
         let goals = self.goals.iter().map(ToString::to_string);
         results::Results::new(&[&columns, &[("failure", 0)]], rows)
@@ -239,8 +235,8 @@ impl Results {
             .fact("warm_up", warm_up)
             .fact("repetitions", repetitions)
             .fact("scans", scans)
-            .fact("frame_bytes", frame_bytes)
-            .fact("answer_bytes", answer_bytes)
+            .fact("frame_bytes", size_of::<Frame>())
+            .fact("answer_bytes", size_of::<Answer>())
             .fact("absent", absent.collect::<Vec<_>>())
             .fact("goals", goals.collect::<Vec<_>>())
     }

@@ -12,8 +12,7 @@ fn case(contender: Contender, wait: Wait, tick_ns: u64, digest: &str) -> Case {
 }
 
 fn settings() -> Settings {
-    let (frame_bytes, answer_bytes) = (100, 10);
-    Settings { ticks: 3, warm_up: 0, repetitions: 2, scans: false, frame_bytes, answer_bytes }
+    Settings { ticks: 3, warm_up: 0, repetitions: 2, scans: false }
 }
 
 fn results(digest: &str) -> Results {
