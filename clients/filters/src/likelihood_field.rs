@@ -248,6 +248,32 @@ impl LikelihoodField {
     /// The steps of all ends together, in parts of 256, seen from a body at `position` (m) with
     /// this sine and cosine of its heading.
     pub fn steps_of_scan(&self, ends: &Ends, position: &Vector2<f64>, sin: f64, cos: f64) -> u32 {
+        let mut sum = 0_u32;
+        self.visit(ends, position, sin, cos, |steps| sum += steps);
+        sum
+    }
+
+    /// How many ends are within two deviations of a wall, seen from a body at `pose`.
+    pub fn on_walls(&self, ends: &Ends, pose: &SE2) -> usize {
+        let log = self.log_at_distance(2.0 * self.sigma_m());
+        let least = ((log - self.base_log) / self.step_log * f64::from(PARTS)) as u32;
+        let (sin, cos) = trig::sin_cos(pose.theta());
+        let mut count = 0;
+        let take = |steps| count += usize::from(steps >= least);
+        self.visit(ends, &pose.translation(), sin, cos, take);
+        count
+    }
+
+    /// Tells the steps of every end, in parts of 256.
+    #[inline(always)]
+    fn visit(
+        &self,
+        ends: &Ends,
+        position: &Vector2<f64>,
+        sin: f64,
+        cos: f64,
+        mut take: impl FnMut(u32),
+    ) {
         let per_cell = 1.0 / self.frame.cell_m;
         let offset = (position - self.frame.origin_m.coords) * per_cell;
         let view = View {
@@ -262,15 +288,14 @@ impl LikelihoodField {
         };
         let (xs, _) = ends.x_m.as_chunks::<TOGETHER>();
         let (ys, _) = ends.y_m.as_chunks::<TOGETHER>();
-        let (mut sum, mut left) = (0_u32, ends.count);
+        let mut left = ends.count;
         for (x, y) in xs.iter().zip(ys) {
             let spots = view.spots(x, y);
             for k in 0..left.min(TOGETHER) {
-                sum += self.between(spots.place[k] as usize, spots.right[k], spots.up[k]);
+                take(self.between(spots.place[k] as usize, spots.right[k], spots.up[k]));
             }
             left = left.saturating_sub(TOGETHER);
         }
-        sum
     }
 
     /// Between four cells, the lower left of which is `place`: so far to the

@@ -26,6 +26,8 @@
 //!   less than half of the belief can be said to be in one place: the share of its
 //!   heaviest mode, times w_fast / w_slow of [`recovery`]; nor while a second mode has
 //!   more than a twentieth.
+//! * There is none either where few of the walls in view are on the map. After a way without
+//!   them, the robot is looked for as at the beginning: see the module `known_walls`.
 //! * Modes are weighed and drawn each for itself, so that only the likelihood decides
 //!   between them: see the module `strata`.
 
@@ -33,6 +35,7 @@ mod cloud;
 pub mod everywhere;
 mod free_space;
 mod hypotheses;
+mod known_walls;
 pub mod mode;
 mod options;
 mod particles;
@@ -56,6 +59,7 @@ pub use prepared::{Map, Prepared, Robot};
 
 use self::cloud::Cloud;
 use self::hypotheses::Hypotheses;
+use self::known_walls::KnownWalls;
 use self::mode::Modes;
 use self::recovery::Recovery;
 use self::search::{Outcome, Search};
@@ -89,6 +93,7 @@ pub struct Mcl {
     sensor: Sensor,
     space: FreeSpace,
     recovery: Recovery,
+    known_walls: KnownWalls,
     belief: Cloud,
     search: Search,
     /// None while it looks around one place only.
@@ -165,6 +170,7 @@ impl Mcl {
             sensor,
             space,
             recovery: Recovery::trusting(),
+            known_walls: KnownWalls::default(),
             belief: Cloud::new(options.seed, 2),
             search: Search::new(options.seed),
             hypotheses: Some(Hypotheses::default()),
@@ -219,6 +225,7 @@ impl Mcl {
         self.belief.particles.push_normal(pose_in_world, covariance, most, &mut self.places);
         self.belief.particles.level();
         self.recovery = Recovery::lost(self.sensor.expected_likelihood());
+        self.known_walls = KnownWalls::default();
         self.hypotheses = None;
         self.answer = None;
     }
@@ -231,6 +238,7 @@ impl Mcl {
         let motion = self.odometry.take();
         self.belief.move_by(&motion);
         self.search.move_by(&motion);
+        self.known_walls.move_by(&motion);
         if let Some(hypotheses) = &mut self.hypotheses {
             hypotheses.move_by(&motion);
         }
@@ -252,6 +260,10 @@ impl Mcl {
             self.search.give_up();
             self.is_contested = false;
         }
+        let heaviest = self.modes.heaviest(&self.belief.particles);
+        if let Some(mode) = &heaviest {
+            self.look_for_walls(mode);
+        }
         let trusted = 1.0 - self.recovery.share();
         let known = |mode: &Mode| {
             let is_likely = mode.share * trusted >= 0.5 && mode.second_share <= RIVAL;
@@ -260,9 +272,22 @@ impl Mcl {
         // A filter that began lost compares all places before it answers.
         let places = self.hypotheses.as_ref().filter(|_| !self.is_found);
         let agrees = |mode: &Mode| places.is_none_or(|places| places.agree(mode));
-        let heaviest = self.modes.heaviest(&self.belief.particles);
-        self.answer = heaviest.filter(known).filter(agrees);
+        let is_on_map = |_: &Mode| !self.known_walls.are_few();
+        self.answer = heaviest.filter(known).filter(agrees).filter(is_on_map);
         self.belief.draw(&self.options);
+    }
+
+    /// Counts the beams that end on known walls. A robot that went on without them may be
+    /// elsewhere.
+    fn look_for_walls(&mut self, mode: &Mode) {
+        self.known_walls.update(self.sensor.on_walls(&mode.pose_in_world));
+        if self.is_found
+            && self.known_walls.is_strayed()
+            && let Some(places) = &mut self.hypotheses
+        {
+            places.clear();
+            self.is_found = false;
+        }
     }
 
     /// Looks a scan up everywhere. Returns whether the robot was found; the belief is then
@@ -276,9 +301,15 @@ impl Mcl {
         let pose_in_world = here.map(|mode| mode.pose_in_world);
         hypotheses.take(&self.sensor.fits(ranges_m, &self.space, pose_in_world));
         let Some(found) = hypotheses.decided() else { return false };
+        let is_elsewhere = |mode: &Mode| !mode.is_at(&found);
+        let share_here =
+            here.filter(is_elsewhere).map(|mode| self.sensor.on_walls(&mode.pose_in_world));
+        if !known_walls::is_found(self.sensor.on_walls(&found), share_here) {
+            return false;
+        }
         hypotheses.clear();
         self.is_found = true;
-        if here.is_none_or(|mode| !mode.is_at(&found)) {
+        if here.is_none_or(|mode| is_elsewhere(&mode)) {
             let (most, places) = (self.options.particles as usize, &mut self.places);
             self.belief.clear();
             let particles = &mut self.belief.particles;

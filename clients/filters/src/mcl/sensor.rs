@@ -43,6 +43,8 @@ const SPREAD: f64 = 0.5;
 const MOST_TURN_RAD: f64 = 0.5;
 /// σ of the field in which a scan is looked up everywhere, m.
 const LOOK_UP_M: f64 = 0.1;
+/// An end is on a wall in a field of at least this σ, m.
+const WALL_M: f64 = 0.05;
 /// The most places where it may fit,
 const MOST_FITS: usize = 64;
 /// and by how much less likely (ln p) a beam may be there than at the best one.
@@ -195,16 +197,26 @@ impl Sensor {
             self.beams.endpoints(ranges_m).map(|end| end.in_body).collect();
         let stride = ends.len().div_ceil(FEW).max(1);
         let few: Vec<Point2<f64>> = ends.into_iter().step_by(stride).collect();
-        let everywhere = self.everywhere.get_or_init(|| {
-            let wide = self.fields.iter().find(|field| field.sigma_m() >= LOOK_UP_M);
-            Everywhere::new(wide.unwrap_or(&self.fields[self.fields.len() - 1]), space)
-        });
+        let everywhere =
+            self.everywhere.get_or_init(|| Everywhere::new(self.blurred_by(LOOK_UP_M), space));
         let sensor = Point2::from(self.beams.sensor_in_body.translation());
         let mut fits = everywhere.best(&sensor, &few, MOST_FITS, WORSE);
         if let Some(here) = here {
             fits.add(everywhere.fit(&sensor, &few, here));
         }
         fits
+    }
+
+    /// The sharpest field that has this σ at least, or else the most blurred one.
+    fn blurred_by(&self, sigma_m: f64) -> &LikelihoodField {
+        let wide = self.fields.iter().find(|field| field.sigma_m() >= sigma_m);
+        wide.unwrap_or(&self.fields[self.fields.len() - 1])
+    }
+
+    /// Share of the beams of the last scan that end on a wall of the map, seen from here.
+    pub(super) fn on_walls(&self, pose_in_world: &SE2) -> f64 {
+        let count = self.blurred_by(WALL_M).on_walls(&self.ends, pose_in_world);
+        count as f64 / self.ends.count().max(1) as f64
     }
 
     /// Likelihood of a beam of this scan under the belief as it is: the geometric

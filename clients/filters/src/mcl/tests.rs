@@ -4,6 +4,7 @@
 use super::*;
 use crate::OccupancyMap;
 use crate::moment::Moment;
+use crate::occupancy::Cell;
 use rusty_contract::config::LidarConfig;
 use rusty_geometry::Material::Wall;
 use rusty_geometry::{DiffDrive, Scan, WallSpec, World, WorldSpec, odometry_delta};
@@ -332,5 +333,37 @@ fn in_a_large_building_with_things_that_are_not_on_the_map_it_finds_itself() {
             }
         }
         assert!(mcl.answer().is_some(), "{corridor}");
+    }
+}
+
+#[test]
+fn beyond_the_walls_of_its_map_it_abstains_and_back_among_them_it_is_found() {
+    // The map ends after 20 m.
+    let mut map = OccupancyMap::of_world(&building(true), 0.1, 0.05);
+    for (cell, what) in map.cells.iter_mut().enumerate() {
+        if cell % map.frame.width > 400 {
+            *what = Cell::Unknown;
+        }
+    }
+    for corridor in [1, 2, 4] {
+        let start = SE2::new(8.0, 8.0 * f64::from(corridor) + 4.0, 0.0);
+        let mut drive = Drive::within(building(true), start);
+        let options = Options { particles: 1000, ..Options::default() };
+        let map = Map::Cells(map.clone());
+        let mut mcl = Mcl::new(drive.robot, map, Some(start), &options).unwrap();
+        let mut step = |counts, slip_m| {
+            drive.turn_wheels(&mut mcl, [counts, counts]);
+            let slip_m = if drive.truth.x() > 20.0 { slip_m } else { 0.0 };
+            drive.truth = drive.truth.boxplus(&Vector3::new(slip_m, 0.0, 0.0));
+            let tau = error(&mcl, &drive.truth);
+            assert!(tau.is_none_or(|tau| tau.norm() < 0.5), "{corridor}: {tau:?}");
+            tau
+        };
+        // A fifth of the way out is slip.
+        (0..170).for_each(|_| _ = step(2800, -0.03));
+        assert_eq!(step(2800, -0.03), None, "{corridor}: ten metres beyond it");
+        (0..150).for_each(|_| _ = step(-2800, 0.0));
+        let tau = step(-2800, 0.0).unwrap();
+        assert!(tau.norm() < 0.05, "{corridor}: {tau}");
     }
 }

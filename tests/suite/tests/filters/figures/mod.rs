@@ -45,7 +45,7 @@ const TABLES: [(&str, usize, Check); 16] = [
     ("Real robots", 0, Replay(["freiburg-101", "intel", "csail", "edmonton"])),
     ("Real robots", 1, Elsewhere("the tests `recordings::` compare it by `hold`")),
     ("Real robots", 2, Elsewhere("the test `mcl::a_real_robot…` compares it by `hold_row`")),
-    ("Real robots", 3, Elsewhere("the test `mcl::in_rooms…` compares two rows by `hold_row`")),
+    ("Real robots", 3, Elsewhere("the test `mcl::on_grids…` compares it by `hold_row`")),
 ];
 
 /// Columns and their fields; a field that ends with `_rad` is shown in degrees.
