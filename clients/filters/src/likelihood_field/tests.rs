@@ -83,6 +83,19 @@ fn a_scan_is_the_sum_of_its_ends_wherever_the_body_stands() {
 }
 
 #[test]
+fn an_end_within_two_deviations_is_on_the_wall() {
+    let field = LikelihoodField::of_world(&one_wall(), &model(), RANGE_MAX_M, 0.0, 0.01);
+    let mut ends = Ends::default();
+    // On either side of the wall at x = 1 m, seen from a body that is turned round.
+    let xs_m = [-1.9, -2.1, 0.0, 1.9, 2.1].map(|deviations| 1.0 + deviations * field.sigma_m());
+    ends.set(xs_m.iter().map(|x_m| Point2::new(2.0 - x_m, 0.0)));
+    let pose = SE2::new(2.0, 1.0, core::f64::consts::PI);
+    assert_eq!(field.on_walls(&ends, &pose), 3);
+    ends.set(std::iter::empty());
+    assert_eq!(field.on_walls(&ends, &pose), 0);
+}
+
+#[test]
 fn what_nobody_has_seen_is_as_likely_as_anything() {
     let origin_m = Point2::new(0.0, 0.0);
     let frame = GridFrame { origin_m, cell_m: 0.05, width: 40, height: 40 };
