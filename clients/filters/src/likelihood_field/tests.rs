@@ -89,7 +89,7 @@ fn an_end_within_two_deviations_is_on_the_wall() {
     // On either side of the wall at x = 1 m, seen from a body that is turned round.
     let xs_m = [-1.9, -2.1, 0.0, 1.9, 2.1].map(|deviations| 1.0 + deviations * field.sigma_m());
     ends.set(xs_m.iter().map(|x_m| Point2::new(2.0 - x_m, 0.0)));
-    let pose = SE2::new(2.0, 1.0, core::f64::consts::PI);
+    let pose = SE2::new(2.0, 1.0, PI);
     assert_eq!(field.on_walls(&ends, &pose), 3);
     ends.set(std::iter::empty());
     assert_eq!(field.on_walls(&ends, &pose), 0);
