@@ -9,7 +9,7 @@ use crate::Motion;
 
 /// How fast the mean share follows, per scan.
 const ALPHA: f64 = 0.5;
-/// While less than this share of the beams end on known walls, there is no answer.
+/// While less than this share of the beams end on known walls, the filter abstains.
 const FEW: f64 = 0.2;
 /// The place where a robot is found has this share at least,
 const MOST: f64 = 0.5;

@@ -26,8 +26,8 @@
 //!   less than half of the belief can be said to be in one place: the share of its
 //!   heaviest mode, times w_fast / w_slow of [`recovery`]; nor while a second mode has
 //!   more than a twentieth.
-//! * There is none either where few of the walls in view are on the map. After a way without
-//!   them, the robot is looked for as at the beginning: see the module `known_walls`.
+//! * It abstains where few of the walls in view are on the map. After a way without them, the
+//!   robot is looked for as at the beginning: see the module `known_walls`.
 //! * Modes are weighed and drawn each for itself, so that only the likelihood decides
 //!   between them: see the module `strata`.
 
@@ -267,13 +267,13 @@ impl Mcl {
         let trusted = 1.0 - self.recovery.share();
         let known = |mode: &Mode| {
             let is_likely = mode.share * trusted >= 0.5 && mode.second_share <= RIVAL;
-            is_likely && !self.is_contested && is_somewhere(&mode.covariance)
+            let is_on_map = !self.known_walls.are_few();
+            is_likely && is_on_map && !self.is_contested && is_somewhere(&mode.covariance)
         };
         // A filter that began lost compares all places before it answers.
         let places = self.hypotheses.as_ref().filter(|_| !self.is_found);
         let agrees = |mode: &Mode| places.is_none_or(|places| places.agree(mode));
-        let is_on_map = |_: &Mode| !self.known_walls.are_few();
-        self.answer = heaviest.filter(known).filter(agrees).filter(is_on_map);
+        self.answer = heaviest.filter(known).filter(agrees);
         self.belief.draw(&self.options);
     }
 

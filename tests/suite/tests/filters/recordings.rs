@@ -7,7 +7,6 @@ use rusty_contract::{Participant, Role, Start};
 use rusty_filters::Random;
 use rusty_filters::slam::{Slam, SlamOptions};
 use rusty_metrics::alignment::aligned_errors;
-use rusty_metrics::percentile;
 use rusty_metrics::scored::Scored;
 use rusty_tests::*;
 
@@ -128,10 +127,8 @@ fn check(file: &str, most_m: f64) {
     let mut outcomes: Vec<Outcome> = outcomes.collect();
     let mut rows = vec![("recording".to_owned(), outcomes.remove(0).numbers())];
     if std::env::var_os("RUSTY_SEEDS").is_some() {
-        let spread = |get: fn(&Outcome) -> f64| {
-            let mut all: Vec<f64> = outcomes.iter().map(get).collect();
-            [0.5, 0.0, 1.0].map(|fraction| percentile(&mut all, fraction).unwrap()).to_vec()
-        };
+        let spread =
+            |get: fn(&Outcome) -> f64| crate::figures::spread(outcomes.iter().map(get).collect());
         // The page has the copies of ten seeds.
         if seeds == 10 {
             rows.push(("copies, online".to_owned(), spread(|outcome| outcome.online_m)));

@@ -10,6 +10,7 @@ mod table;
 use std::collections::BTreeSet;
 
 use command::Figures;
+use rusty_metrics::percentile;
 use rusty_tests::*;
 use table::Table;
 
@@ -231,6 +232,11 @@ pub(crate) fn hold_row(names: &[&str], figures: &[Vec<f64>]) {
     let cells = row.unwrap_or_else(|| panic!("{PAGE} has no row {names:?}"))[names.len()..].iter();
     let wrong = cells.zip(figures).filter_map(|(cell, numbers)| other(names[0], cell, numbers));
     expect_none(&wrong.collect::<Vec<_>>());
+}
+
+/// Median, least and most, as cells of the page show them.
+pub(crate) fn spread(mut values: Vec<f64>) -> Vec<f64> {
+    [0.5, 0.0, 1.0].map(|fraction| percentile(&mut values, fraction).unwrap()).to_vec()
 }
 
 /// Returns what is expected in the place of a cell, unless its numbers are these.
