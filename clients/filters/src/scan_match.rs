@@ -14,7 +14,8 @@
 //! the place to begin. Where a match surprises the wheels beyond chance, they did
 //! something that they do not do (a bump, a door sill, a scan that came late), and
 //! it is matched again with a prior that allows for that, and where that does not fit
-//! either, it is searched in a map of the newest key scans ([`crate::submap`]).
+//! either, it is searched in a map of the newest key scans ([`crate::submap`]). Where another
+//! pose fits nearly as well there, the motion is as unsure as half of the way between both.
 //!
 //! What it leaves out: one scan is the end of one motion and the beginning of
 //! the next, so errors of neighbouring motions are related (mostly of opposite
@@ -58,6 +59,10 @@ const LOST_RAD: f64 = 0.25;
 /// A pose fits the submap with this score at least, and more where few ends may fit by
 /// chance: score and part of 1/√n.
 const FITS_SCORE: [f64; 2] = [0.4, 1.0];
+/// A pose that scores this much more than all others far from it leads,
+const LEADS_BY: f64 = 0.1;
+/// and fits with this score: many beams of the scan may be wrong.
+const LEADER_SCORE: f64 = 0.3;
 /// A match that scores less than the best pose by no more than this is as good.
 const EQUAL_SCORE: f64 = 0.04;
 /// A scan with fewer ends is too sparse for a score to refute a match of it.
@@ -88,6 +93,12 @@ fn slipped(wheels: &Motion) -> Motion {
 fn lost(wheels: &Motion) -> Motion {
     let by = Vector3::new(LOST_M * LOST_M, LOST_M * LOST_M, LOST_RAD * LOST_RAD);
     Motion { covariance: wheels.covariance + Matrix3::from_diagonal(&by), ..*wheels }
+}
+
+/// A motion to about a pose, as unsure as half of the way to another one that may be right.
+fn doubted(motion: &Motion, pose: &Placement, other: &Placement) -> Motion {
+    let half = 0.5 * other.pose.boxminus(&pose.pose);
+    Motion { covariance: motion.covariance + half * half.transpose(), ..*motion }
 }
 
 /// Estimate odometry by scan matching
@@ -250,12 +261,12 @@ impl Tracker {
         if book.as_ref().is_ok_and(fits) || matches!(book, Err(NoMatch::FewEnds { .. })) {
             return book.map(by_book);
         }
-        let map = {
-            let scans = self.recent.iter().map(|(pose, rays)| (*pose, rays.as_slice()));
-            Submap::new(scans, Unseen::LeftOut)
-        };
+        let recent = self.recent.iter().map(|(pose, rays)| (*pose, rays.as_slice()));
+        let map = Submap::new(&self.laser, recent, Unseen::LeftOut);
         let [best, other] = self.searched(&map, rays);
-        let Some(best) = best.filter(|best| best.score >= fits_score(rays)) else {
+        let leads = best.is_some_and(|best| best.leads(other.as_ref(), LEADS_BY));
+        let enough = if leads { LEADER_SCORE } else { fits_score(rays) };
+        let Some(best) = best.filter(|best| best.score >= enough) else {
             return Err(book.err().unwrap_or(NoMatch::NoSolution));
         };
         let is_best = |(fused, _): &(Fused, Match)| {
@@ -266,7 +277,11 @@ impl Tracker {
         let innovation = book.as_ref().ok().map(|(fused, _)| fused.innovation);
         let as_expected = |(fused, found): (Fused, Match)| {
             let innovation = innovation.unwrap_or(fused.innovation);
-            Matched { fused: Fused { innovation, ..fused }, found, searched: true }
+            let motion = match other {
+                Some(other) if !leads => doubted(&fused.motion, &best, &other),
+                _ => fused.motion,
+            };
+            Matched { fused: Fused { motion, innovation }, found, searched: true }
         };
         let usual = |told: &(Fused, Match)| is_usual(told) && is_best(told);
         if book.as_ref().is_ok_and(usual) {

@@ -13,6 +13,8 @@
 //!   that drives down a corridor always sees some wall that is new, and poses that have the
 //!   new ends on the old wall would score more. Such ends are left out of the mean, and the
 //!   bounds take them for hits.
+//! * An end that other scans looked through is not drawn (`seen_through.rs`). Ends of people
+//!   or of wrong beams would fill the free space of ten scans, and any pose would fit.
 //! * The distance from the guess costs a little of the score. Along a corridor all poses
 //!   score the same, and the guess decides.
 
@@ -22,8 +24,9 @@ use nalgebra::{Matrix3, Point2, Vector3};
 use rusty_geometry::{SE2, trig};
 
 use self::drawing::Drawing;
+use self::seen_through::unrefuted;
 use crate::Motion;
-use crate::icp::Ray;
+use crate::icp::{Laser, Ray};
 use crate::pyramid::Pyramid;
 use crate::tangent::symmetric;
 
@@ -76,6 +79,13 @@ pub struct Placement {
     pub score: f64,
 }
 
+impl Placement {
+    /// Whether it scores at least this much more than another solution, if there is one.
+    pub fn leads(&self, other: Option<&Self>, by: f64) -> bool {
+        other.is_none_or(|other| other.score <= self.score - by)
+    }
+}
+
 /// The window of a search, around a guess.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
@@ -112,9 +122,17 @@ impl PartialOrd for Branch {
 }
 
 impl Submap {
-    /// Draws scans, each with the pose of its body in the frame of the map.
-    pub fn new<'a>(scans: impl Iterator<Item = (SE2, &'a [Ray])>, unseen: Unseen) -> Self {
+    /// Draws scans, each with the pose of its body in the frame of the map, without ends
+    /// that others of them looked through.
+    pub fn new<'a>(
+        laser: &Laser,
+        scans: impl Iterator<Item = (SE2, &'a [Ray])>,
+        unseen: Unseen,
+    ) -> Self {
         let scans: Vec<(SE2, &[Ray])> = scans.collect();
+        let kept = unrefuted(laser, &scans);
+        let scans: Vec<(SE2, &[Ray])> =
+            scans.iter().zip(&kept).map(|((pose, _), rays)| (*pose, rays.as_slice())).collect();
         let drawing = Drawing::new(&scans, unseen);
         let size = drawing.size.map(|cells| cells as usize);
         let table = Pyramid::new(&drawing.cells, size, drawing.beyond, LEVELS);
@@ -295,5 +313,6 @@ fn thinned(rays: &[Ray]) -> Vec<Point2<f64>> {
 }
 
 mod drawing;
+mod seen_through;
 #[cfg(test)]
 mod tests;

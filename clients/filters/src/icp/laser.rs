@@ -72,6 +72,24 @@ impl Laser {
         .collect()
     }
 
+    /// How many beams it has.
+    pub fn beams(&self) -> usize {
+        self.view.beams
+    }
+
+    /// How far a point of the body frame is from the sensor, m.
+    pub fn distance_m(&self, point: &Point2<f64>) -> f64 {
+        (point - self.view.viewpoint).norm()
+    }
+
+    /// The beam that looks at a point of the body frame and its neighbours; none where
+    /// no beam does.
+    pub fn beams_towards(&self, point: &Point2<f64>) -> impl Iterator<Item = usize> + use<> {
+        let beam = self.view.beam_towards(point);
+        let around = self.view.has(beam).then(|| self.view.around(beam, 1));
+        around.into_iter().flatten()
+    }
+
     pub(super) fn view(&self) -> View {
         self.view
     }

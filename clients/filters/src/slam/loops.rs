@@ -116,10 +116,10 @@ impl Slam {
         let back = poses[old].inverse();
         let in_map = |k: usize| back * poses[k];
         let scans = near.clone().map(|k| (in_map(k), self.seen[k].surface.rays()));
-        let map = Submap::new(scans, Unseen::Misses);
+        let map = Submap::new(self.tracker.laser(), scans, Unseen::Misses);
         let [best, other] = map.search(rays, window);
         let best = best.filter(|best| best.score >= FITS_SCORE)?;
-        if other.is_some_and(|other| other.score > best.score - LEAD_SCORE) {
+        if !best.leads(other.as_ref(), LEAD_SCORE) {
             return None;
         }
         let apart = |k: usize| in_map(k).inverse() * best.pose;

@@ -7,6 +7,11 @@ use super::*;
 use crate::icp::Laser;
 use crate::scan_match::tests::corridor;
 
+/// The laser of these scans; its range is of no account.
+fn laser() -> Laser {
+    Laser::new(&LidarConfig::default())
+}
+
 /// A scan without noise.
 fn rays(world: &World, pose: &SE2) -> Vec<Ray> {
     rays_within(world, pose, LidarConfig::default().range_max_m)
@@ -32,7 +37,7 @@ fn branch_and_bound_finds_the_best_of_all_poses() {
     let (there, moved) = (SE2::new(8.0, 2.0, 1.0), SE2::new(0.31, -0.22, 0.21));
     let (old, new) = (rays(&world, &there), rays(&world, &(there * moved)));
     for unseen in [Unseen::Misses, Unseen::LeftOut] {
-        let map = Submap::new([(SE2::identity(), old.as_slice())].into_iter(), unseen);
+        let map = Submap::new(&laser(), [(SE2::identity(), old.as_slice())].into_iter(), unseen);
         let window = Window { centre: SE2::new(0.02, 0.01, 0.03), half_m: 0.4, half_rad: 0.25 };
         let found = map.search(&new, &window)[0].unwrap();
         assert!(found.pose.boxminus(&moved).norm() < 0.08, "{found:?}");
@@ -65,14 +70,15 @@ fn walls_that_no_scan_looked_at_hold_no_pose_back() {
     let scan = |x: f64| rays_within(&wide, &SE2::new(x, 0.0, 0.0), 4.0);
     let (old, new) = (scan(0.0), scan(1.0));
     let loss = |unseen: Unseen| {
-        let map = Submap::new([(SE2::identity(), old.as_slice())].into_iter(), unseen);
+        let map = Submap::new(&laser(), [(SE2::identity(), old.as_slice())].into_iter(), unseen);
         let [stays, moves] = [0.0, 1.0].map(|x| map.score(&new, &SE2::new(x, 0.0, 0.0)));
         stays - moves
     };
     let [misses, left_out] = [Unseen::Misses, Unseen::LeftOut].map(loss);
     assert!(misses > 0.08 && left_out < 0.05, "{misses} {left_out}");
     // An end behind a wall is not new, and ends that are all new fit nothing well.
-    let map = Submap::new([(SE2::identity(), old.as_slice())].into_iter(), Unseen::LeftOut);
+    let map =
+        Submap::new(&laser(), [(SE2::identity(), old.as_slice())].into_iter(), Unseen::LeftOut);
     let behind = map.score(&new, &SE2::new(1.0, 0.4, 0.0));
     let beyond = map.score(&new, &SE2::new(11.0, 0.0, 0.0));
     assert!(behind < 0.5 && beyond < 0.3, "{behind} {beyond}");
@@ -82,7 +88,8 @@ fn walls_that_no_scan_looked_at_hold_no_pose_back() {
 fn a_corridor_leaves_the_guess_along_it() {
     let there = SE2::new(-3.0, 0.1, 0.0);
     let rays = rays(&corridor(), &there);
-    let map = Submap::new([(SE2::identity(), rays.as_slice())].into_iter(), Unseen::Misses);
+    let map =
+        Submap::new(&laser(), [(SE2::identity(), rays.as_slice())].into_iter(), Unseen::Misses);
     let window = Window { centre: SE2::new(0.0, 0.15, 0.1), half_m: 0.5, half_rad: 0.5 };
     let found = map.search(&rays, &window)[0].unwrap().pose;
     assert!(found.x().abs() < 0.21 && found.y().abs() < 0.06, "{found:?}");
@@ -97,8 +104,39 @@ fn nothing_seen_finds_nothing() {
     let window = Window { centre: SE2::identity(), half_m: 0.5, half_rad: 0.5 };
     let rays = rays(&apartment(), &SE2::new(8.0, 2.0, 1.0));
     for unseen in [Unseen::Misses, Unseen::LeftOut] {
-        let map = Submap::new(std::iter::empty(), unseen);
+        let map = Submap::new(&laser(), std::iter::empty(), unseen);
         assert_eq!(map.search(&[], &window), [None, None]);
         assert_eq!(map.search(&rays, &window)[0].unwrap().score, 0.0);
     }
+}
+
+#[test]
+fn a_pose_leads_where_no_other_one_scores_nearly_as_much() {
+    let of = |score: f64| Placement { pose: SE2::identity(), score };
+    assert!(of(0.5).leads(None, 0.1) && of(0.5).leads(Some(&of(0.375)), 0.125));
+    assert!(!of(0.5).leads(Some(&of(0.45)), 0.1) && !of(0.5).leads(Some(&of(0.7)), 0.1));
+}
+
+#[test]
+fn ends_in_the_air_do_not_make_a_map_where_every_pose_fits() {
+    // Eight scans of a room, in each of which a third of the beams end anywhere.
+    let world = apartment();
+    let here = SE2::new(8.0, 2.0, 1.0);
+    let mut random = crate::Random::new(3, 1);
+    let mut scan = Scan::new(LidarConfig::default().fan());
+    scan.take(&world, &here, LidarConfig::default().range_max_m);
+    let mut short = || {
+        let ranges = scan.distances_and_walls().map(|(range_m, _)| {
+            let is_wrong = random.uniform() < 1.0 / 3.0;
+            if is_wrong { range_m * (0.1 + 0.9 * random.uniform()) } else { range_m }
+        });
+        laser().rays(&ranges.collect::<Vec<_>>())
+    };
+    let old: Vec<Vec<Ray>> = (0..8).map(|_| short()).collect();
+    let scans = old.iter().map(|rays| (SE2::identity(), rays.as_slice()));
+    let map = Submap::new(&laser(), scans, Unseen::LeftOut);
+    let new = short();
+    let right = map.score(&new, &SE2::identity());
+    let turned = map.score(&new, &SE2::new(0.0, 0.0, 0.4));
+    assert!(right > 0.6 && turned < 0.35, "{right} {turned}");
 }
