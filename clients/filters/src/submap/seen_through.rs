@@ -85,7 +85,8 @@ mod tests {
     use super::*;
     use rusty_contract::config::LidarConfig;
 
-    /// Scans of a wall 3 m around, from poses on a line; one beam of the first is short.
+    /// How many rays of each scan are kept, of a round wall at 3 m that these beams of each scan
+    /// do not reach.
     fn kept(scans: usize, short: impl Fn(usize) -> Vec<usize>) -> Vec<usize> {
         let lidar = LidarConfig { beams: 90, ..LidarConfig::default() };
         let laser = Laser::new(&lidar);
