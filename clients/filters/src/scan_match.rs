@@ -96,8 +96,8 @@ fn lost(wheels: &Motion) -> Motion {
 }
 
 /// A motion to about a pose, as unsure as half of the way to another one that may be right.
-fn doubted(motion: &Motion, pose: &Placement, other: &Placement) -> Motion {
-    let half = 0.5 * other.pose.boxminus(&pose.pose);
+fn doubted(motion: &Motion, pose: &SE2, other: &SE2) -> Motion {
+    let half = 0.5 * other.boxminus(pose);
     Motion { covariance: motion.covariance + half * half.transpose(), ..*motion }
 }
 
@@ -278,7 +278,7 @@ impl Tracker {
         let as_expected = |(fused, found): (Fused, Match)| {
             let innovation = innovation.unwrap_or(fused.innovation);
             let motion = match other {
-                Some(other) if !leads => doubted(&fused.motion, &best, &other),
+                Some(other) if !leads => doubted(&fused.motion, &best.pose, &other.pose),
                 _ => fused.motion,
             };
             Matched { fused: Fused { motion, innovation }, found, searched: true }

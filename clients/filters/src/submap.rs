@@ -130,10 +130,7 @@ impl Submap {
         unseen: Unseen,
     ) -> Self {
         let scans: Vec<(SE2, &[Ray])> = scans.collect();
-        let kept = unrefuted(laser, &scans);
-        let scans: Vec<(SE2, &[Ray])> =
-            scans.iter().zip(&kept).map(|((pose, _), rays)| (*pose, rays.as_slice())).collect();
-        let drawing = Drawing::new(&scans, unseen);
+        let drawing = Drawing::new(&unrefuted(laser, &scans), unseen);
         let size = drawing.size.map(|cells| cells as usize);
         let table = Pyramid::new(&drawing.cells, size, drawing.beyond, LEVELS);
         Self { corner: drawing.corner, table }

@@ -79,7 +79,7 @@ impl Laser {
 
     /// How far a point of the body frame is from the sensor, m.
     pub fn distance_m(&self, point: &Point2<f64>) -> f64 {
-        (point - self.view.viewpoint).norm()
+        self.view.distance_m(point)
     }
 
     /// The beam that looks at a point of the body frame and its neighbours; none where
@@ -96,6 +96,11 @@ impl Laser {
 }
 
 impl View {
+    /// How far a point of the body frame is from the sensor, m.
+    pub(super) fn distance_m(&self, point: &Point2<f64>) -> f64 {
+        (point - self.viewpoint).norm()
+    }
+
     /// The beam, in fractions of one, that looks at a point of the body frame:
     /// from 0 to the number of beams where they go round, any number otherwise.
     pub(super) fn beam_towards(&self, point: &Point2<f64>) -> f64 {

@@ -132,7 +132,7 @@ impl Surface {
     ) -> Option<(usize, f64)> {
         let beam = self.view.beam_towards(point);
         // A wall within reach is seen under no larger angle than this.
-        let away_m = (point - self.view.viewpoint).norm();
+        let away_m = self.view.distance_m(point);
         let angle = if away_m > reach_m { 1.6 * reach_m / away_m } else { std::f64::consts::PI };
         let beams = (angle / self.view.step_rad).ceil() as usize + 1;
         let (mut best, mut best_m2) = (None, reach_m * reach_m);

@@ -222,11 +222,9 @@ fn a_robot_that_stands_stays() {
 
 #[test]
 fn a_motion_is_as_unsure_as_half_of_the_way_to_another_pose() {
-    let of = |pose: SE2| Placement { pose, score: 0.5 };
     let covariance = Matrix3::from_diagonal(&Vector3::new(0.04, 0.01, 0.01));
     let motion = Motion { now_in_then: SE2::new(1.0, 0.0, 0.0), covariance };
-    let other = of(SE2::new(1.0, 0.6, 0.0));
-    let doubted = doubted(&motion, &of(motion.now_in_then), &other);
+    let doubted = doubted(&motion, &motion.now_in_then, &SE2::new(1.0, 0.6, 0.0));
     assert_eq!(doubted.now_in_then, motion.now_in_then);
     let expected = Matrix3::from_diagonal(&Vector3::new(0.04, 0.1, 0.01));
     assert!((doubted.covariance - expected).norm() < 1e-12, "{}", doubted.covariance);

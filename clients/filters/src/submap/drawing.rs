@@ -32,8 +32,8 @@ pub(super) struct Drawing {
 
 impl Drawing {
     /// The likelihoods around the ends of scans, each with the pose of its body.
-    pub(super) fn new(scans: &[(SE2, &[Ray])], unseen: Unseen) -> Self {
-        let placed = |(pose, rays): &(SE2, &[Ray])| {
+    pub(super) fn new(scans: &[(SE2, Vec<Ray>)], unseen: Unseen) -> Self {
+        let placed = |(pose, rays): &(SE2, Vec<Ray>)| {
             let pose = *pose;
             drawn(rays).into_iter().map(move |point| pose.transform_point(&point))
         };
@@ -70,7 +70,7 @@ impl Drawing {
     }
 
     /// Marks the cells that no scan looked at.
-    fn mark_unseen(&mut self, scans: &[(SE2, &[Ray])]) {
+    fn mark_unseen(&mut self, scans: &[(SE2, Vec<Ray>)]) {
         let mut seen = Seen::new(self);
         scans.iter().for_each(|(pose, rays)| seen.look(pose, rays));
         for (row, line) in (0..).zip(self.cells.chunks_mut(self.size[0] as usize)) {

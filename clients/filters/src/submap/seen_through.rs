@@ -19,8 +19,8 @@ const SAME_M: f64 = 0.15;
 /// An end counts if no more scans looked through it than saw a wall there, and this many.
 const DOUBTED: usize = 1;
 
-/// The rays of each scan whose ends the other scans do not refute.
-pub(super) fn unrefuted(laser: &Laser, scans: &[(SE2, &[Ray])]) -> Vec<Vec<Ray>> {
+/// The scans with those of their rays whose ends the other scans do not refute.
+pub(super) fn unrefuted(laser: &Laser, scans: &[(SE2, &[Ray])]) -> Vec<(SE2, Vec<Ray>)> {
     let all: Vec<ByBeam<'_>> = scans.iter().map(|scan| ByBeam::new(laser, scan)).collect();
     let counts = |k: usize, end: &Point2<f64>| {
         let others = all.iter().enumerate().filter(|(other, _)| *other != k);
@@ -36,7 +36,7 @@ pub(super) fn unrefuted(laser: &Laser, scans: &[(SE2, &[Ray])]) -> Vec<Vec<Ray>>
     };
     let kept = |(k, (pose, rays)): (usize, &(SE2, &[Ray]))| {
         let rays = rays.iter().filter(|ray| counts(k, &pose.transform_point(&ray.point)));
-        rays.copied().collect()
+        (*pose, rays.copied().collect())
     };
     scans.iter().enumerate().map(kept).collect()
 }
@@ -97,7 +97,7 @@ mod tests {
         };
         let met: Vec<Vec<Ray>> = (0..scans).map(rays).collect();
         let scans: Vec<_> = met.iter().map(|rays| (SE2::identity(), rays.as_slice())).collect();
-        unrefuted(&laser, &scans).iter().map(Vec::len).collect()
+        unrefuted(&laser, &scans).iter().map(|(_, rays)| rays.len()).collect()
     }
 
     #[test]
