@@ -20,8 +20,9 @@ use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Estimate, Innovation, LandmarkReading, Reply, Start};
 use rusty_geometry::{EncoderCounts, SE2};
 
-use crate::ekf_landmarks::{StartOptions, initial_pose};
+use crate::ekf_landmarks::initial_pose;
 use crate::landmarks::{KnownLandmarks, LandmarkOptions, Match};
+use crate::start_options::StartOptions;
 use crate::tangent::{estimate, placed, right_jacobian_inverse, symmetric};
 use crate::{Odometry, OdometryNoise};
 

@@ -38,7 +38,7 @@ mod search;
 mod wheels;
 
 use clap::Args;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Estimate, Innovation, Reply, Start, errln};
 use rusty_geometry::{EncoderCounts, SE2};
@@ -51,6 +51,7 @@ use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
 use crate::lines::{Extraction, Segment};
 use crate::motion::Steps;
 use crate::numbers::{positive, probability};
+use crate::start_options::StartOptions;
 use crate::tangent::{estimate, placed, right_jacobian, symmetric};
 use crate::{Beams, Motion, OdometryNoise};
 
@@ -74,14 +75,18 @@ pub struct Options {
     #[command(flatten)]
     pub odometry: OdometryNoise,
 
-    /// What is believed of the walls and of the start.
+    /// What is believed of the walls.
     #[command(flatten)]
     pub walls: WallOptions,
+
+    /// What is believed of the start.
+    #[command(flatten)]
+    pub start: StartOptions,
 }
 
-/// What is believed of the walls in a scan, and of the start.
+/// What is believed of the walls in a scan.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
-#[command(next_help_heading = "Walls and start")]
+#[command(next_help_heading = "Walls")]
 pub struct WallOptions {
     /// Standard deviation of a range, m [default: the data sheet's, or 0.03]
     #[arg(long, value_name = "METRES", value_parser = positive)]
@@ -102,14 +107,6 @@ pub struct WallOptions {
     /// Minimum share of a wall piece that the map must cover
     #[arg(long, value_name = "SHARE", default_value_t = 0.75, value_parser = probability)]
     pub covered: f64,
-
-    /// Standard deviation of the start, each axis, m
-    #[arg(long, value_name = "METRES", default_value_t = 0.02, value_parser = positive)]
-    pub start_std_m: f64,
-
-    /// Standard deviation of the initial heading, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 1.0, value_parser = positive)]
-    pub start_std_deg: f64,
 }
 
 crate::numbers::default_of_command_line!(Options);
@@ -162,8 +159,6 @@ impl Ekf {
             min_points: walls.min_points as usize,
             min_length_m: walls.min_length_m,
         };
-        let (place, heading) = (walls.start_std_m, walls.start_std_deg.to_radians());
-        let variances = Vector3::new(place * place, place * place, heading * heading);
         Ok(Self {
             steps: Steps::new(start.robot.drive, options.odometry),
             counts: EncoderCounts::default(),
@@ -172,7 +167,7 @@ impl Ekf {
             map,
             gate: Gate::of_probability(walls.gate, walls.covered),
             pose_in_world,
-            covariance: Matrix3::from_diagonal(&variances),
+            covariance: options.start.covariance(),
             monitor: Monitor::default(),
             wheels: None,
             watch,

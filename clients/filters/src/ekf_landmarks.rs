@@ -13,14 +13,14 @@
 //! * A reading that is ambiguous or of no landmark of the map is not used.
 
 use clap::Args;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use rusty_clients::{ClientError, Filter, Tick};
 use rusty_contract::{Estimate, Innovation, LandmarkReading, Reply, Start};
 use rusty_geometry::{EncoderCounts, SE2};
 
 use crate::ekf::updated;
 use crate::landmarks::{KnownLandmarks, LandmarkOptions, Match};
-use crate::numbers::positive;
+use crate::start_options::StartOptions;
 use crate::tangent::{estimate, placed};
 use crate::{Odometry, OdometryNoise};
 
@@ -43,27 +43,6 @@ pub struct Options {
     /// What is believed of the start.
     #[command(flatten)]
     pub start: StartOptions,
-}
-
-/// What is believed of the start.
-#[derive(Args, Clone, Copy, Debug, PartialEq)]
-#[command(next_help_heading = "Start")]
-pub struct StartOptions {
-    /// Standard deviation of the start, each axis, m
-    #[arg(long, value_name = "METRES", default_value_t = 0.02, value_parser = positive)]
-    pub start_std_m: f64,
-
-    /// Standard deviation of the initial heading, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 1.0, value_parser = positive)]
-    pub start_std_deg: f64,
-}
-
-impl StartOptions {
-    /// The covariance of the error of the initial pose, m, m and rad.
-    pub(crate) fn covariance(&self) -> Matrix3<f64> {
-        let (place, heading) = (self.start_std_m, self.start_std_deg.to_radians());
-        Matrix3::from_diagonal(&Vector3::new(place * place, place * place, heading * heading))
-    }
 }
 
 crate::numbers::default_of_command_line!(Options);

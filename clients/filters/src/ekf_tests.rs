@@ -1,7 +1,7 @@
 //! The EKF on a simple separate world: errors as large as it says, the same
 //! bits twice, and a sane answer to whatever comes.
 
-use nalgebra::{Matrix2, Matrix2x3, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
 use rusty_contract::LidarConfig;
 use rusty_geometry::{DiffDrive, Scan, Twist, World};
 use rusty_metrics::chi_square::quantile;

@@ -72,6 +72,7 @@ pub mod ekf_landmarks;
 pub mod ekf_slam;
 pub mod fastslam;
 pub mod landmarks;
+pub mod start_options;
 
 pub mod calibration;
 pub mod icp;

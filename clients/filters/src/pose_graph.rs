@@ -35,6 +35,11 @@ const SMALL_STEP: f64 = 1e-5;
 const SUSPECT_CHI2: f64 = 11.3;
 /// From one step to the next Φ shrinks to this part, down to that.
 const GRADUATION: f64 = 0.2;
+/// χ² for each degree of freedom of a graph whose motions are as sure as they say: 0.13 to
+/// 0.26 in simulated runs, since loops count for half and share scans with the chain.
+const EXPECTED_CHI2: f64 = 0.3;
+/// Degrees of freedom that such a graph is taken to have had before.
+const PRIOR_DEGREES: f64 = 30.0;
 
 /// Where a motion comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -230,6 +235,22 @@ impl PoseGraph {
             crate::Motion { now_in_then: *relative, covariance: symmetric(&covariance) }
         };
         Some(from.iter().zip(&to_last).map(motion).collect())
+    }
+
+    /// By how much the variances of the motions are too small, at least 1, as the residuals
+    /// tell: the variance factor (K.-R. Koch, *Parameter Estimation and Hypothesis Testing
+    /// in Linear Models*, Springer 1999, §3.2), relative to that of a graph where they are
+    /// right. It moves no pose. Loops count by their weight.
+    pub fn variance_factor(&self) -> f64 {
+        let mut sum = PRIOR_DEGREES * EXPECTED_CHI2;
+        let mut degrees = PRIOR_DEGREES - 3.0 * (self.poses.len() - 1) as f64;
+        for constraint in &self.constraints {
+            let chi2 = constraint.chi2(&self.poses);
+            let weight = constraint.weight(chi2, SUSPECT_CHI2);
+            sum += weight * chi2;
+            degrees += 3.0 * weight;
+        }
+        (sum / (EXPECTED_CHI2 * degrees.max(PRIOR_DEGREES))).max(1.0)
     }
 
     /// The factorised information at these poses.

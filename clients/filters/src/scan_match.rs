@@ -22,7 +22,7 @@
 //! sign). Taken as independent they add up to more than there is.
 
 use clap::Args;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use rusty_clients::{Filter, Tick};
 use rusty_contract::{Estimate, Innovation, Reply, Start};
 use rusty_geometry::{EncoderCounts, SE2, trig};
@@ -32,30 +32,22 @@ use crate::calibration::LearningWheels;
 use crate::icp::{
     Evidence, FEWEST, Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans,
 };
-use crate::numbers::{positive, share};
+use crate::numbers::{not_negative, positive, share};
 use crate::submap::{Placement, Submap, Unseen, Window};
-use crate::tangent::{chained, estimate, placed, symmetric};
+use crate::tangent::{chained, estimate, independent, placed, symmetric};
 use crate::{Motion, OdometryNoise};
+use doubts::{doubted, lost, slipped};
 
 /// A match that surprises the wheels more than this (χ² of three numbers, once in
 /// ten thousand) says that they slipped.
 const SLIPPED_CHI2: f64 = 21.1;
 
-/// How far off a motion may be by wheels that slipped, or by a laser that is not
-/// quite where it is said to be, one deviation: m at least, m per rad of turn, m
-/// per m of way.
-const SLIPS_M: [f64; 3] = [0.005, 0.15, 0.01];
-/// The same for the heading: rad at least, rad per rad, rad per m.
-const SLIPS_RAD: [f64; 3] = [0.03, 0.1, 0.05];
 /// Half of the windows in which a match is searched (m and rad), the next one where the
 /// best pose of the one before fits badly: wheels are off by 0.3 m or 12 degrees now and
 /// then, and a scan may have come late while the robot turned.
 const WINDOWS: [(f64, f64); 2] = [(0.5, 0.5), (1.0, 0.8)];
 /// Half of the window around the wheels in which a pose is theirs.
 const NEAR: (f64, f64) = (0.05, 0.025);
-/// Deviations of the wheels in such a search, and of a motion that no match says.
-const LOST_M: f64 = 0.25;
-const LOST_RAD: f64 = 0.25;
 /// A pose fits the submap with this score at least, and more where few ends may fit by
 /// chance: score and part of 1/√n.
 const FITS_SCORE: [f64; 2] = [0.4, 1.0];
@@ -79,28 +71,6 @@ fn fits_score(rays: &[Ray]) -> f64 {
     many + chance / (rays.len().max(1) as f64).sqrt()
 }
 
-/// The motion by wheels that may have slipped.
-fn slipped(wheels: &Motion) -> Motion {
-    let moved = &wheels.now_in_then;
-    let (turn_rad, way_m) = (moved.theta().abs(), trig::hypot(moved.x(), moved.y()));
-    let of = |[least, per_rad, per_m]: [f64; 3]| least + per_rad * turn_rad + per_m * way_m;
-    let by = Vector3::new(of(SLIPS_M), of(SLIPS_M), of(SLIPS_RAD));
-    let covariance = wheels.covariance + Matrix3::from_diagonal(&by.component_mul(&by));
-    Motion { covariance, ..*wheels }
-}
-
-/// The motion by wheels that are lost.
-fn lost(wheels: &Motion) -> Motion {
-    let by = Vector3::new(LOST_M * LOST_M, LOST_M * LOST_M, LOST_RAD * LOST_RAD);
-    Motion { covariance: wheels.covariance + Matrix3::from_diagonal(&by), ..*wheels }
-}
-
-/// A motion to about a pose, as unsure as half of the way to another one that may be right.
-fn doubted(motion: &Motion, pose: &SE2, other: &SE2) -> Motion {
-    let half = 0.5 * other.boxminus(pose);
-    Motion { covariance: motion.covariance + half * half.transpose(), ..*motion }
-}
-
 /// Estimate odometry by scan matching
 ///
 /// Each scan is matched to the walls of a key scan (point-to-line ICP). The encoders
@@ -120,6 +90,14 @@ pub struct ScanMatchOptions {
     #[arg(long, value_name = "0..1", default_value_t = 0.7, value_parser = share)]
     pub key_share: f64,
 
+    /// Standard deviation of the initial pose, where it is given, each axis, m
+    #[arg(long, value_name = "METRES", default_value_t = 0.0, value_parser = not_negative)]
+    pub start_std_m: f64,
+
+    /// The same of the initial heading, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, value_parser = not_negative)]
+    pub start_std_deg: f64,
+
     /// How scans are matched.
     #[command(flatten)]
     pub icp: IcpOptions,
@@ -130,6 +108,13 @@ pub struct ScanMatchOptions {
 }
 
 crate::numbers::default_of_command_line!(ScanMatchOptions);
+
+impl ScanMatchOptions {
+    /// The covariance of the error of the initial pose, m, m and rad.
+    pub(crate) fn start_covariance(&self) -> Matrix3<f64> {
+        independent(self.start_std_m, self.start_std_deg.to_radians())
+    }
+}
 
 /// A scan that others are matched with.
 #[derive(Clone, Debug)]
@@ -365,7 +350,11 @@ impl ScanMatch {
         Self {
             tracker: Tracker::new(start, options),
             key_in_world: start.initial_pose.unwrap_or_default(),
-            covariance: Matrix3::zeros(),
+            // A frame of its own begins exactly there.
+            covariance: match start.initial_pose {
+                Some(_) => options.start_covariance(),
+                None => Matrix3::zeros(),
+            },
         }
     }
 
@@ -399,5 +388,6 @@ impl Filter for ScanMatch {
     }
 }
 
+mod doubts;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -23,7 +23,8 @@
 //! then; earlier answers stay as they were given. Points never move within their
 //! scan; the grid that is saved is made of key scans, from where the graph has them
 //! at the end. A scan takes part in several matches, whose errors are then related; a
-//! loop counts for a share of its information accordingly (half).
+//! loop counts for a share of its information accordingly (half). Where loops and chain
+//! differ by more than they say, the covariance of an answer grows by as much.
 //!
 //! How much it holds: every key scan, whose ranges, rays and walls are some 170
 //! bytes for each beam, and a pose and its motions, which are little compared with that. It
@@ -128,8 +129,11 @@ pub struct Slam {
     now_s: f64,
     /// Covariance of the first key pose, where wheels alone led to it.
     of_first: Matrix3<f64>,
-    /// Covariance of the newest key pose, world frame.
+    /// Covariance of the newest key pose, world frame, where the motions are as sure as
+    /// they say and the initial pose is certain.
     covariance: Matrix3<f64>,
+    /// By how much the graph shows that they are not.
+    variance_factor: f64,
 }
 
 impl Slam {
@@ -147,6 +151,7 @@ impl Slam {
             now_s: 0.0,
             of_first: Matrix3::zeros(),
             covariance: Matrix3::zeros(),
+            variance_factor: 1.0,
         }
     }
 
@@ -183,6 +188,7 @@ impl Slam {
             let [first, .., newest] = self.graph.poses() else { return told };
             let way = first.inverse() * *newest;
             self.covariance = symmetric(&(carried(&self.of_first, &way) + covariance));
+            self.variance_factor = self.graph.variance_factor();
         }
         told
     }
@@ -190,7 +196,12 @@ impl Slam {
     /// Where the robot is, world frame, and the covariance of the error τ.
     pub fn pose(&self) -> (SE2, Matrix3<f64>) {
         let newest = self.graph.poses()[self.graph.poses().len() - 1];
-        placed(&newest, &self.covariance, self.tracker.since_key())
+        let mut covariance = self.covariance * self.variance_factor;
+        if let Some(first) = self.start.initial_pose {
+            let way = first.inverse() * newest;
+            covariance += carried(&self.options.front.start_covariance(), &way);
+        }
+        placed(&newest, &covariance, self.tracker.since_key())
     }
 
     /// The poses and what was measured between them.

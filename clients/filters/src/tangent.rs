@@ -74,6 +74,12 @@ pub fn at_least_zero(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     symmetric(&eigen.recompose())
 }
 
+/// The covariance of a pose whose axes are as unsure as each other, and its heading.
+pub fn independent(std_m: f64, std_rad: f64) -> Matrix3<f64> {
+    let variances = Vector3::new(std_m * std_m, std_m * std_m, std_rad * std_rad);
+    Matrix3::from_diagonal(&variances)
+}
+
 /// The mean of a matrix and its transpose.
 pub fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     (matrix + matrix.transpose()) * 0.5

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use rusty_contract::belief::{file_name, tidy};
 use rusty_contract::digest::observable_of;
 use rusty_contract::log::{LogHeader, Source};
-use rusty_contract::score::ScoreTable;
+use rusty_contract::score::{ReferenceNoise, ScoreTable};
 use rusty_contract::{
     BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport, errln, outln,
 };
@@ -50,6 +50,7 @@ pub struct Scorer {
     /// On a log: files of beliefs, whose frames must be those of the log.
     shown: Vec<Shown>,
     meter: Meter,
+    reference: ReferenceNoise,
     held: Option<Held>,
     goals: Goals,
     blind: bool,
@@ -128,6 +129,7 @@ impl Recorder for Scorer {
         trace.beliefs = self.beliefs.finish(&trace.names);
         trace.sensed = self.sensed.take();
         trace.from_log = self.from_log;
+        trace.reference = self.reference;
         let mut scores =
             if unscored.is_none() { scores(&mut self.meter, &trace) } else { Vec::new() };
         if !self.only.is_empty() {
@@ -157,6 +159,9 @@ impl Recorder for Scorer {
         match &report.unscored {
             Some(why) => outln!("unscored: {why}"),
             None => outln!("{}", ScoreTable(&report.scores)),
+        }
+        if !report.reference.is_none() {
+            outln!("{}", report.reference);
         }
         report.goals.iter().for_each(|goals| outln!("{goals}"));
         drawn?;
@@ -225,6 +230,7 @@ impl Scorer {
             held: Held::of(&brief.header),
             goals: Goals::default(),
             meter: Meter::new(&names, &planned, yardstick),
+            reference: yardstick.reference,
             digest: RunDigest::default(),
             effects: Effects::of(&brief.header),
             next_tick: 0,

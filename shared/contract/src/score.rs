@@ -6,6 +6,7 @@ mod convergence;
 mod figures;
 mod goals;
 mod numbers;
+mod reference;
 mod table;
 mod trajectory;
 
@@ -15,6 +16,7 @@ pub use convergence::{Convergence, Recovery, Within};
 pub use figures::Figures;
 pub use goals::GoalScore;
 pub use numbers::{degrees, duration, metres, seconds, share};
+pub use reference::ReferenceNoise;
 pub use table::ScoreTable;
 pub use trajectory::{AbsoluteErrors, Alignment, PoseErrors, RelativeErrors, Statistics};
 
@@ -45,6 +47,9 @@ pub struct ScoreReport {
     /// Goals that the robot reached; `None` where the scorer has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goals: Option<GoalScore>,
+    /// What NEES takes the true poses' own errors to be; none where they are exact.
+    #[serde(default, skip_serializing_if = "ReferenceNoise::is_none")]
+    pub reference: ReferenceNoise,
     /// Run digest, 32 hexadecimal digits.
     pub digest: String,
     /// One per estimator, in roster order.

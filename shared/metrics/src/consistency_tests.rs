@@ -1,10 +1,12 @@
 //! The trap at ±π, covariances that are none, and how often a verdict is right.
 
 use super::*;
-use crate::nees;
+use crate::{Given, Meter, Moment, Planned, Yardstick, nees};
 use core::f64::consts::PI;
 
 use nalgebra::Vector3;
+use rusty_contract::Estimate;
+use rusty_contract::score::{ReferenceNoise, Score};
 use rusty_geometry::{SE2, trig};
 
 const UNIT: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
@@ -166,4 +168,23 @@ fn innovations_count_each() {
     for (found, expected) in found.interval.into_iter().zip([2.860_794_73, 3.142_961_74]) {
         assert!((found - expected).abs() < 1e-8, "{found}");
     }
+}
+
+#[test]
+fn errors_of_the_true_poses_are_counted_in_nees_and_nowhere_else() {
+    let score = |reference: ReferenceNoise| {
+        let yardstick = Yardstick { reference, ..Yardstick::default() };
+        let mut meter = Meter::new(&["one".to_owned()], &Planned::default(), yardstick);
+        let covariance = [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 0.01];
+        let estimate = Estimate::new(SE2::new(0.2, 0.0, 0.3)).with_covariance(covariance);
+        let given = Given { estimate: Some(estimate), ..Given::default() };
+        let moment = Moment { tick: 0, time_s: 0.1, truth: Some(SE2::new(0.0, 0.0, 0.3)) };
+        meter.push(&moment, std::iter::once(given));
+        meter.scores(&[], |_| Vec::new()).remove(0)
+    };
+    let exact = score(ReferenceNoise::default());
+    let noisy = score(ReferenceNoise { std_m: 0.1, std_rad: 0.02 });
+    let [of_exact, of_noisy] = [&exact, &noisy].map(|score| score.nees.unwrap().mean);
+    assert!((of_exact - 2.0 * of_noisy).abs() < 1e-9, "{of_exact}, {of_noisy}");
+    assert_eq!(Score { nees: exact.nees, ..noisy }, exact);
 }

@@ -11,7 +11,9 @@
 //! Everything else (a recording's ticks between two scans, say) is passed over,
 //! and a pair of the relative error is two scored ticks with none between.
 
-use rusty_contract::score::{AbsoluteErrors, Alignment, PriorKnowledge, Score, Within};
+use rusty_contract::score::{
+    AbsoluteErrors, Alignment, PriorKnowledge, ReferenceNoise, Score, Within,
+};
 use rusty_contract::{Estimate, Innovation};
 use rusty_geometry::SE2;
 
@@ -37,12 +39,14 @@ pub struct Yardstick {
     pub level: f64,
     /// How near for how long counts as found.
     pub within: Within,
+    /// The true poses' own errors, for NEES.
+    pub reference: ReferenceNoise,
 }
 
 impl Default for Yardstick {
-    /// 95 %; a quarter of a metre and 10° for a second.
+    /// 95 %; a quarter of a metre and 10° for a second; exact true poses.
     fn default() -> Self {
-        Self { level: 0.95, within: Within::default() }
+        Self { level: 0.95, within: Within::default(), reference: ReferenceNoise::default() }
     }
 }
 
@@ -102,6 +106,7 @@ struct Sums {
     errors: Errors,
     from_origin: FromOrigin,
     relative: Relative,
+    reference: ReferenceNoise,
     nees: Samples,
     nis: Samples,
     search: Search,
@@ -121,6 +126,7 @@ impl Meter {
             errors: Errors::expecting(ticks),
             from_origin: FromOrigin::expecting(ticks),
             relative: Relative::expecting(ticks),
+            reference: yardstick.reference,
             nees: Samples::of_errors(yardstick.level),
             nis: Samples::of_innovations(yardstick.level),
             search: Search::new(yardstick.within, &planned.kidnapped_at, planned.began_s),
@@ -219,7 +225,8 @@ impl Sums {
         self.from_origin.push(&scored);
         self.relative.push(&scored);
         if let Some(covariance) = &estimate.covariance {
-            self.nees.push(nees(&truth, &pose, covariance), 3);
+            let covariance = self.reference.added_to(covariance);
+            self.nees.push(nees(&truth, &pose, &covariance), 3);
         }
     }
 

@@ -1,5 +1,6 @@
 //! EKF localisation by landmarks: an update worked by hand, and errors as large as it says.
 
+use nalgebra::Vector3;
 use rusty_metrics::chi_square::quantile;
 
 use super::*;

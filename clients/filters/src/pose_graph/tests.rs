@@ -229,6 +229,22 @@ fn the_weight_is_that_of_dynamic_covariance_scaling() {
 }
 
 #[test]
+fn motions_that_contradict_each_other_are_less_sure_than_they_say() {
+    // Two motions of the same information, `apart_m` from each other: half of it is left of
+    // each, so that χ² is apart_m² / 2, with three degrees of freedom more than before.
+    let factor = |apart_m: f64| {
+        let mut graph = PoseGraph::new(SE2::identity());
+        graph.extend(&SE2::new(1.0, 0.0, 0.0), &Matrix3::identity());
+        let other = SE2::new(1.0 + apart_m, 0.0, 0.0);
+        graph.constrain(constraint(0, 1, other, Matrix3::identity(), Kind::Loop));
+        graph.optimise().unwrap();
+        graph.variance_factor()
+    };
+    assert_eq!(factor(1.0), 1.0);
+    assert!((factor(4.0) - (9.0 + 8.0) / (0.3 * 33.0)).abs() < 1e-9, "{}", factor(4.0));
+}
+
+#[test]
 fn what_is_not_determined_stays() {
     let mut graph = PoseGraph::new(SE2::new(1.0, 2.0, 3.0));
     assert_eq!((graph.to_last(&[]), graph.to_last(&[0])), (None, None));

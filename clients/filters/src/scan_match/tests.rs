@@ -221,11 +221,16 @@ fn a_robot_that_stands_stays() {
 }
 
 #[test]
-fn a_motion_is_as_unsure_as_half_of_the_way_to_another_pose() {
-    let covariance = Matrix3::from_diagonal(&Vector3::new(0.04, 0.01, 0.01));
-    let motion = Motion { now_in_then: SE2::new(1.0, 0.0, 0.0), covariance };
-    let doubted = doubted(&motion, &motion.now_in_then, &SE2::new(1.0, 0.6, 0.0));
-    assert_eq!(doubted.now_in_then, motion.now_in_then);
-    let expected = Matrix3::from_diagonal(&Vector3::new(0.04, 0.1, 0.01));
-    assert!((doubted.covariance - expected).norm() < 1e-12, "{}", doubted.covariance);
+fn what_is_believed_of_the_start_is_in_the_answer() {
+    let options = ScanMatchOptions { start_std_m: 0.3, start_std_deg: 2.0, ..Default::default() };
+    let at = SE2::new(8.0, 2.0, 1.0);
+    let unsure = independent(0.3, 2.0f64.to_radians());
+    for (told, expected) in [(Some(at), unsure), (None, Matrix3::zeros())] {
+        let mut robot = Robot::new(apartment(), at, 4);
+        let mut filter = ScanMatch::new(&start(&robot.lidar, told), &options);
+        filter.advance(EncoderCounts::default());
+        filter.scan(&robot.look());
+        let (_, covariance) = filter.pose();
+        assert!((covariance - expected).norm() < 1e-12, "{covariance}");
+    }
 }

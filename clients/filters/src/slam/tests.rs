@@ -52,6 +52,24 @@ fn loops_hold_the_map_together() {
 }
 
 #[test]
+fn what_is_believed_of_the_start_moves_no_pose_and_is_in_the_answer() {
+    let here = SE2::new(10.4, 3.0, 1.57);
+    let after = |start_std_m: f64, start_std_deg: f64| {
+        let mut robot = Robot::new(apartment(), here, 21);
+        let front = ScanMatchOptions { start_std_m, start_std_deg, ..Default::default() };
+        let mut slam = filter(&robot, &SlamOptions { front, ..SlamOptions::default() });
+        drive(&mut robot, &mut slam, ROUNDS);
+        assert!(slam.loops() >= 5, "{}", slam.loops());
+        slam.pose()
+    };
+    let ((certain, least), (pose, covariance)) = (after(0.0, 0.0), after(0.4, 3.0));
+    assert_eq!(pose, certain);
+    let start = crate::tangent::independent(0.4, 3.0f64.to_radians());
+    let expected = carried(&start, &(here.inverse() * pose));
+    assert!((covariance - least - expected).norm() < 1e-9, "{covariance}");
+}
+
+#[test]
 fn loops_in_a_corridor_do_not_move_the_robot_along_it() {
     // It looks the same everywhere: matches along it say nothing, be it with other
     // places in it or with the same one, and the way stays what the wheels say.

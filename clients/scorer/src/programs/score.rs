@@ -6,7 +6,7 @@ use clap::{Args, Parser};
 use nalgebra::Point2;
 use rusty_clients::{ClientArgs, run_recorder};
 use rusty_contract::Exit;
-use rusty_contract::score::Within;
+use rusty_contract::score::{ReferenceNoise, Within};
 use rusty_metrics::{Goals, Yardstick};
 
 use crate::scorer::Scorer;
@@ -22,6 +22,9 @@ use crate::scorer::Scorer;
 /// writes it, or with --map, the report draws the walls of that map.
 ///
 /// The robot is found if the errors stay within --within-m and --within-deg for --hold-s.
+///
+/// The true poses of a recording are estimates. With --reference-m and --reference-deg, NEES
+/// compares the errors with the covariances of both.
 #[derive(Parser)]
 #[command(name = "score", version)]
 struct Cli {
@@ -69,6 +72,14 @@ struct JudgedBy {
     #[arg(long, default_value_t = 0.95, value_name = "0..1", value_parser = level)]
     level: f64,
 
+    /// Standard deviation of the true positions, each axis, m: of a recording's, 0.01 to 0.05
+    #[arg(long, default_value_t = 0.0, value_name = "METRES", value_parser = not_negative)]
+    reference_m: f64,
+
+    /// Standard deviation of the true headings, degrees
+    #[arg(long, default_value_t = 0.0, value_name = "DEGREES", value_parser = not_negative)]
+    reference_deg: f64,
+
     /// Position error at which the robot counts as found, m
     #[arg(long, default_value_t = 0.25, value_name = "METRES", value_parser = positive)]
     within_m: f64,
@@ -89,7 +100,8 @@ impl From<JudgedBy> for Yardstick {
             heading_rad: by.within_deg.to_radians(),
             hold_s: by.hold_s,
         };
-        Self { level: by.level, within }
+        let (std_m, std_rad) = (by.reference_m, by.reference_deg.to_radians());
+        Self { level: by.level, within, reference: ReferenceNoise { std_m, std_rad } }
     }
 }
 
@@ -107,6 +119,10 @@ fn level(text: &str) -> Result<f64, String> {
 
 fn positive(text: &str) -> Result<f64, String> {
     number(text, |v| v > 0.0 && v.is_finite(), "a distance in metres, greater than 0")
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, |v| (0.0..=1e3).contains(&v), "a standard deviation from 0 to 1000")
 }
 
 fn point(text: &str) -> Result<Point2<f64>, String> {

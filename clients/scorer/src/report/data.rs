@@ -131,7 +131,7 @@ pub(super) fn json(
     let poses: Vec<u8> = trace
         .stops
         .iter()
-        .flat_map(|stop| row(stop, count, origin_m))
+        .flat_map(|stop| row(trace, stop, origin_m))
         .flat_map(|v| (v as f32).to_le_bytes())
         .collect();
     let lidar = &trace.lidar;
@@ -191,17 +191,19 @@ fn numbers(pose: &SE2) -> [f64; 3] {
 }
 
 /// The numbers of a stop.
-fn row(stop: &Stop, estimators: usize, origin_m: [f64; 2]) -> impl Iterator<Item = f64> {
+fn row(trace: &RunTrace, stop: &Stop, origin_m: [f64; 2]) -> impl Iterator<Item = f64> {
     let pose = move |pose: &SE2| {
         let [x_m, y_m, theta_rad] = numbers(pose);
         [x_m - origin_m[0], y_m - origin_m[1], theta_rad]
     };
     let none = [f64::NAN; 3];
     let truth = stop.truth.as_ref().map_or(none, pose);
-    let estimates = (0..estimators).flat_map(move |i| {
+    let estimates = (0..trace.names.len()).flat_map(move |i| {
         let estimate = stop.estimate(i);
         let ellipse = estimate.and_then(bands::ellipse_m).unwrap_or(none);
-        let nees = estimate.zip(stop.truth).and_then(|(e, truth)| bands::nees(&truth, e));
+        let nees = estimate
+            .zip(stop.truth)
+            .and_then(|(e, truth)| bands::nees(&truth, e, &trace.reference));
         let pose = estimate.map_or(none, |e| pose(&e.pose_in_world));
         pose.into_iter().chain(ellipse).chain([nees.unwrap_or(f64::NAN)])
     });

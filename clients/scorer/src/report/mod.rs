@@ -176,6 +176,9 @@ fn facts(header: &LogHeader, trace: &RunTrace) -> Vec<String> {
     if (trace.stops.len() as u64) < ticks {
         facts.push(format!("{} ticks to look at", trace.stops.len()));
     }
+    if !trace.reference.is_none() {
+        facts.push(trace.reference.to_string());
+    }
     facts
 }
 

@@ -292,7 +292,7 @@ pub(super) fn readout(trace: &RunTrace, shown: usize) -> String {
             [
                 Some(rusty_metrics::position_error_m(believed, &truth)),
                 Some(rusty_metrics::heading_error_rad(believed, &truth).to_degrees()),
-                bands::nees(&truth, estimate),
+                bands::nees(&truth, estimate, &trace.reference),
             ]
         });
         let [position, heading, nees] = cells.unwrap_or_default();

@@ -13,6 +13,7 @@
 //! left out.
 
 use rusty_contract::Estimate;
+use rusty_contract::score::ReferenceNoise;
 use rusty_geometry::SE2;
 use rusty_plot::ellipse::of_pose;
 
@@ -25,11 +26,12 @@ const ONE_SIDED: f64 = 1.644_853_626_951_472_7;
 /// An ellipse larger than this is drawn as if it were this large, m.
 const LARGEST_M: f64 = 1e6;
 
-/// The normalised squared error τᵀ P⁻¹ τ of an estimate; `None` where there is
-/// no covariance, or none of full rank.
+/// The normalised squared error τᵀ P⁻¹ τ of an estimate, compared with truths of this noise;
+/// `None` where there is no covariance, or none of full rank.
 #[must_use]
-pub fn nees(truth: &SE2, estimate: &Estimate) -> Option<f64> {
-    rusty_metrics::nees(truth, &estimate.pose_in_world, &estimate.covariance?)
+pub fn nees(truth: &SE2, estimate: &Estimate, reference: &ReferenceNoise) -> Option<f64> {
+    let covariance = reference.added_to(&estimate.covariance?);
+    rusty_metrics::nees(truth, &estimate.pose_in_world, &covariance)
 }
 
 /// The radius that the position error stays below with a probability of 95 %,
@@ -93,6 +95,8 @@ mod tests {
         close(ONE_SIDED * ONE_SIDED, chi_square::quantile(0.90, 1.0));
     }
 
+    const EXACT: ReferenceNoise = ReferenceNoise { std_m: 0.0, std_rad: 0.0 };
+
     fn estimate(theta_rad: f64, covariance: [f64; 9]) -> Estimate {
         let pose = SE2::new(1.0, 2.0, theta_rad);
         Estimate { covariance: Some(covariance), ..Estimate::from(pose) }
@@ -105,10 +109,15 @@ mod tests {
         let e = estimate(std::f64::consts::PI - 0.25, p);
         let truth = e.pose_in_world.boxplus(&Vector3::new(2.0, -1.0, 0.5));
         assert!(truth.theta() < 0.0);
-        assert!((nees(&truth, &e).unwrap() - 3.0).abs() < 1e-9);
-        assert_eq!(nees(&truth, &estimate(0.0, [0.0; 9])), None);
-        assert_eq!(nees(&truth, &Estimate::from(truth)), None);
-        assert_eq!(nees(&truth, &estimate(0.0, [f64::INFINITY; 9])), None);
+        assert!((nees(&truth, &e, &EXACT).unwrap() - 3.0).abs() < 1e-9);
+        // A truth as unsure as the estimate halves it.
+        let as_unsure = ReferenceNoise { std_m: 2.0, std_rad: 0.5 };
+        let along = e.pose_in_world.boxplus(&Vector3::new(2.0, 0.0, 0.5));
+        assert!((nees(&along, &e, &EXACT).unwrap() - 2.0).abs() < 1e-9);
+        assert!((nees(&along, &e, &as_unsure).unwrap() - 1.0).abs() < 1e-9);
+        assert_eq!(nees(&truth, &estimate(0.0, [0.0; 9]), &EXACT), None);
+        assert_eq!(nees(&truth, &Estimate::from(truth), &EXACT), None);
+        assert_eq!(nees(&truth, &estimate(0.0, [f64::INFINITY; 9]), &EXACT), None);
     }
 
     /// P(length ≤ r) of a Gaussian vector with these standard deviations, by

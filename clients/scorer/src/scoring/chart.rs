@@ -240,7 +240,7 @@ fn curve(trace: &RunTrace, time: &Timeline, estimator: usize, kind: Kind) -> Cur
 /// full rank.
 fn nees(trace: &RunTrace, time: &Timeline, estimator: usize) -> Curve {
     let point = |stop: &Stop| {
-        let nees = bands::nees(&stop.truth?, stop.estimate(estimator)?)?;
+        let nees = bands::nees(&stop.truth?, stop.estimate(estimator)?, &trace.reference)?;
         Some((stop.tick as usize, [time.place_s(stop.time_s)?, nees]))
     };
     trace.stops.iter().filter_map(point).collect()

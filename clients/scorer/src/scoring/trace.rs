@@ -2,7 +2,7 @@
 
 use rusty_contract::config::LidarConfig;
 use rusty_contract::log::{Finding, LogHeader};
-use rusty_contract::score::{PriorKnowledge, Score, ScoreReport};
+use rusty_contract::score::{PriorKnowledge, ReferenceNoise, Score, ScoreReport};
 use rusty_geometry::{SE2, WorldSpec};
 use rusty_metrics::PathLength;
 
@@ -40,6 +40,8 @@ pub struct RunTrace {
     pub told: Vec<PriorKnowledge>,
     /// The true pose before the first tick, where known.
     pub start: Option<SE2>,
+    /// The true poses' own errors, for NEES.
+    pub reference: ReferenceNoise,
     /// The ticks at whose start the robot was put elsewhere.
     pub kidnapped_at: Vec<u64>,
     /// The kidnappings that a [`TraceKeeper`](super::TraceKeeper) saw.
@@ -113,6 +115,7 @@ impl RunTrace {
             estimates: vec![Vec::new(); names.len()],
             told: header.answering().map(PriorKnowledge::from).collect(),
             start: header.true_start(),
+            reference: ReferenceNoise::default(),
             kidnapped_at: header.kidnappings().map(|k| k.tick).collect(),
             jumps: Vec::with_capacity(header.kidnappings().count()),
             last_scan: None,
@@ -186,6 +189,7 @@ impl RunTrace {
             ticks_with_truth: whole.ticks_with_truth,
             blocked_ticks: None,
             goals: None,
+            reference: self.reference,
             digest: self.digest.clone(),
             scores,
             unscored: None,
@@ -269,6 +273,7 @@ pub(crate) mod tests {
             estimates: vec![Vec::new(); names.len()],
             told: vec![PriorKnowledge::default(); names.len()],
             start: None,
+            reference: ReferenceNoise::default(),
             kidnapped_at: Vec::new(),
             jumps: Vec::new(),
             last_scan: None,
