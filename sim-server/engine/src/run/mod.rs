@@ -43,7 +43,7 @@ pub use group::{Groups, kill_group};
 pub use limits::{LimitError, check_limits, prepare_process};
 pub use pacer::Pace;
 pub use printed::has_content;
-pub use program::find_program;
+pub use program::{check_programs, find_program};
 pub use progress::Progress;
 pub use setup::{PreparedRun, RunBuilder, RunIdentity, fresh_name};
 pub use stop::Stop;

@@ -4,6 +4,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
+use rusty_contract::Participant;
 use rusty_contract::suggest::did_you_mean;
 
 use super::ChildrenError;
@@ -16,6 +17,24 @@ pub fn find_program(name: &str, program: &str) -> Result<Executable, ChildrenErr
         Some(found) => Ok(found),
         None => find_file(name, program).map(Executable::from),
     }
+}
+
+/// Checks that the program of each participant is there, before anything else is touched.
+///
+/// # Errors
+/// [`ChildrenError`] names the first participant whose program is not.
+pub fn check_programs(roster: &[Participant]) -> Result<(), ChildrenError> {
+    for participant in roster {
+        let Some(program) = participant.command.first() else { continue };
+        find_program(&participant.name, program)?;
+        if program.contains('/')
+            && let Err(error) = fs::metadata(program)
+        {
+            let (name, program) = (participant.name.clone(), program.clone());
+            return Err(ChildrenError::Spawn { name, program, error });
+        }
+    }
+    Ok(())
 }
 
 fn find_file(name: &str, program: &str) -> Result<PathBuf, ChildrenError> {

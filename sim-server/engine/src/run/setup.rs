@@ -11,6 +11,7 @@ use rusty_link::{Domain, ServerLink, WaitPolicy, with_umask};
 
 use super::crew::Series;
 use super::limits::check_limits;
+use super::program::check_programs;
 use super::{Children, Crew, Pace, Run, RunError, Spawn, Stop};
 use crate::confine::{self, Gate};
 use crate::source::FrameSource;
@@ -87,11 +88,14 @@ impl RunBuilder {
         }
     }
 
-    /// Checks sandboxes and limits, listens for signals, and takes the name.
+    /// Checks programs, sandboxes and limits, listens for signals, and takes the name.
     ///
     /// # Errors
     /// [`RunError`] names what cannot be had.
     pub fn prepare(self, roster: &[Participant]) -> Result<PreparedRun, RunError> {
+        if !self.by_hand {
+            check_programs(roster)?;
+        }
         let gates = confine::gates(roster, self.by_hand)?;
         check_limits(1, roster.len())?;
         let stop = match &self.stop {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context as _, Result};
-use clap::{Args, Subcommand};
+use clap::{ArgGroup, Args, Subcommand};
 use rusty_bench::machine::cores;
 use rusty_contract::{Exit, errln, outln};
 use rusty_engine::run::Progress;
@@ -54,6 +54,7 @@ Examples:
 #[derive(Args, Clone, Debug)]
 #[command(after_help = AFTER_HELP)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(group = ArgGroup::new("kept").args(["out", "runs"]).multiple(true))]
 pub struct SweepArgs {
     #[command(subcommand)]
     pub step: Option<Step>,
@@ -68,8 +69,8 @@ pub struct SweepArgs {
     /// Continue an interrupted sweep from FILE.part
     #[arg(long, requires = "out")]
     pub resume: bool,
-    /// Replace FILE and the remains of an interrupted sweep
-    #[arg(long, requires = "out", conflicts_with = "resume")]
+    /// Replace FILE, its drawings, the remains of an interrupted sweep, and folders of runs
+    #[arg(long, requires = "kept", conflicts_with = "resume")]
     pub force: bool,
     /// Keep the folders of the runs in this folder
     #[arg(long, value_name = "DIR", requires = "clients")]

@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use rusty_contract::{Exit, errln, outln};
 use rusty_engine::run::Progress;
-use rusty_study::sweep::report::{Report, draw};
+use rusty_study::sweep::report::{Report, draw, drawings};
 use rusty_study::sweep::{
     Manifest, PartFault, Plan, SweepError, SweepJob, Table, merge as merge_parts, run_time_s,
 };
@@ -250,8 +250,9 @@ struct MergedDocument {
 pub fn merge(args: &MergeArgs) -> Result<Exit> {
     let manifest = Manifest::read(&args.manifest)?;
     let table = args.out.as_deref().map(Table::at).transpose()?;
-    for file in table.iter().flat_map(Table::files) {
-        check_free(&file, args.force)?;
+    if let Some(table) = &table {
+        let mut files = table.files().into_iter().chain(drawings(table.path()));
+        files.try_for_each(|file| check_free(&file, args.force))?;
     }
     let (plan, settings) = manifest.plan(WRITER)?;
     let folder = folder(args.parts.as_deref(), &args.manifest);

@@ -13,13 +13,14 @@ use super::cell::Swept;
 use super::clients::Clients;
 use super::error::SweepError;
 use super::inside::Inside;
-use super::journal::Journal;
+use super::journal::{Journal, lock};
 use super::plan::Plan;
 use super::record::Record;
+use super::report::drawings;
 use super::settings::Settings;
 use super::table::Table;
 use super::workers::{Listener, work};
-use rusty_engine::run::{Progress, RunError, check_limits};
+use rusty_engine::run::{Progress, RunError, check_limits, check_programs};
 
 /// How a sweep is carried out. None of it reaches the rows.
 pub struct SweepJob {
@@ -33,7 +34,7 @@ pub struct SweepJob {
     pub table: Option<Table>,
     /// Whether to go on with what an interrupted sweep left.
     pub resume: bool,
-    /// Whether to remove what is there.
+    /// Whether to replace what is there.
     pub force: bool,
     /// Where the runs' folders are kept; runs with clients only.
     pub runs_dir: Option<PathBuf>,
@@ -73,6 +74,7 @@ impl SweepJob {
         progress: Progress,
     ) -> Result<SweepOutcome, SweepError> {
         let settings = Settings::of(&self.plan, &self.writer)?;
+        self.plan.rosters.iter().try_for_each(|roster| check_programs(roster))?;
         let (mut journal, records) = match &self.table {
             None => (None, Vec::new()),
             Some(table) => {
@@ -80,11 +82,19 @@ impl SweepJob {
                     return Ok(self.complete_before());
                 }
                 let path = table.beside(".part");
-                let (journal, records) = Journal::open(&path, &settings, &self.plan.runs)?;
+                let (journal, records) =
+                    Journal::open(&path, &settings, &self.plan.runs, self.force)?;
                 (Some(journal), records)
             }
         };
-        let made = self.records(journal.as_mut(), records, stop, progress)?;
+        let made = match self.records(journal.as_mut(), records, stop, progress) {
+            Ok(made) => made,
+            Err(error) => {
+                // Without a record there is nothing to go on with.
+                journal.filter(Journal::is_empty).map_or(Ok(()), Journal::remove)?;
+                return Err(error);
+            }
+        };
         let (runs, planned) = (made.records.len() as u64, self.plan.count());
         let (swept, lost) = swept(&self.plan, made.records);
         let mut came = SweepOutcome {
@@ -146,28 +156,21 @@ impl SweepJob {
     fn is_complete(&self, table: &Table, settings: &Settings) -> Result<bool, SweepError> {
         let part = table.beside(".part");
         if self.force {
-            for file in table.files().into_iter().chain([part]) {
-                match fs::remove_file(&file) {
-                    Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-                        return Err(SweepError::io(&file)(e));
-                    }
-                    _ => {}
-                }
-            }
             return Ok(false);
         }
-        let path = || table.path().display().to_string();
         if !self.resume {
-            if part.exists() {
+            if let Ok(file) = fs::File::open(&part) {
+                lock(&file, &part)?;
                 return Err(SweepError::InTheWay {
                     path: part.display().to_string(),
                     what: "has what an interrupted sweep had done".to_owned(),
                     remedy: "go on with --resume, or begin anew with --force",
                 });
             }
-            if table.path().exists() {
+            let mut files = table.files().into_iter().chain(drawings(table.path()));
+            if let Some(file) = files.find(|file| file.is_file()) {
                 return Err(SweepError::InTheWay {
-                    path: path(),
+                    path: file.display().to_string(),
                     what: "is there already".to_owned(),
                     remedy: "choose another --out, or replace it with --force",
                 });
@@ -181,7 +184,10 @@ impl SweepJob {
         let Some(there) = table.settings()? else { return Ok(false) };
         match there.difference(settings) {
             None => Ok(true),
-            Some(difference) => Err(SweepError::Other { path: path(), difference }),
+            Some(difference) => {
+                let path = table.path().display().to_string();
+                Err(SweepError::Other { path, difference })
+            }
         }
     }
 

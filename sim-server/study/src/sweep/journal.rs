@@ -22,11 +22,14 @@ const MOST_BYTES: u32 = 1 << 20;
 pub struct Journal {
     path: PathBuf,
     file: BufWriter<File>,
+    /// Whether it has no record.
+    is_empty: bool,
 }
 
 impl Journal {
     /// Begins a journal, or goes on with the one that is there, which must be of
-    /// the same settings: then with what it holds of `runs`, in no order.
+    /// the same settings: then with what it holds of `runs`, in no order. With `anew`,
+    /// what it holds is dropped.
     ///
     /// # Errors
     /// [`SweepError`] if another process writes it, it is of another sweep, or the
@@ -35,26 +38,24 @@ impl Journal {
         path: &Path,
         settings: &Settings,
         runs: &Range<u64>,
+        anew: bool,
     ) -> Result<(Self, Vec<Record>), SweepError> {
         let io = || SweepError::io(path);
         let mut open = OpenOptions::new();
         let file = open.read(true).write(true).create(true).truncate(false).open(path);
         let file = file.map_err(io())?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                return Err(SweepError::InTheWay {
-                    path: path.display().to_string(),
-                    what: "is being written by another sweep".to_owned(),
-                    remedy: "wait until it has ended, or write to another --out",
-                });
-            }
-            Err(TryLockError::Error(error)) => return Err(io()(error)),
+        lock(&file, path)?;
+        if anew {
+            file.set_len(0).map_err(io())?;
         }
         let (good, records) = read(&file, path, settings, runs)?;
         let mut file = file;
         file.set_len(good).and_then(|()| file.seek(SeekFrom::Start(good))).map_err(io())?;
-        let mut journal = Self { path: path.to_owned(), file: BufWriter::new(file) };
+        let mut journal = Self {
+            path: path.to_owned(),
+            file: BufWriter::new(file),
+            is_empty: records.is_empty(),
+        };
         if good == 0 {
             let line = settings.text();
             journal.file.write_all(line.as_bytes()).map_err(io())?;
@@ -70,6 +71,7 @@ impl Journal {
     /// # Errors
     /// [`SweepError::Run`] if the disk says no.
     pub fn append(&mut self, record: &[u8]) -> Result<(), SweepError> {
+        self.is_empty = false;
         self.file.write_all(record).map_err(SweepError::io(&self.path))
     }
 
@@ -89,11 +91,32 @@ impl Journal {
         std::fs::remove_file(&self.path).map_err(SweepError::io(&self.path))
     }
 
+    /// Whether it has no record.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.is_empty
+    }
+
     /// Where it is.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
+}
+
+/// Takes the lock of a journal, until the file is closed.
+///
+/// # Errors
+/// [`SweepError::InTheWay`] if a process is at work.
+pub(super) fn lock(file: &File, path: &Path) -> Result<(), SweepError> {
+    file.try_lock().map_err(|error| match error {
+        TryLockError::WouldBlock => SweepError::InTheWay {
+            path: path.display().to_string(),
+            what: "is being written by another sweep".to_owned(),
+            remedy: "wait until it has ended, or write to another --out",
+        },
+        TryLockError::Error(error) => SweepError::io(path)(error),
+    })
 }
 
 /// A record as it is in a journal; empty if it has no such form, which no
@@ -197,11 +220,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.part");
         let settings = Settings::read(br#"{"seeds":"0..9"}"#).unwrap();
-        let open = || Journal::open(&path, &settings, &(0..9)).unwrap();
+        let open = || Journal::open(&path, &settings, &(0..9), false).unwrap();
         let (mut journal, none) = open();
         assert!(none.is_empty());
         assert!(matches!(
-            Journal::open(&path, &settings, &(0..9)),
+            Journal::open(&path, &settings, &(0..9), false),
             Err(SweepError::InTheWay { .. })
         ));
         for run in [4, 0, 7] {
@@ -233,10 +256,10 @@ mod tests {
         std::fs::write(&path, &damaged).unwrap();
         assert_eq!(open().1, expected[..1]);
         std::fs::write(&path, &whole).unwrap();
-        let (_, few) = Journal::open(&path, &settings, &(0..5)).unwrap();
+        let (_, few) = Journal::open(&path, &settings, &(0..5), false).unwrap();
         assert_eq!(few, expected[..2]);
         let other = Settings::read(br#"{"seeds":"0..8"}"#).unwrap();
-        let error = Journal::open(&path, &other, &(0..9)).err().unwrap().to_string();
+        let error = Journal::open(&path, &other, &(0..9), false).err().unwrap().to_string();
         assert!(error.contains("seeds: \"0..9\" and \"0..8\""), "{error}");
     }
 

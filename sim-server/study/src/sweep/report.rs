@@ -63,9 +63,23 @@ impl fmt::Display for Report {
     }
 }
 
-/// Draws the fan and the growth next to the table at `out`: `STEM-fan.svg`,
-/// `STEM-growth.svg` and both as PNG. Nothing of a sweep without tracks. Says
-/// what was written.
+/// The drawings of a table.
+const DRAWINGS: [&str; 3] = ["fan", "growth", "errors"];
+
+/// A drawing next to the table at `out`, as SVG and as PNG: `STEM-fan.svg`.
+fn drawing_files(out: &Path, name: &str) -> [PathBuf; 2] {
+    let mut stem = out.file_stem().unwrap_or_default().to_owned();
+    stem.push(format!("-{name}"));
+    ["svg", "png"].map(|ending| out.with_file_name(&stem).with_extension(ending))
+}
+
+/// The files that [`draw`] makes.
+pub fn drawings(out: &Path) -> impl Iterator<Item = PathBuf> {
+    DRAWINGS.into_iter().flat_map(|name| drawing_files(out, name))
+}
+
+/// Draws the fan, the growth and the errors next to the table at `out`. Nothing of a
+/// sweep without tracks. Says what was written.
 ///
 /// # Errors
 /// [`SweepError`] if the disk says no, or the drawing fails.
@@ -74,20 +88,15 @@ pub fn draw(swept: &Swept, out: &Path) -> Result<Vec<PathBuf>, SweepError> {
         return Ok(Vec::new());
     }
     let mut written = Vec::new();
-    for (name, svg) in [
-        ("fan", drawing::fan(swept)),
-        ("growth", drawing::growth(swept)),
-        ("errors", drawing::errors(swept)),
-    ] {
-        let mut stem = out.file_stem().unwrap_or_default().to_owned();
-        stem.push(format!("-{name}"));
-        let path = |ending: &str| out.with_file_name(&stem).with_extension(ending);
+    let drawn = [drawing::fan(swept), drawing::growth(swept), drawing::errors(swept)];
+    for (name, svg) in DRAWINGS.into_iter().zip(drawn) {
+        let paths = drawing_files(out, name);
         let failed = |e: rusty_plot::PlotError| SweepError::Table {
-            path: path("svg").display().to_string(),
+            path: paths[0].display().to_string(),
             problem: e.to_string(),
         };
         let png = rusty_plot::png(&svg).map_err(failed)?;
-        for (path, bytes) in [(path("svg"), svg.into_bytes()), (path("png"), png)] {
+        for (path, bytes) in paths.into_iter().zip([svg.into_bytes(), png]) {
             output::write(&path, &bytes).map_err(SweepError::io(&path))?;
             written.push(path);
         }

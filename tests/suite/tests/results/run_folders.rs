@@ -44,6 +44,10 @@ fn a_folder_that_holds_a_run_is_refused_by_every_verb_and_replaced_with_force() 
         }
         assert!(ended.stdout.is_empty() && snapshot(&lab) == before, "{verb:?}");
     }
+    // Neither is it gone where the next run cannot begin.
+    let mistyped = ["launch", "--ticks", "20", "--force", "--add", "x=no-such-program"];
+    run_to("mistyped", &lab, &mistyped).expect(1).says("no-such-program");
+    assert!(snapshot(&lab) == before);
     let report = launch("forced", &lab, &[&TICKS[..], &new].concat());
     // Nothing of the first run passes for the second's.
     assert!(!lab.join("run.log").exists());

@@ -99,7 +99,7 @@ const GRID: [&str; 7] =
 fn the_number_of_jobs_changes_no_byte() {
     let place = folder();
     for ending in ["csv", "parquet"] {
-        let out = |jobs: &str| place.at(format!("{jobs}.{ending}"));
+        let out = |jobs: &str| place.at(format!("{ending}-{jobs}.{ending}"));
         for jobs in ["1", "2", "5"] {
             sweep(&[&GRID[..], &["--jobs", jobs]].concat(), &out(jobs), 0);
         }
@@ -107,7 +107,7 @@ fn the_number_of_jobs_changes_no_byte() {
         assert!(one.len() > 8_000, "{} bytes", one.len());
         assert!(["2", "5"].iter().all(|jobs| fs::read(out(jobs)).unwrap() == one), "{ending}");
     }
-    let rows = Table::read(&place.at("1.csv"));
+    let rows = Table::read(&place.at("csv-1.csv"));
     let seeds: Vec<String> = (0..4).flat_map(|_| 0..40).map(|s: u64| s.to_string()).collect();
     assert_eq!(rows.column("seed"), seeds);
     let cell = |i: usize| [rows.column("robot.slip_std")[40 * i], rows.column("dt_s")[40 * i]];
@@ -118,7 +118,7 @@ fn the_number_of_jobs_changes_no_byte() {
 /// A sweep that is stopped in the middle: it stands still, with something done
 /// and something not.
 fn in_the_middle(args: &[&str], out: &Path) -> Process {
-    let all = [&["sweep"], args, &["--out", arg(out)]].concat();
+    let all = [&["sweep"], args, &["--force", "--out", arg(out)]].concat();
     let part = PathBuf::from(format!("{}.part", out.display()));
     // One that is through before it is looked at is tried again.
     for _ in 0..20 {
@@ -173,9 +173,16 @@ fn an_interrupted_sweep_goes_on_to_the_same_bytes() {
 #[test]
 fn a_table_that_is_there_is_not_written_over() {
     let place = folder();
-    for name in ["a.csv", "a.parquet"] {
+    let args = ["patrol", "--seeds", "0..3"];
+    for file in ["c-fan.svg", "c-errors.png", "c.csv.json"] {
+        // The drawings and settings of a table are those of another work, too.
+        fs::write(place.at(file), "mine").unwrap();
+        sweep(&args, &place.at("c.csv"), 2).says(file);
+        assert_eq!(fs::read(place.at(file)).unwrap(), b"mine");
+        fs::remove_file(place.at(file)).unwrap();
+    }
+    for name in ["a.csv", "b.parquet"] {
         let out = place.at(name);
-        let args = ["patrol", "--seeds", "0..3"];
         sweep(&args, &out, 0);
         let bytes = fs::read(&out).unwrap();
         let said = sweep(&args, &out, 2).stderr;
@@ -189,6 +196,38 @@ fn a_table_that_is_there_is_not_written_over() {
         sweep(&[&other[..], &["--force"]].concat(), &out, 0);
         assert!(fs::read(&out).unwrap() != bytes);
     }
+}
+
+#[test]
+fn a_sweep_that_cannot_begin_takes_nothing_away_and_leaves_nothing() {
+    let place = folder();
+    let out = place.at("a.csv");
+    let with = |add: &'static str| ["patrol", "--seeds", "0..2", "--clients", "--add", add];
+    let missing = with("x=no-such-program");
+    sweep(&missing, &out, 1).says("no-such-program");
+    assert!(fs::read_dir(place.path()).unwrap().next().is_none());
+    sweep(&["patrol", "--seeds", "0..2"], &out, 0);
+    let bytes = fs::read(&out).unwrap();
+    sweep(&[&missing[..], &["--force"]].concat(), &out, 1).says("no-such-program");
+    assert!(fs::read(&out).unwrap() == bytes);
+    // What fails before the first run has ended leaves no journal.
+    let runs = ["patrol", "--seeds", "0..2", "--clients", "--runs", arg(&out)];
+    sweep(&runs, &place.at("b.csv"), 1);
+    assert!(!place.at("b.csv.part").exists());
+}
+
+#[test]
+fn a_sweep_at_work_is_not_replaced() {
+    let place = folder();
+    let out = place.at("a.csv");
+    let args = ["patrol", "--seeds", "0..1500", "--jobs", "2"];
+    let process = in_the_middle(&args, &out);
+    for more in [&[][..], &["--resume"], &["--force"]] {
+        sweep(&[&args[..], more].concat(), &out, 2).says("another sweep");
+    }
+    process.signal(Signal::CONT);
+    process.wait().expect(0);
+    assert_eq!(Table::read(&out).rows.len(), 1500);
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn compare(tables: &[&Path], args: &[&str], code: i32) -> Ended {
 #[test]
 fn a_sweep_says_whose_covariances_are_right_and_a_comparison_who_is_better() {
     let place = folder();
-    let [csv, parquet] = ["t.csv", "t.parquet"].map(|n| place.at(n));
+    let [csv, parquet] = ["t.csv", "p.parquet"].map(|n| place.at(n));
     let scenario = scenario(place.path(), "three.toml", 120);
     let found = sweep(&scenario, &csv, &["--seeds", "0..6"]);
     sweep(&scenario, &parquet, &["--seeds", "0..6"]);
