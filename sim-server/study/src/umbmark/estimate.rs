@@ -21,7 +21,9 @@
 //! of 7° for wheels that differ by 0.5 %) that second order counts. So a second
 //! estimate finds those E_b and E_d for which the exact arcs of
 //! [`model`](super::model) end at the centres of gravity: four numbers, two
-//! unknowns, least squares by Gauss and Newton, begun at the paper's estimate.
+//! unknowns, least squares by Gauss and Newton, begun at the paper's estimate. Sides that
+//! are bent by a radian have other minima; where the one that is found does not explain the
+//! returns, the search begins at each factor of a grid, and what leaves the least is taken.
 //! Standard errors come from how far the returns of each way scatter, carried
 //! through the first derivatives.
 
@@ -35,6 +37,16 @@ use rusty_metrics::Moments;
 
 /// Steps of Gauss and Newton; three are enough for errors of some percent.
 const STEPS: usize = 30;
+/// Factors explain the returns if they leave at most this part of their distance, this part
+/// of a side and this number of standard errors.
+const EXPLAINED: f64 = 0.1;
+const EXPLAINED_SIDE: f64 = 1e-3;
+const EXPLAINED_STD: f64 = 5.0;
+/// The grid of beginnings, in steps from 1: how many to each side, and how long.
+const BEGIN_WHEELBASE: (i32, f64) = (4, 0.05);
+const BEGIN_DIAMETERS: (i32, f64) = (20, 0.01);
+/// Results of them are this far from 1 at most: many turns more end at the same place too.
+const MOST_OFF: f64 = 0.25;
 /// Step of a numerical derivative: of a factor near 1.
 const STEP: f64 = 1e-6;
 
@@ -142,18 +154,37 @@ fn by_exact_arcs(
         places[i].iter().map(|p| p[axis]).sum::<f64>() / places[i].len() as f64
     };
     let centres = [mean(0, 0), mean(0, 1), mean(1, 0), mean(1, 1)];
-    let mut factors = begin;
-    let mut inverse = [[0.0; 4]; 2];
-    for _ in 0..STEPS {
-        inverse = pseudo_inverse(&ends, &factors);
-        let here = ends(&factors);
-        let step = inverse.map(|row| (0..4).map(|k| row[k] * (centres[k] - here[k])).sum::<f64>());
-        factors.wheelbase += step[0];
-        factors.diameters += step[1];
-        if step[0].abs() + step[1].abs() < 1e-14 {
-            break;
+    let left = |factors: &Factors| {
+        let here = ends(factors);
+        (0..4).map(|k| (centres[k] - here[k]) * (centres[k] - here[k])).sum::<f64>()
+    };
+    let solved = |begin: Factors| {
+        let (mut factors, mut inverse) = (begin, [[0.0; 4]; 2]);
+        for _ in 0..STEPS {
+            inverse = pseudo_inverse(&ends, &factors);
+            let here = ends(&factors);
+            let step =
+                inverse.map(|row| (0..4).map(|k| row[k] * (centres[k] - here[k])).sum::<f64>());
+            factors.wheelbase += step[0];
+            factors.diameters += step[1];
+            if step[0].abs() + step[1].abs() < 1e-14 {
+                break;
+            }
         }
+        (left(&factors), factors, inverse)
+    };
+    let mut best = solved(begin);
+    let variance: f64 = places.iter().flat_map(|places| variances_of_mean(places)).sum();
+    let far = centres.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let most_m = EXPLAINED * far + EXPLAINED_SIDE * side_m + EXPLAINED_STD * variance.sqrt();
+    let is_explained = best.0.sqrt() <= most_m;
+    if !is_explained {
+        let is_sane =
+            |f: &Factors| [f.wheelbase, f.diameters].iter().all(|v| (v - 1.0).abs() <= MOST_OFF);
+        let others = beginnings().map(solved).filter(|(_, factors, _)| is_sane(factors));
+        best = others.chain([best]).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or(best);
     }
+    let (_, factors, inverse) = best;
     // A return moves each factor by its row of the inverse; the two ways are
     // independent of each other.
     let error = |row: [f64; 4]| {
@@ -165,6 +196,22 @@ fn by_exact_arcs(
     };
     let [wheelbase, diameters] = inverse.map(error);
     Estimated { factors, standard_errors: Factors { wheelbase, diameters } }
+}
+
+/// The variances of the mean place, along x and y.
+fn variances_of_mean(places: &[[f64; 2]]) -> [f64; 2] {
+    [0, 1].map(|axis| {
+        let along: Vec<f64> = places.iter().map(|place| place[axis]).collect();
+        Moments::of(&along).variance_of_mean()
+    })
+}
+
+/// The grid of beginnings.
+fn beginnings() -> impl Iterator<Item = Factors> {
+    let axis = |(count, step): (i32, f64)| (-count..=count).map(move |k| 1.0 + step * f64::from(k));
+    axis(BEGIN_WHEELBASE).flat_map(move |wheelbase| {
+        axis(BEGIN_DIAMETERS).map(move |diameters| Factors { wheelbase, diameters })
+    })
 }
 
 /// (JᵀJ)⁻¹Jᵀ of the ends by the two factors, by central differences.
