@@ -22,7 +22,7 @@ use rusty_contract::log::{LogError, LogHeader, LogWriter, TickRef, Trailer};
 use rusty_contract::{Brief, Exit, Phase, RunDigest, Start, errln, output};
 
 use rusty_clients::recorder::{Ending, Recorder, Step};
-use rusty_clients::{ClientArgs, ClientError, output_folder, same_file};
+use rusty_clients::{ClientArgs, ClientError, output_folder};
 use write_behind::WriteBehind;
 
 pub use program::PROGRAMS;
@@ -109,11 +109,6 @@ impl Logger {
             return Err(ClientError::ShowsNone(args.name()));
         }
         let path = output_folder(brief, args)?.join("run.log");
-        if args.log.as_ref().is_some_and(|log| same_file(log, &path)) {
-            let path = path.display();
-            let text = format!("{path} is the log being read; give another folder with --out");
-            return Err(ClientError::Unusable(text));
-        }
         let chosen = args.out.is_some() || args.log.is_some();
         if chosen && start.catch_up.is_none() {
             args.check_free(&path)?;

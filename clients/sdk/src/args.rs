@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Command, FromArgMatches as _};
 use rusty_contract::RunName;
+use rusty_contract::output::same_file;
 use rusty_link::WaitPolicy;
 
 use crate::ClientError;
@@ -126,12 +127,18 @@ impl ClientArgs {
         args.map_err(|e| Usage { text: e.render().to_string(), code: e.exit_code() })
     }
 
-    /// Checks that a file which the command line names is not replaced unasked. A
-    /// launcher chooses files that are its own to replace.
+    /// Checks that a file which the command line names is not replaced unasked, and the log
+    /// that is read not at all. A launcher chooses files that are its own to replace.
     ///
     /// # Errors
-    /// [`ClientError::InTheWay`] if there is a file already.
+    /// [`ClientError::InTheWay`] if there is a file already, [`ClientError::Unusable`] if it
+    /// is the log.
     pub fn check_free(&self, path: &Path) -> Result<(), ClientError> {
+        if self.log.as_ref().is_some_and(|log| same_file(log, path)) {
+            let path = path.display();
+            let text = format!("{path} is the log that is read; give another file to write");
+            return Err(ClientError::Unusable(text));
+        }
         // Devices and pipes are written to, not replaced.
         let is_file = std::fs::metadata(path).is_ok_and(|found| found.is_file());
         match is_file && !self.force && self.launcher.is_none() {

@@ -52,7 +52,7 @@ pub use filter::Filter;
 #[cfg(feature = "link")]
 pub use held_frame::HeldFrame;
 #[cfg(feature = "link")]
-pub use places::{output_folder, same_file};
+pub use places::output_folder;
 pub use random::Random;
 #[cfg(feature = "link")]
 pub use recorder::{Recorder, run_recorder};

@@ -25,12 +25,3 @@ pub fn output_folder(brief: &Brief, args: &ClientArgs) -> Result<PathBuf, Client
     }
     Ok(folder)
 }
-
-/// Returns whether both paths lead to one file.
-#[must_use]
-pub fn same_file(a: &Path, b: &Path) -> bool {
-    match (fs::canonicalize(a), fs::canonicalize(b)) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    }
-}

@@ -15,7 +15,6 @@ use rusty_contract::belief::{BeliefFileError, BeliefFileHeader, BeliefWriter, ti
 use rusty_contract::digest::observable_of;
 use rusty_contract::{Start, WeightedPose, errln, output};
 
-use crate::same_file;
 use crate::{ClientArgs, ClientError, Filter, Session, Tick};
 
 /// The most moments of a filter that are kept; it is even.
@@ -150,9 +149,8 @@ impl Showing {
 }
 
 fn create(path: &Path, args: &ClientArgs, start: &Start) -> Result<To, ClientError> {
-    if args.log.as_ref().is_some_and(|log| same_file(log, path)) {
-        let text =
-            format!("--beliefs {0}: that is the log being read; give another", path.display());
+    if args.out.as_deref() == Some(path) {
+        let text = format!("--beliefs {0}: --out has the same file", path.display());
         return Err(ClientError::Unusable(text));
     }
     args.check_free(path)?;

@@ -76,6 +76,12 @@ pub fn finish(program: &str, exit: Exit) -> Exit {
     if exit == Exit::Done { Exit::Failed } else { exit }
 }
 
+/// Returns whether both paths lead to one file.
+#[must_use]
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
 /// Creates a file, or empties it; does not wait for a pipe's reader. Devices are
 /// written to.
 ///

@@ -133,6 +133,11 @@ pub fn check(spec: &WorldSpec, start_m: Option<[f64; 2]>) -> Result<Report, Worl
             opening.width_m
         ),
     }));
+    if let (Some(at_m), None) = (start_m, floor_m) {
+        let text = "no floor is enclosed here; give a point of the floor, or close its walls";
+        let (kind, text) = (Kind::Opening, text.to_owned());
+        findings.push(Finding { kind, at_m, walls: Vec::new(), length_m: 0.0, text });
+    }
     Ok(Report { world: spec.name.clone(), floor_m, resolution_m, findings })
 }
 

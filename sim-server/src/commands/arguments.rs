@@ -3,8 +3,10 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Context as _, Result, bail};
 use clap::Args;
+use rusty_contract::output::same_file;
+use rusty_contract::replacement::Replacement;
 use rusty_contract::suggest::did_you_mean;
 use rusty_contract::{
     DataSheet, FieldError, Participant, RunName, Sandbox, Scenario, errln, outln,
@@ -163,6 +165,33 @@ pub fn check_free(path: &Path, force: bool) -> Result<()> {
         )));
     }
     Ok(())
+}
+
+/// Refuses to write over files that the command reads, or one file twice.
+pub fn check_apart<'p>(
+    read: impl IntoIterator<Item = &'p PathBuf>,
+    written: impl IntoIterator<Item = &'p PathBuf>,
+) -> Result<()> {
+    let mut others: Vec<&PathBuf> = read.into_iter().collect();
+    for path in written {
+        if others.iter().any(|other| *other == path || same_file(other, path)) {
+            let path = path.display();
+            let text = format!("{path} is read or written by this command already");
+            bail!(WrongUsage(format!("{text}; give another path")));
+        }
+        others.push(path);
+    }
+    Ok(())
+}
+
+/// Refuses a file that cannot be written, before the work that makes it: its folder is not
+/// there, or nothing can be made in it.
+pub fn check_writable(path: &Path) -> Result<()> {
+    if std::fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+        return Ok(());
+    }
+    let made = Replacement::of(path).map(drop);
+    made.with_context(|| format!("{} cannot be written; give another path", path.display()))
 }
 
 /// Reads a seed.

@@ -9,7 +9,7 @@ use rusty_study::versus::contest::versus;
 use rusty_study::versus::drawing::drawing;
 use rusty_study::versus::{Contents, Metric, sides};
 
-use super::arguments::{Output, check_free};
+use super::arguments::{Output, check_apart, check_free};
 
 const AFTER_HELP: &str = "\
 A row of a sweep is a run of an estimator. Runs of one seed have the same noise, so
@@ -66,6 +66,7 @@ pub fn run(args: &CompareArgs) -> Result<Exit> {
         return Err(FieldError::new("--level", level, problem, remedy).into());
     }
     args.svg.as_ref().map_or(Ok(()), |path| check_free(path, args.force))?;
+    check_apart(std::iter::once(&args.table).chain(&args.other), &args.svg)?;
     let table = Contents::read(&args.table)?;
     let other = args.other.as_deref().map(Contents::read).transpose()?;
     let names = [args.a.as_deref(), args.b.as_deref()];

@@ -10,7 +10,7 @@ use rusty_logs::export::mcap::{RosExported, RosOptions};
 use rusty_logs::export::tum::Tum;
 use rusty_logs::export::{Exported, StampOrder, Walked, csv, mcap, parquet, rosbag, scenario};
 
-use super::arguments::Output;
+use super::arguments::{Output, check_apart};
 use super::stop_flag;
 
 const AFTER_TUM: &str = "\
@@ -198,15 +198,18 @@ pub fn run(args: &ExportArgs) -> Result<Exit> {
         }
         ExportVerb::Csv(args) => {
             let out = args.path.clone().unwrap_or_else(|| args.log.with_extension("csv"));
+            check_apart([&args.log], [&out])?;
             (csv::export(&args.log, &out, args.force, &stop)?, args.output, false)
         }
         ExportVerb::Parquet(args) => {
             let out = args.path.clone().unwrap_or_else(|| args.log.with_extension("parquet"));
+            check_apart([&args.log], [&out])?;
             (parquet::export(&args.log, &out, args.force, &stop)?, args.output, false)
         }
         ExportVerb::Scenario(args) => return export_scenario(args, &stop),
         ExportVerb::Mcap(ExportMcapArgs { log, path, ros }) => {
             let out = path.clone().unwrap_or_else(|| log.with_extension("mcap"));
+            check_apart([log], [&out])?;
             return Ok(print_ros(&mcap::export(log, &out, &ros.options(), &stop)?, ros.output));
         }
         ExportVerb::Rosbag(ExportRosbagArgs { log, path, ros }) => {

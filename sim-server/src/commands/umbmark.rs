@@ -11,7 +11,7 @@ use rusty_plot::png;
 use rusty_study::umbmark::drawing::drawing;
 use rusty_study::umbmark::{Square, umbmark as drive};
 
-use super::arguments::{Output, check_free, seed};
+use super::arguments::{Output, check_apart, check_free, seed};
 
 const AFTER_HELP: &str = "\
 The robot of the scenario drives a square in both directions, without walls, and by
@@ -79,6 +79,7 @@ pub fn run(args: &UmbmarkArgs) -> Result<Exit> {
     check_within("--speed", args.speed, 0.001, 100.0)?;
     check_within("--turn", args.turn, 0.001, 1000.0)?;
     args.svg.iter().chain(&args.png).try_for_each(|path| check_free(path, args.force))?;
+    check_apart([], args.svg.iter().chain(&args.png))?;
     let mut config =
         scenario_file::load(&args.scenario, &args.changes)?.config_with(rusty_floorplan::read)?;
     config.seed = args.seed.unwrap_or(config.seed);

@@ -13,7 +13,7 @@ use rusty_geometry::WorldSpec;
 use rusty_geometry::places::{PLACES, place};
 use serde_json::json;
 
-use super::arguments::{Output, check_free};
+use super::arguments::{Output, check_apart, check_free};
 use drawing::drawing;
 use scan::Scan;
 
@@ -100,6 +100,7 @@ pub fn run(args: &WorldsArgs) -> Result<Exit> {
     let scan = scan.transpose()?;
     if let Some(path) = &args.svg {
         check_free(path, args.force)?;
+        check_apart([&PathBuf::from(name)], [path])?;
         let map = map.as_ref();
         std::fs::write(path, drawing(&spec, map.map(|map| &map.map), scan.as_ref()))
             .with_context(|| path.display().to_string())?;

@@ -216,6 +216,9 @@ impl<R: std::io::Read> LogReader<R> {
                 Read::Tick(ReadEntry { record, at_byte, intact })
             }
             Some(Entry::End(trailer)) if intact && trailer.ticks == self.next_tick => {
+                if self.fill(&mut [0])? > 0 {
+                    return Ok(Err("the file goes on after its trailer".to_owned()));
+                }
                 Read::End(Ending::Complete(trailer))
             }
             Some(Entry::End(trailer)) if intact => {

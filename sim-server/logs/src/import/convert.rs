@@ -4,6 +4,7 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use rusty_contract::log::{LogError, LogWriter, TickRef, Trailer};
+use rusty_contract::output::same_file;
 use rusty_contract::{Frame, Replacement, Reply, RunDigest, TruthKey};
 use rusty_geometry::Twist;
 
@@ -94,13 +95,11 @@ pub(super) fn import(
 
 pub(super) fn check_two_files(input: &Path, output: &Path) -> Result<(), ImportError> {
     // A path that cannot be resolved is told where it is opened.
-    match (input.canonicalize(), output.canonicalize()) {
-        (Ok(from), Ok(to)) if from == to => {
-            let problem = "input and output are the same file; give the output another name";
-            Err(ImportError::file(output, problem))
-        }
-        _ => Ok(()),
+    if same_file(input, output) {
+        let problem = "input and output are the same file; give the output another name";
+        return Err(ImportError::file(output, problem));
     }
+    Ok(())
 }
 
 fn no_odometry(input: &Path, survey: &Survey) -> ImportError {

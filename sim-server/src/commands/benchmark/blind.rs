@@ -1,15 +1,16 @@
 //! `benchmark seal` and `benchmark answer`: the suite for filters whose programs stay with
 //! their authors.
 
-use std::fs;
-use std::io::ErrorKind;
+use std::fs::{self, OpenOptions};
+use std::io::{ErrorKind, Write as _};
+use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::Args;
 use rusty_bench::machine::cores;
 use rusty_contract::blind::Told;
-use rusty_contract::{Exit, errln, outln, replace};
+use rusty_contract::{Exit, errln, outln};
 use rusty_logs::seal::seal;
 use rusty_study::benchmark::{Answering, Entry, Sealing, Selection, Suite, Track};
 use serde::Serialize;
@@ -144,7 +145,11 @@ pub fn seal_suite(args: &SealArgs) -> Result<Exit> {
         return Ok(Exit::Lost);
     };
     let path = keys.join("key.txt");
-    replace(&path, (key + "\n").as_bytes()).with_context(|| path.display().to_string())?;
+    // Who reads it has the truth.
+    let mut file = OpenOptions::new();
+    let file = file.write(true).create_new(true).mode(0o600).open(&path);
+    let written = file.and_then(|mut file| writeln!(file, "{key}"));
+    written.with_context(|| path.display().to_string())?;
     let sealed = Sealed { blind, keys, runs };
     args.pace.output.print_with(&sealed, || {
         outln!("logs  {} in {} (to hand out)", sealed.runs.len(), sealed.blind.display());

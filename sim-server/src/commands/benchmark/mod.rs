@@ -19,7 +19,7 @@ use rusty_study::benchmark::{
 };
 
 use self::blind::{AnswerArgs, Pace, SealArgs};
-use super::arguments::{Output, check_free};
+use super::arguments::{Output, check_apart, check_free, check_writable};
 use super::{WRITER, WrongUsage, stop_flag};
 
 /// The steps of a benchmark.
@@ -193,6 +193,7 @@ fn open_log(
 
 fn make(args: &RunArgs) -> Result<Exit> {
     check_free(&args.out, args.force)?;
+    check_writable(&args.out)?;
     let recordings = Recordings::of(&args.make.logs)?;
     let suite = Suite::built_in()?.with(&recordings.logs);
     let mut entries = args.make.added(&suite)?;
@@ -208,8 +209,8 @@ fn make(args: &RunArgs) -> Result<Exit> {
     let machine = serde_json::to_value(Machine::here())?;
     let rest = (confined, WRITER.to_owned(), machine);
     let result = BenchmarkResult::of(&suite, selection.clone(), entries.clone(), runs, rest)?;
-    result.write(&args.out)?;
     args.make.pace.output.print(&result);
+    result.write(&args.out)?;
     for run in result.runs.iter().filter(|run| run.failure.is_some()) {
         let (scenario, seed, entry) = (&run.scenario, run.seed, &run.entry);
         let why = run.failure.as_deref().unwrap_or_default();
@@ -259,6 +260,7 @@ fn check(args: &VerifyArgs) -> Result<Exit> {
 
 fn report(args: &ReportArgs) -> Result<Exit> {
     args.page.as_ref().map_or(Ok(()), |path| check_free(path, args.force))?;
+    check_apart(&args.files, &args.page)?;
     let suite = Suite::built_in()?;
     let read = |path: &PathBuf| -> Result<(String, BenchmarkResult), BenchmarkError> {
         let result = BenchmarkResult::read(path, &suite)?;

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use rusty_contract::config::LidarConfig;
-use rusty_contract::{TextTable, outln};
+use rusty_contract::{FieldError, TextTable, outln};
 use rusty_floorplan::FloorplanError;
 use rusty_geometry::{Hit, SE2, World, WorldSpec};
 use rusty_sim::Lidar;
@@ -37,6 +37,13 @@ impl Scan {
             ..LidarConfig::default()
         };
         lidar.check()?;
+        let [left, bottom, right, top] = spec.bounds;
+        if !((left..=right).contains(&x) && (bottom..=top).contains(&y)) {
+            let problem =
+                format!("is outside of the world, {left} to {right} and {bottom} to {top} m");
+            let remedy = "give the pose of a sensor inside";
+            return Err(FieldError::new("--scan", pose, problem, remedy).into());
+        }
         let unusable = |error| FloorplanError::World { path: spec.name.clone(), error };
         let world = World::new(spec.clone()).map_err(unusable)?;
         let mut sensor = Lidar::new(&lidar);

@@ -200,6 +200,16 @@ fn nothing_is_written_over_and_nothing_left_half_done() {
     export("tum", &log, &[&to[..], &["--force"]].concat(), 0);
     assert_eq!(poses(&tum.join("prompt.tum")).len(), 60);
     assert_eq!(files(&tum), before);
+    // The log that is read is not written over, with --force neither.
+    let bytes = fs::read(&log).unwrap();
+    export("csv", &log, &["-o", arg(&log), "--force"], 2).says("read or written");
+    let filter = ["--log", arg(&log), "--out", arg(&log), "--force"];
+    Process::start("dead-reckoning", &filter).wait().expect(1).says("the log that is read");
+    assert!(fs::read(&log).unwrap() == bytes);
+    // What follows a trailer belongs to another file, or to none.
+    let longer = place.at("longer.log");
+    fs::write(&longer, [&bytes[..], b"x"].concat()).unwrap();
+    sim_server(&["verify", arg(&longer)]).expect(3).says("after its trailer");
     // What is no log leaves not even a folder.
     let other = place.at("other");
     let said = export("tum", &place.at("scenario.toml"), &["-o", arg(&other)], 1);

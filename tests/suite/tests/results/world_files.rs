@@ -150,6 +150,13 @@ fn a_check_names_what_is_wrong_and_where_and_its_code_says_whether() {
     assert_eq!(found["kind"], "gap");
     assert!((number(found, "length_m") - 0.02).abs() < 1e-6, "{found}");
     sim_server(&["worlds", &svg, "--check", "--start", "1"]).expect(2).says("--start 1: ");
+    // A mistyped place is not closed.
+    let report = ["worlds", "apartment", "--check", "--start", "99,3", "--json"];
+    let report = sim_server(&report).expect(1).json();
+    let openings: Vec<&Value> =
+        report["findings"].as_array().unwrap().iter().filter(|f| f["kind"] == "opening").collect();
+    assert_eq!((openings.len(), &openings[0]["at_m"]), (1, &serde_json::json!([99.0, 3.0])));
+    sim_server(&["worlds", "apartment", "--scan", "99,3,0"]).expect(2).says("--scan 99,3,0: ");
     sim_server(&["worlds", "nowhere.svg", "--check"]).expect(2).says("nowhere.svg: No such file");
 }
 
