@@ -136,7 +136,7 @@ impl ClientArgs {
     pub fn check_free(&self, path: &Path) -> Result<(), ClientError> {
         if self.log.as_ref().is_some_and(|log| same_file(log, path)) {
             let path = path.display();
-            let text = format!("{path} is the log that is read; give another file to write");
+            let text = format!("{path} is the log being read; give another file to write");
             return Err(ClientError::Unusable(text));
         }
         // Devices and pipes are written to, not replaced.
