@@ -5,7 +5,6 @@ mod commands;
 mod names;
 mod programs;
 
-use clap::Parser as _;
 use rusty_contract::{Exit, errln, output};
 use rusty_engine::executable::{Executable, declare_built_in};
 
@@ -22,5 +21,5 @@ fn main() -> Exit {
         return Exit::Failed;
     }
     rusty_engine::run::prepare_process();
-    output::finish("sim-server", commands::Cli::parse().run())
+    output::finish("sim-server", commands::Cli::from_command_line().run())
 }

@@ -104,11 +104,16 @@ pub struct Mapper {
     without_pose: u64,
 }
 
-/// Checks that a map `stem` replaces no file unasked.
+/// Checks that a map `stem` names files, and replaces none unasked.
 ///
 /// # Errors
-/// [`ClientError::InTheWay`] names the first of its files that is there.
+/// [`ClientError::InTheWay`] names the first of its files that is there,
+/// [`ClientError::Unusable`] a stem that is a folder.
 pub fn check_free(args: &ClientArgs, stem: &Path) -> Result<(), ClientError> {
+    if stem.file_name().is_none() || stem.as_os_str().as_encoded_bytes().ends_with(b"/.") {
+        let text = format!("{} is a folder: give a name for the map in it", stem.display());
+        return Err(ClientError::Unusable(text));
+    }
     [".pgm", ".yaml", ".png"].iter().try_for_each(|end| args.check_free(&beside(stem, end)))
 }
 

@@ -18,11 +18,13 @@ use rusty_contract::{Estimate, Reply, input, outln};
 use rusty_geometry::{SE2, trig};
 
 use crate::motion::carried;
-use crate::numbers::seconds;
+use crate::numbers::{number, seconds};
 use crate::tangent;
 
 /// Longest file that is read, bytes: some five million poses.
 const MAX_BYTES: u64 = 1 << 30;
+/// Longest offset, s: stamps that carry the time of day differ by 2·10⁹ from those of a run.
+const MOST_OFFSET_S: f64 = 1e10;
 
 /// Answer with the poses of a file in TUM format
 ///
@@ -45,8 +47,13 @@ pub struct Options {
     pub t_max_diff: f64,
 
     /// Time that is added to each timestamp of the file, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = offset)]
     pub t_offset: f64,
+}
+
+/// A difference of two times, s.
+fn offset(text: &str) -> Result<f64, String> {
+    number(text, |v| v.abs() <= MOST_OFFSET_S, "a time in seconds, at most 10^10 either way")
 }
 
 /// The poses of a file, by time.

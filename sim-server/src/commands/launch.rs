@@ -3,7 +3,8 @@
 
 use anyhow::Result;
 use clap::Args;
-use rusty_contract::{Exit, LogHeader, errln};
+use rusty_contract::config::Event;
+use rusty_contract::{Exit, LogHeader, RunConfig, errln};
 use rusty_engine::scenario_file::{self, SetupError};
 use rusty_engine::source::{Simulated, simulated_header};
 
@@ -49,7 +50,7 @@ fn simulate(args: &LaunchArgs, starting: Starting) -> Result<Exit> {
     let header =
         |(place, config)| simulated_header(config, scenario.roster_of(place), scenario.on_loss);
     let mut headers: Vec<LogHeader> = configs.into_iter().enumerate().map(header).collect();
-    headers.iter().for_each(warn_of_late_kidnapping);
+    headers.iter().for_each(warn_of_no_effect);
     let robots = scenario.robot.entries();
     if robots.is_empty() {
         let place = RunPlace::find(run, &scenario.name, None)?;
@@ -60,10 +61,25 @@ fn simulate(args: &LaunchArgs, starting: Starting) -> Result<Exit> {
     session.run_together(places, &mut Simulated::together(headers)?)
 }
 
-fn warn_of_late_kidnapping(header: &LogHeader) {
-    let ticks = header.config.ticks;
-    if let Some(late) = header.config.kidnappings.iter().find(|k| k.tick >= ticks) {
-        let tick = late.tick;
-        errln!("the run has {ticks} ticks: a kidnapping at tick {tick} will not happen");
+/// Warns of what the scenario plans and the run will not have.
+fn warn_of_no_effect(header: &LogHeader) {
+    let RunConfig { ticks, kidnappings, events, .. } = &header.config;
+    let planned = kidnappings.iter().map(|k| ("a kidnapping", k.tick));
+    for (what, tick) in planned.chain(events.iter().map(|event| ("an event", event.tick()))) {
+        if tick >= *ticks {
+            errln!("the run has {ticks} ticks: {what} at tick {tick} will not happen");
+        }
+    }
+    let is_put = |wanted: u8, until: u64| {
+        events.iter().any(
+            |event| matches!(event, Event::PutBox { tick, number, .. } if *number == wanted && *tick <= until),
+        )
+    };
+    for event in events {
+        if let Event::RemoveBox { tick, number } = *event
+            && !is_put(number, tick)
+        {
+            errln!("event at tick {tick}: there is no box {number} to remove then");
+        }
     }
 }

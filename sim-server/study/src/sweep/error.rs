@@ -37,7 +37,7 @@ pub enum SweepError {
         difference: String,
     },
     /// A file that should hold a sweep does not.
-    #[error("{path}: {problem}; remove it, or give --force to begin anew")]
+    #[error("{path}: {problem}; make it again with `sim-server sweep … --force`")]
     NoSweep {
         /// The file.
         path: String,

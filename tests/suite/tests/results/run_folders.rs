@@ -264,3 +264,18 @@ fn an_import_and_a_drawing_replace_nothing_unforced() {
         assert_ne!(fs::read(file).unwrap(), b"mine");
     }
 }
+
+#[test]
+fn what_a_scenario_plans_in_vain_is_named_and_happens_to_nobody() {
+    let place = folder();
+    let file = place.at("vain.toml");
+    let planned = "[[event]]\nkind = \"put-box\"\ntick = 2\nnumber = 4\n\
+                   at = { x_m = 8.0, y_m = 2.0, theta_rad = 0.0 }\nsize_m = [0.2, 0.2]\n\
+                   [[event]]\nkind = \"remove-box\"\ntick = 5\nnumber = 3\n\
+                   [[event]]\nkind = \"remove-box\"\ntick = 30\nnumber = 4\n";
+    fs::write(&file, planned).unwrap();
+    let ended =
+        run_to("vain", &place.at("vain"), &["launch", arg(&file), "--ticks", "20"]).expect(0);
+    ended.says("no box 3").says("event at tick 30");
+    assert!(!ended.stderr.contains("no box 4"), "{}", ended.stderr);
+}
