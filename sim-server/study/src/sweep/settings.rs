@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::grid::{Axis, combinations};
 use super::plan::Plan;
+use super::seeds::Seeds;
 use crate::documents;
 
 /// The settings of a sweep. Nothing in it depends on the machine, the time or
@@ -53,6 +54,13 @@ impl Settings {
     #[must_use]
     pub fn with_clients(&self) -> bool {
         self.0.get("rosters").and_then(Value::as_array).is_some_and(|r| !r.is_empty())
+    }
+
+    /// The number of runs of the sweep; `None` where the document is not ours.
+    #[must_use]
+    pub fn runs(&self) -> Option<u64> {
+        let seeds: Seeds = self.0.get("seeds")?.as_str()?.parse().ok()?;
+        seeds.count().checked_mul(self.0.get("cells")?.as_array()?.len() as u64)
     }
 
     /// Reads what [`text`](Self::text) or [`pretty`](Self::pretty) wrote.

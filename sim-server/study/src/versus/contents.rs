@@ -1,5 +1,6 @@
 //! The runs in a sweep's table, and what was set in them.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::Value;
@@ -7,7 +8,7 @@ use serde_json::Value;
 use super::error::VersusError;
 use super::metric::Metric;
 use crate::sweep::Table;
-use crate::sweep::settings::words;
+use crate::sweep::settings::{Settings, words};
 
 /// One run of one estimator.
 #[derive(Clone, Debug)]
@@ -55,12 +56,13 @@ impl Contents {
             .map_err(|_| no_table("is called neither FILE.csv nor FILE.parquet".to_owned()))?;
         let rows = table.rows()?;
         let columns = Columns::of(&rows.names).map_err(no_table)?;
-        let configs = match table.settings() {
-            Ok(settings) => settings.map(|s| s.configs()),
+        let document = match table.settings() {
+            Ok(document) => document,
             // A CSV file may have been moved without what is next to it.
             Err(_) if !table.files().iter().all(|file| file.exists()) => None,
             Err(e) => return Err(e.into()),
         };
+        let configs = document.as_ref().map(Settings::configs);
         let (estimators, settings) = (Vec::new(), Vec::new());
         let mut contents =
             Self { path: shown.clone(), estimators, settings, runs: Vec::new(), configs };
@@ -68,7 +70,14 @@ impl Contents {
             let run = columns.run(&row?, &mut contents).map_err(no_table)?;
             contents.runs.push(run);
         }
-        Ok(contents)
+        let runs: BTreeSet<_> = contents.runs.iter().map(|run| (run.setting, run.seed)).collect();
+        match document.and_then(|document| document.runs()) {
+            Some(planned) if planned != runs.len() as u64 => {
+                let count = runs.len();
+                Err(no_table(format!("has {count} of the {planned} runs of its sweep")))
+            }
+            _ => Ok(contents),
+        }
     }
 
     /// The estimators, in words.
