@@ -45,12 +45,20 @@ impl Change {
     }
 }
 
-/// ATE after the best rotation and translation, m.
+/// Poses are at a place again if they are this near to each other, m, and this many key
+/// scans apart.
+const REVISIT: (f64, usize) = (2.0, 30);
+
+/// What `slam` came to.
 struct Outcome {
-    /// Of the answers when they were given.
+    /// ATE after the best rotation and translation of the answers when they were given, m.
     online_m: f64,
-    /// Of the key poses of the graph at the end.
+    /// The same of the key poses of the graph at the end.
     at_end_m: f64,
+    /// Mean errors of these poses relative to each other, m: a metre of way apart, and at
+    /// revisits (R. Kümmerle et al., *On measuring the accuracy of SLAM algorithms*,
+    /// Autonomous Robots 27 (2009), with pairs of the reference instead of drawn ones).
+    relations_m: [f64; 2],
 }
 
 impl Outcome {
@@ -64,6 +72,30 @@ fn ate_m(pairs: impl Iterator<Item = (SE2, SE2)>) -> f64 {
         pairs.enumerate().map(|(tick, (estimate, truth))| Scored { tick, truth, estimate });
     let mut errors = aligned_errors(&scored.collect::<Vec<_>>()).unwrap();
     errors.figures().ate_rmse_m.unwrap()
+}
+
+/// The mean translational errors of poses relative to each other, m; NaN where none are.
+/// Pairs are an estimate and its truth.
+fn relations_m(keys: &[(SE2, SE2)]) -> [f64; 2] {
+    let distance_m = |motion: SE2| motion.translation().norm();
+    let error_m = |&(i, j): &(usize, usize)| {
+        let [(a, true_a), (b, true_b)] = [keys[i], keys[j]];
+        distance_m((true_a.inverse() * true_b).inverse() * (a.inverse() * b))
+    };
+    let apart_m = |i: usize, j: usize| distance_m(keys[i].1.inverse() * keys[j].1);
+    let a_metre_on = |i: usize| {
+        let mut way_m = 0.0;
+        let is_there = |j: &usize| {
+            way_m += apart_m(j - 1, *j);
+            way_m >= 1.0
+        };
+        (i + 1..keys.len()).find(is_there).map(|j| (i, j))
+    };
+    let (near_m, scans) = REVISIT;
+    let later = |i: usize| (i + scans..keys.len()).map(move |j| (i, j));
+    let again = (0..keys.len()).flat_map(later).filter(|(i, j)| apart_m(*i, *j) < near_m);
+    [(0..keys.len()).filter_map(a_metre_on).collect::<Vec<_>>(), again.collect()]
+        .map(|pairs| pairs.iter().map(error_m).sum::<f64>() / pairs.len() as f64)
 }
 
 /// Runs `slam` on a changed copy of a recording.
@@ -90,16 +122,19 @@ fn slam(header: &LogHeader, records: &[TickRecord], roughness_m: f64, change: Ch
         }
         answers.push((slam.pose().0, truth));
     }
-    let at_end = slam.graph().poses().iter().copied().zip(keys);
-    Outcome { online_m: ate_m(answers.into_iter()), at_end_m: ate_m(at_end) }
+    let at_end: Vec<(SE2, SE2)> = slam.graph().poses().iter().copied().zip(keys).collect();
+    let relations_m = relations_m(&at_end);
+    let [online_m, at_end_m] = [answers, at_end].map(|pairs| ate_m(pairs.into_iter()));
+    Outcome { online_m, at_end_m, relations_m }
 }
 
 /// Runs `slam` on a changed copy, and prints what comes out.
 fn told(file: &str, log: &(LogHeader, Vec<TickRecord>), m: f64, change: Change) -> Outcome {
     let outcome = slam(&log.0, &log.1, m, change);
     println!(
-        "{file:12} roughness {m:.3} m, {change:?}: online {:.2} m, at the end {:.2} m",
-        outcome.online_m, outcome.at_end_m
+        "{file:12} roughness {m:.3} m, {change:?}: online {:.2} m, at the end {:.2} m, \
+         relations {:.3?} m",
+        outcome.online_m, outcome.at_end_m, outcome.relations_m
     );
     outcome
 }
@@ -120,12 +155,17 @@ fn check(file: &str, most_m: f64) {
     let outcomes = (0..=seeds).map(|seed| {
         let change = if seed == 0 { Change::Nothing } else { Change::Noise(seed) };
         let outcome = told(file, &log, 0.005, change);
-        let Outcome { online_m, at_end_m } = outcome;
+        let Outcome { online_m, at_end_m, relations_m: [near_m, again_m] } = outcome;
         assert!(at_end_m < most_m && online_m < 1.2, "{file}, {change:?}: {online_m}, {at_end_m}");
+        assert!(near_m < 0.055 && again_m < 0.1, "{file}, {change:?}: {near_m}, {again_m}");
         outcome
     });
     let mut outcomes: Vec<Outcome> = outcomes.collect();
-    let mut rows = vec![("recording".to_owned(), outcomes.remove(0).numbers())];
+    let recording = outcomes.remove(0);
+    let mut rows = vec![
+        ("recording".to_owned(), recording.numbers()),
+        ("relations, 1 m apart / at revisits".to_owned(), recording.relations_m.to_vec()),
+    ];
     if std::env::var_os("RUSTY_SEEDS").is_some() {
         rows.extend(changed(file, &log));
         // The page has the copies of ten seeds.
