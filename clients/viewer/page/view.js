@@ -21,7 +21,7 @@ let rows = [], shift = 0, seen = 0; // ticks for charts and paths: words of reco
 let now = null; // the words of the latest tick
 let chosen = null; // the words of an earlier tick of a run, while it is looked at
 let hovered = null;
-let truthTrack = new Track(), tracked = 0, jumps = []; // jumps: kidnappings, for the map
+let truthTrack = new Track(Infinity), tracked = 0, jumps = []; // jumps: kidnappings, for the map
 let readings = { sonars: null, sectors: null }; // of the small sensors, the latest
 let scan = null, bearings = []; // scan: the ranges of the latest, and the true pose at it
 let digest = ''; // a text, or bytes
@@ -102,7 +102,7 @@ function setScene(message) {
     pose: [NaN, NaN, NaN], ellipse: [NaN, NaN, NaN],
   }));
   [rows, shift, seen, now, chosen, hovered] = [[], 0, 0, null, null, null];
-  [truthTrack, tracked, jumps, scan, digest] = [new Track(), 0, [], null, scene.digest ?? ''];
+  [truthTrack, tracked, jumps, scan, digest] = [new Track(Infinity), 0, [], null, scene.digest ?? ''];
   readings = { sonars: null, sectors: null };
   Object.assign(counts, { ticks: 0, gaps: 0, lastTick: -1, drawnTick: -1 });
   [drawnTicks, runTick] = [0, -1];
@@ -217,7 +217,7 @@ function readReadings(buffer, at, whole) {
 // ---- What is shown ----------------------------------------------------------------
 
 function retrack() {
-  truthTrack = new Track();
+  truthTrack = new Track(Infinity);
   for (const of of estimators) of.track = new Track();
   [tracked, jumps] = [0, []];
 }
@@ -235,7 +235,9 @@ function track(row) {
       truthTrack.cut();
       jumps.push({ from, to, text: `${Number(timeOf(before).toFixed(2))} s`, isPast: true });
     }
-    truthTrack.add(...truthOf(rows[tracked]));
+    // A recording has a truth at its scans only: the path goes on between them.
+    const [x, y] = truthOf(rows[tracked]);
+    if (Number.isFinite(x)) truthTrack.add(x, y);
     estimators.forEach((of, i) => of.track.add(...partOf(rows[tracked], i)));
   }
 }
@@ -253,7 +255,8 @@ function drawMap() {
     if (isFollowing && Number.isFinite(x)) follow(x, y);
   }
   const truth = row ? truthOf(row) : [NaN, NaN, NaN];
-  const at = scene?.truth === false ? [0, 0, 0] : truth;
+  // Without a truth and a map, the scan has a frame of its own.
+  const at = scene?.truth === false && scene.walls.length === 0 ? [0, 0, 0] : truth;
   const old = chosen !== null;
   map.draw({
     truth: at, truthTrack, jumps, scan: old ? [] : echoes(),

@@ -313,7 +313,11 @@ pub fn control(run: &RunName, requests: &Receiver<PageRequest>, hub: &Hub, ended
                 let state = if status.paused { "paused" } else { "running" };
                 Status::new(state, status.pace, "")
             }
-            Ok(ControlReply::Refused(why)) => return errln!("run {run}: {why}"),
+            Ok(ControlReply::Refused(why)) => {
+                let (state, pace) =
+                    shown.as_ref().map_or(("running", None), |s: &Status| (s.state, s.pace));
+                Status::new(state, pace, format!("{run} {why}"))
+            }
             Ok(ControlReply::Start(_)) => return,
             // The end of the run is shown by the one who sees it.
             Err(LinkError::ServerGone { .. } | LinkError::Domain(_)) => return,

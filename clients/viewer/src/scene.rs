@@ -84,7 +84,9 @@ impl Scene {
             }
         };
         let seed = header.seed();
+        let robot = config.fleet.as_ref().map(|fleet| format!(", robot {}", fleet.name));
         Self {
+            scenario: config.scenario.clone() + &robot.unwrap_or_default(),
             seed: seed.map(|seed| seed.to_string()),
             truth: true,
             bounds_m: config.world.bounds,

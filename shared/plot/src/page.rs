@@ -26,6 +26,27 @@ impl Legend {
         Self::SWATCH + 26.0 + 6.8 * name.chars().count() as f64
     }
 
+    /// Height of a line of entries.
+    pub const LINE: f64 = 22.0;
+
+    /// The legends of these names, one each, in lines from `at` to the edge at `right`.
+    pub fn wrapped<'n>(
+        names: impl IntoIterator<Item = &'n str>,
+        at: Px,
+        right: f64,
+    ) -> impl Iterator<Item = Self> {
+        let mut next = Self { at };
+        names.into_iter().map(move |name| {
+            let width = Self::width(name);
+            if next.at[0] + width > right && next.at[0] > at[0] {
+                next.at = [at[0], next.at[1] + Self::LINE];
+            }
+            let place = next;
+            next.at[0] += width;
+            place
+        })
+    }
+
     /// Adds an entry. `draw` is given the left end of its middle line.
     pub fn entry(&mut self, canvas: &mut Canvas, name: &str, draw: impl FnOnce(&mut Canvas, Px)) {
         let [x, y] = self.at;

@@ -84,6 +84,8 @@ class Run:
         """The whole document that ``sim-server launch --json`` printed."""
         self.exit_code = exit_code
         """The server's: 0, or 3 if something was lost."""
+        self.robots: list[Run] = [self]
+        """The runs of all robots of the scenario, this one first."""
 
     @property
     def scores(self) -> list[Record]:
@@ -208,6 +210,10 @@ def launch(
             ``run.report["remarks"]``.
         quiet: show nothing; otherwise what the server says goes to `sys.stderr`.
 
+    Returns:
+        The run; of a scenario with several robots that of the first one, with all of them in
+        ``run.robots``.
+
     Raises:
         LaunchError: the run failed; in the server's own words.
         RunLost: the run finished, but lost something.
@@ -232,20 +238,25 @@ def launch(
 def _outcome(code: int, printed: str, said: str, allow_loss: bool) -> Run:
     """The run, or the exception that goes with it."""
     try:
-        made = Run(json.loads(printed, object_hook=Record), code)
+        document = json.loads(printed, object_hook=Record)
+        reports = document if isinstance(document, list) else [document]
+        robots = [Run(report, code) for report in reports]
+        made: Run | None = robots[0]
+        robots[0].robots = robots
     except ValueError:
         made = None
     if made is not None and (code == 0 or (code == _LOST and allow_loss)):
         return made
     lines = said.strip().splitlines()
     if made is not None:
-        # The first line is the run's; a participant that was lost is both told and remarked.
-        lines = lines[1:]
-        for remark in made.report["remarks"]:
-            if remark.split(": ", 1)[-1] not in "\n".join(lines):
-                lines.append(remark)
-        if made.report["log"] is not None:
-            lines.append(f"its log: {made.report['log']}")
+        # The first lines are the runs'; a participant that was lost is both told and remarked.
+        lines = lines[len(made.robots) :]
+        for robot in made.robots:
+            for remark in robot.report["remarks"]:
+                if remark.split(": ", 1)[-1] not in "\n".join(lines):
+                    lines.append(remark)
+            if robot.report["log"] is not None:
+                lines.append(f"its log: {robot.report['log']}")
     if not lines:
         lines = [f"ended by signal {-code}" if code < 0 else f"exit code {code}, without a word"]
     message = "\n".join(lines)

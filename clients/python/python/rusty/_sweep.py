@@ -35,6 +35,7 @@ def sweep(
     engine: Literal["local", "ray", "slurm"] = "local",
     out: str | os.PathLike[str] | None = None,
     table: str | os.PathLike[str] | None = None,
+    force: bool = False,
     jobs: int | None = None,
     retries: int = 4,
     address: str | None = None,
@@ -53,6 +54,7 @@ def sweep(
             name with ``.parts``.
         table: FILE.parquet or FILE.csv to write in the end with ``sim-server sweep
             merge``, with its drawings. Default: none.
+        force: whether an existing table and its drawings are replaced.
         jobs: number of shards at a time with "local". Default: one per processor.
         retries: how often a shard is tried again if its process or machine fails.
             Other bits and other settings fail at once. Slurm itself starts the shards
@@ -69,9 +71,19 @@ def sweep(
     Raises:
         LaunchError: a shard or the merge failed; in the server's own words.
         RunLost: the table is written, but in a run something was lost.
+        FileExistsError: the table is there already.
         FileNotFoundError: there is no server, manifest or ``sbatch``.
+        ValueError: a number is too small, or the table has another ending.
         ModuleNotFoundError: Ray is not installed.
     """
+    if retries < 0 or (jobs is not None and jobs < 1):
+        raise ValueError(f"retries={retries}, jobs={jobs}: expected at least 0 and at least 1")
+    if table is not None:
+        if Path(table).suffix.lower() not in (".csv", ".parquet"):
+            raise ValueError(f"table={os.fspath(table)!r}: expected FILE.parquet or FILE.csv")
+        if Path(table).exists() and not force:
+            found = os.fspath(table)
+            raise FileExistsError(f"{found} is there already; give another table, or force=True")
     path = Path(manifest).absolute()
     plan = json.loads(toml_json(path.read_text(encoding="utf-8")))
     folder = path.with_suffix(".parts") if out is None else Path(out).absolute()
@@ -94,7 +106,7 @@ def sweep(
         raise ValueError(f'engine={engine!r}: expected "local", "ray" or "slurm"')
     if table is not None:
         merge = [program, "sweep", "merge", str(path), str(folder), "--out", os.fspath(table)]
-        code, _, said = _run(merge, quiet)
+        code, _, said = _run(merge + (["--force"] if force else []), quiet)
         if code != 0:
             error = RunLost if code == 3 else LaunchError
             raise error(said.strip(), code)

@@ -112,7 +112,7 @@ fn draw_map(trace: &RunTrace, time: &Timeline, view: &View) -> (String, bool) {
 
 /// Where a chart's data lie on it.
 fn chart_frame() -> Rect {
-    Rect { left: 62.0, top: 28.0, right: CHART.0 - 12.0, bottom: CHART.1 - 48.0 }
+    Rect { left: 62.0, top: 28.0, right: CHART.0 - 22.0, bottom: CHART.1 - 48.0 }
 }
 
 /// A chart, and whether there is nothing on it.

@@ -38,7 +38,9 @@ let truthTrack = new Track(Infinity), tracked = 0;
 const whole = new Track(Infinity);
 function grow(at, truth, tracks) {
   if (jumps.some(({ tick }) => at > 0 && data.ticks[at - 1] < tick && tick <= data.ticks[at])) truth.cut();
-  truth.add(...poseAt(at, 0));
+  // A recording has a truth at its scans only: the path goes on between them.
+  const [x, y] = poseAt(at, 0);
+  if (Number.isFinite(x)) truth.add(x, y);
   // An estimate that moves farther than this was not driven: 5 m/s.
   const leap = Math.max(1, 5 * (data.times_s[at] - data.times_s[at - 1]));
   tracks.forEach((track, i) => {

@@ -2,9 +2,10 @@
 //! that the robot may face. Bars of the first way go up, those of the other down.
 //! `shared/plot/page/draw.js` draws the same.
 
+use rusty_contract::BeliefKind;
 use rusty_geometry::trig;
 
-use super::beliefs::Mark;
+use super::beliefs::{BeliefMoment, Mark};
 
 /// Height of the bar of the heaviest cell, m.
 const HIGHEST_M: f64 = 1.0;
@@ -20,9 +21,14 @@ struct Cell {
     is_ahead: bool,
 }
 
-/// Returns corners of a bar for each mark, m, world frame; `None` where the marks are
-/// not cells along a line.
-pub(crate) fn bars(marks: &[Mark]) -> Option<Vec<[[f64; 2]; 4]>> {
+/// Returns corners of a bar for each mark of a belief, m, world frame; `None` where it is
+/// no histogram along a line.
+pub(crate) fn bars(belief: &BeliefMoment) -> Option<Vec<[[f64; 2]; 4]>> {
+    (belief.kind == BeliefKind::Histogram).then(|| along_a_line(&belief.marks)).flatten()
+}
+
+/// The same of marks; `None` where they are not cells along a line.
+fn along_a_line(marks: &[Mark]) -> Option<Vec<[[f64; 2]; 4]>> {
     let (first, rest) = marks.split_first()?;
     let turn = |mark: &Mark, theta_rad: f64| f64::from(mark.theta_rad) - theta_rad;
     let faces = |theta_rad: f64| move |mark: &&Mark| trig::sin_cos(turn(mark, theta_rad)).1 > 0.0;
@@ -82,7 +88,7 @@ mod tests {
             cell(2.0, 1.4, west, 0.25),
             cell(1.5, 1.4, west, 0.75),
         ];
-        let bars = bars(&marks).unwrap();
+        let bars = along_a_line(&marks).unwrap();
         let middle = 0.5 * (0.2 + 1.4);
         for (bar, (x, up)) in bars.iter().zip([(1.0, 0.5), (1.5, 1.0), (2.0, -0.25), (1.5, -0.75)])
         {
@@ -101,13 +107,22 @@ mod tests {
     }
 
     #[test]
+    fn particles_on_a_line_are_particles() {
+        let marks = vec![cell(0.0, 0.0, 0.0, 0.5), cell(0.01, 0.0, 0.0, 0.5)];
+        let of =
+            |kind| BeliefMoment { tick: 0, kind, whole: 2, marks: marks.clone(), observable: None };
+        assert_eq!(bars(&of(BeliefKind::Particles)), None);
+        assert_eq!(bars(&of(BeliefKind::Histogram)).map(|bars| bars.len()), Some(2));
+    }
+
+    #[test]
     fn cells_all_over_a_floor_have_none() {
         let grid = [cell(0.0, 0.0, 0.0, 1.0), cell(1.0, 0.0, 0.0, 1.0), cell(0.0, 1.0, 0.0, 1.0)];
-        assert_eq!(bars(&grid), None);
+        assert_eq!(along_a_line(&grid), None);
         let turned = [cell(0.0, 0.0, 0.0, 1.0), cell(1.0, 0.0, 0.0, 1.0), cell(0.5, 0.0, 1.6, 1.0)];
-        assert_eq!(bars(&turned), None);
+        assert_eq!(along_a_line(&turned), None);
         for few in [&grid[..0], &grid[..1], &[grid[0], grid[0]]] {
-            assert_eq!(bars(few), None);
+            assert_eq!(along_a_line(few), None);
         }
     }
 }

@@ -60,7 +60,7 @@ impl Symbol {
 pub(crate) fn possible_symbol(trace: &RunTrace, track: usize) -> Symbol {
     let look = possible_look(trace, track);
     let last = trace.beliefs[track].moments.last();
-    match last.is_some_and(|moment| bars(&moment.marks).is_some()) {
+    match last.is_some_and(|moment| bars(moment).is_some()) {
         true => Symbol::Bars(look),
         false => Symbol::Possible(look),
     }

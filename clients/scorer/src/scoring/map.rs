@@ -235,15 +235,15 @@ const MOST_IN_PLACE: u32 = 6;
 pub(crate) fn draw_beliefs(canvas: &mut Canvas, axes: &Axes, trace: &RunTrace) {
     for (k, track) in trace.beliefs.iter().enumerate() {
         let look = possible_look(trace, k);
-        let marks = track.moments.last().map_or(&[][..], |moment| &moment.marks);
-        if let Some(bars) = bars(marks) {
+        let Some(moment) = track.moments.last() else { continue };
+        if let Some(bars) = bars(moment) {
             let corners = bars.iter().map(|bar| bar.map(|at| axes.px(at)));
             let seen = corners.filter(|bar| (bar[2][1] - bar[1][1]).abs() > 0.1);
             seen.for_each(|bar| canvas.wash(&bar, &look.ink, BAR_OPACITY));
             continue;
         }
         let mut drawn = BTreeMap::new();
-        for mark in marks {
+        for mark in &moment.marks {
             let at = axes.px([mark.x_m, mark.y_m].map(f64::from));
             let there: &mut u32 = drawn.entry(at.map(|v| v as i64)).or_default();
             *there += 1;

@@ -64,3 +64,25 @@ config = alone.log().header["config"]
 assert config["robot"]["slip_std"] == 0.03 and config["lidar"]["beams"] == 180
 assert config["script"] == {"kind": "straight", "v_m_s": 0.3} and alone.seed == 42
 print(json.dumps([three.report, alone.report]))
+
+# A run for each robot of a scenario with several.
+both = rusty.launch("two-robots", ticks=40, out=out / "both", run=f"{name}c", server=server)
+first, second = both.robots
+assert first is both and [robot.ticks for robot in both.robots] == [40, 40]
+assert first.digest != second.digest and second.log().digest == second.digest
+assert "ATE" in repr(second) and second.score("dead-reckoning")["scored_ticks"] == 40
+
+# Nothing is begun that cannot end well.
+table = out / "there.csv"
+table.write_text("mine")
+for wrong, found in [
+    ({"retries": -1}, ValueError),
+    ({"jobs": 0}, ValueError),
+    ({"table": out / "table.txt"}, ValueError),
+    ({"table": table}, FileExistsError),
+]:
+    try:
+        rusty.sweep(out / "no-manifest.toml", server=server, **wrong)
+        raise AssertionError(f"{wrong} was accepted")
+    except found as error:
+        assert "expected" in str(error) or "force=True" in str(error), error

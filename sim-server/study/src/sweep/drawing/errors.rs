@@ -19,8 +19,6 @@ use crate::page::{Distribution, MARGIN_LEFT, TOP, WIDTH, draw_distributions, dra
 /// Most curves in a frame.
 const MOST_CURVES: usize = 8;
 const HEIGHT: f64 = 330.0;
-/// Height of a line of names.
-const LINE: f64 = 22.0;
 /// The band: from this share of the seeds to this.
 const BAND: [f64; 2] = [0.1, 0.9];
 
@@ -69,7 +67,7 @@ pub fn errors(swept: &Swept) -> String {
     if all.len() > curves.len() {
         details.push_str(&format!(" · {} more not shown", all.len() - curves.len()));
     }
-    let top = TOP + LINE * rows_of(&curves) as f64 + 24.0;
+    let top = below(&curves) + 24.0;
     paint((WIDTH, top + HEIGHT + 60.0), &title, |canvas| {
         draw_title(canvas, MARGIN_LEFT, &title, &details);
         draw_names(canvas, &curves);
@@ -87,27 +85,19 @@ pub fn errors(swept: &Swept) -> String {
     })
 }
 
-/// Where each name stands: its line, and its left edge.
-fn places<'c>(curves: &'c [Curve<'_>]) -> impl Iterator<Item = (usize, f64)> + 'c {
-    let mut at = (0, MARGIN_LEFT);
-    curves.iter().map(move |curve| {
-        let width = Legend::width(&curve.name);
-        if at.1 + width > WIDTH && at.1 > MARGIN_LEFT {
-            at = (at.0 + 1, MARGIN_LEFT);
-        }
-        let place = at;
-        at.1 += width;
-        place
-    })
+/// The legend of each name.
+fn legends<'c>(curves: &'c [Curve<'_>]) -> impl Iterator<Item = Legend> + 'c {
+    let names = curves.iter().map(|curve| &*curve.name);
+    Legend::wrapped(names, [MARGIN_LEFT, TOP + 2.0], WIDTH)
 }
 
-fn rows_of(curves: &[Curve<'_>]) -> usize {
-    places(curves).last().map_or(0, |(line, _)| line + 1)
+/// Where the legends end.
+fn below(curves: &[Curve<'_>]) -> f64 {
+    legends(curves).last().map_or(TOP, |legend| legend.at[1] - 2.0 + Legend::LINE)
 }
 
 fn draw_names(canvas: &mut Canvas, curves: &[Curve<'_>]) {
-    for (curve, (line, left)) in curves.iter().zip(places(curves)) {
-        let mut legend = Legend { at: [left, TOP + 2.0 + LINE * line as f64] };
+    for (curve, mut legend) in curves.iter().zip(legends(curves)) {
         legend.estimator(canvas, &curve.name, &curve.look);
     }
 }

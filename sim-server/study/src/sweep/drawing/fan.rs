@@ -20,7 +20,7 @@ use super::super::lines::setting;
 use super::super::{Cell, Sample, Swept, Track};
 use super::seeds_of;
 use crate::page::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH};
-use rusty_metrics::Moments;
+use rusty_metrics::{Moments, percentile};
 
 /// Most panels; the rest of the cells is left out, and the page says so.
 const MOST_PANELS: usize = 6;
@@ -30,7 +30,7 @@ const MOST_PATHS: usize = 150;
 const HEIGHTS: [f64; 2] = [150.0, 460.0];
 const GAP_X: f64 = 74.0;
 const GAP_Y: f64 = 84.0;
-/// Height of the row that says what is what.
+/// Height of the legend, of one line.
 const LEGEND: f64 = 30.0;
 
 /// Draws the fan of a sweep as the text of an SVG file.
@@ -41,7 +41,8 @@ pub fn fan(swept: &Swept) -> String {
     panels.truncate(MOST_PANELS);
     let estimators = names(&swept.tracks);
     let view = view_of(&swept.tracks, &panels);
-    let layout = Layout::of(panels.len().max(1), &view);
+    let legend = legend(&estimators);
+    let layout = Layout::of(panels.len().max(1), legend_height(&legend), &view);
     let title = match swept.cells.first() {
         Some(cell) => format!("Fan of {}", shortened(&cell.config.scenario, 48)),
         None => "Fan of nothing".to_owned(),
@@ -49,14 +50,14 @@ pub fn fan(swept: &Swept) -> String {
     let details = details(swept, left_out);
     paint((WIDTH, layout.height()), &title, |canvas| {
         draw_title(canvas, MARGIN_LEFT, &title, &details);
-        draw_legend(canvas, &estimators);
+        draw_legend(canvas, &legend, estimators.len());
         for (place, &cell) in panels.iter().enumerate() {
             let axes = Axes::equal(layout.frame(place), view.x(), view.y(), 10.0);
             let panel = Panel { axes, swept, cell, estimators: &estimators };
             panel.draw(canvas, panels.len() > 1);
         }
         if panels.is_empty() {
-            let middle = [0.5 * WIDTH, TOP + LEGEND + 60.0];
+            let middle = [0.5 * WIDTH, TOP + layout.legend + 60.0];
             canvas.text(middle, Anchor::Middle, 14.0, &SOFT_INK, "no run has a track");
         }
     })
@@ -112,10 +113,12 @@ struct Layout {
     rows: usize,
     width: f64,
     panel_height: f64,
+    /// Height of the legend above the panels.
+    legend: f64,
 }
 
 impl Layout {
-    fn of(count: usize, view: &Extent) -> Self {
+    fn of(count: usize, legend: f64, view: &Extent) -> Self {
         let aspect = (view.y()[1] - view.y()[0]) / (view.x()[1] - view.x()[0]);
         // Wide scenes stand below each other, others side by side.
         let columns = match count {
@@ -128,38 +131,53 @@ impl Layout {
         let room = WIDTH - MARGIN_LEFT - MARGIN_RIGHT - GAP_X * (columns - 1) as f64;
         let width = room / columns as f64;
         let panel_height = (width * aspect).clamp(HEIGHTS[0], HEIGHTS[1]).round();
-        Self { columns, rows: count.div_ceil(columns), width, panel_height }
+        Self { columns, rows: count.div_ceil(columns), width, panel_height, legend }
     }
 
     fn frame(&self, place: usize) -> Rect {
         let left = MARGIN_LEFT + (self.width + GAP_X) * (place % self.columns) as f64;
         let down = (self.panel_height + GAP_Y) * (place / self.columns) as f64;
-        let top = TOP + LEGEND + 24.0 + down;
+        let top = TOP + self.legend + 24.0 + down;
         Rect { left, top, right: left + self.width, bottom: top + self.panel_height }
     }
 
     fn height(&self) -> f64 {
-        TOP + LEGEND + 24.0 + (self.panel_height + GAP_Y) * self.rows as f64 - GAP_Y + 56.0
+        TOP + self.legend + 24.0 + (self.panel_height + GAP_Y) * self.rows as f64 - GAP_Y + 56.0
     }
 }
 
-fn draw_legend(canvas: &mut Canvas, estimators: &[String]) {
-    let mut legend = Legend { at: [MARGIN_LEFT, TOP + 2.0] };
+/// What the legend names, each with its place.
+fn legend(estimators: &[String]) -> Vec<(String, Legend)> {
+    let believed = estimators.iter().map(|name| format!("believed by {}", shortened(name, 28)));
+    let first = ["start", "true paths and their ends"].map(str::to_owned);
+    let last = "95 % if the ends were normal".to_owned();
+    let names: Vec<String> = first.into_iter().chain(believed).chain([last]).collect();
+    let at = [MARGIN_LEFT, TOP + 2.0];
+    let places = Legend::wrapped(names.iter().map(|name| &**name), at, WIDTH);
+    let places: Vec<Legend> = places.collect();
+    names.into_iter().zip(places).collect()
+}
+
+fn legend_height(legend: &[(String, Legend)]) -> f64 {
+    let last = legend.last().map_or(TOP + 2.0, |(_, place)| place.at[1]);
+    LEGEND + last - TOP - 2.0
+}
+
+fn draw_legend(canvas: &mut Canvas, legend: &[(String, Legend)], estimators: usize) {
     let path = |canvas: &mut Canvas, [x, y]: Px, ink: &RGBColor| {
         let end = [x + Legend::SWATCH, y];
         canvas.line(&[[x, y], end], ink, 2.0);
         draw_end(canvas, end, ink);
     };
-    legend.entry(canvas, "start", |c, [x, y]| draw_robot(c, [x + 12.0, y], 0.0, true));
-    legend.entry(canvas, "true paths and their ends", |c, at| path(c, at, &INK));
-    for (i, name) in estimators.iter().enumerate() {
-        let look = Look::of(i, estimators.len());
-        let text = format!("believed by {}", shortened(name, 28));
-        legend.entry(canvas, &text, |c, at| path(c, at, &look.ink));
+    for (i, (name, place)) in legend.iter().enumerate() {
+        let mut place = *place;
+        place.entry(canvas, name, |c, [x, y]| match i {
+            0 => draw_robot(c, [x + 12.0, y], 0.0, true),
+            1 => path(c, [x, y], &INK),
+            _ if i - 2 < estimators => path(c, [x, y], &Look::of(i - 2, estimators).ink),
+            _ => c.dashes(&[[x, y], [x + Legend::SWATCH, y]], &SOFT_INK, 1.4, 5.0),
+        });
     }
-    legend.entry(canvas, "95 % if the ends were normal", |c, [x, y]| {
-        c.dashes(&[[x, y], [x + Legend::SWATCH, y]], &SOFT_INK, 1.4, 5.0);
-    });
 }
 
 /// The end of a path.
@@ -249,14 +267,28 @@ impl Panel<'_> {
         let count = self.tracks(estimator).count().min(MOST_PATHS);
         let opacity = (2.4 / (count as f64).sqrt()).clamp(0.16, 0.95);
         let start = self.swept.cells.get(self.cell).map(|c| c.config.start);
+        let step_s = self.step_s();
         for track in self.tracks(estimator).take(MOST_PATHS) {
-            // The first sample is some ticks into the run.
-            let places = start.map(|s| [s.x(), s.y()]).into_iter();
-            let places = places.chain(track.samples.iter().map(place));
-            for part in self.axes.seen(&places.collect::<Vec<_>>()) {
-                canvas.veil(&part, ink, width, opacity);
+            // The first sample is some ticks into the run. A path ends where an estimator
+            // abstained.
+            let goes_on = |a: &Sample, b: &Sample| b.time_s - a.time_s <= 1.5 * step_s;
+            for (k, answered) in track.samples.chunk_by(goes_on).enumerate() {
+                let is_first = k == 0 && answered[0].time_s <= 1.5 * step_s;
+                let start = start.filter(|_| is_first).map(|s| [s.x(), s.y()]);
+                let places = start.into_iter().chain(answered.iter().map(place));
+                for part in self.axes.seen(&places.collect::<Vec<_>>()) {
+                    canvas.veil(&part, ink, width, opacity);
+                }
             }
         }
+    }
+
+    /// The usual time between two samples, s.
+    fn step_s(&self) -> f64 {
+        let tracks = self.swept.tracks.iter().filter(|track| track.cell == self.cell);
+        let pairs = tracks.flat_map(|track| track.samples.windows(2));
+        let mut steps_s: Vec<f64> = pairs.map(|pair| pair[1].time_s - pair[0].time_s).collect();
+        percentile(&mut steps_s, 0.5).unwrap_or(f64::INFINITY)
     }
 
     fn draw_ends(
@@ -319,13 +351,26 @@ mod tests {
     }
 
     #[test]
+    fn every_name_of_the_legend_lies_on_the_page() {
+        for count in 0..12 {
+            let names: Vec<String> = (0..count).map(|k| format!("an estimator {k}")).collect();
+            let legend = legend(&names);
+            assert_eq!(legend.len(), count + 3);
+            for (name, place) in &legend {
+                assert!(place.at[0] + Legend::width(name) <= WIDTH, "{count}: {name} {place:?}");
+                assert!(place.at[1] < TOP + legend_height(&legend), "{count}: {name} {place:?}");
+            }
+        }
+    }
+
+    #[test]
     fn every_panel_lies_on_the_page() {
         for count in 1..=MOST_PANELS {
             for (x, y) in [(10.0, 1.0), (4.0, 4.0), (1.0, 10.0)] {
                 let mut view = Extent::default();
                 view.include([0.0, 0.0]);
                 view.include([x, y]);
-                let layout = Layout::of(count, &view);
+                let layout = Layout::of(count, LEGEND, &view);
                 let last = layout.frame(count - 1);
                 assert!(last.right <= WIDTH - MARGIN_RIGHT + 1e-9, "{count}: {last:?}");
                 assert!(last.bottom + 40.0 <= layout.height(), "{count}: {last:?}");
