@@ -499,7 +499,7 @@ class World:
             pose: the body's in the world frame.
             lidar: `Start.lidar`, or a dictionary like the ``[lidar]`` of a scenario.
             every: cast only beams 0, every, 2 every, ...: those of
-                ``tick.ranges[::every]``.
+                ``tick.ranges[::every]``, to the last digits of their directions.
         """
     def scans(
         self, poses: ArrayLike, lidar: Lidar | dict[str, Any], *, every: int = 1
