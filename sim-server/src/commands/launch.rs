@@ -71,9 +71,10 @@ fn warn_of_no_effect(header: &LogHeader) {
         }
     }
     let is_put = |wanted: u8, until: u64| {
-        events.iter().any(
-            |event| matches!(event, Event::PutBox { tick, number, .. } if *number == wanted && *tick <= until),
-        )
+        events.iter().any(|event| match *event {
+            Event::PutBox { tick, number, .. } => number == wanted && tick <= until,
+            _ => false,
+        })
     };
     for event in events {
         if let Event::RemoveBox { tick, number } = *event
