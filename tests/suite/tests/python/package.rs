@@ -121,6 +121,13 @@ fn a_fork_keeps_the_scans_that_it_has_and_gets_no_others() {
 }
 
 #[test]
+fn pools_of_workers_end_while_a_run_goes_on() {
+    let Some(python) = python() else { return };
+    let out = folder();
+    launch("pools", out.path(), &["--ticks", "120", "--add", &adding(python, "pools.py", "")]);
+}
+
+#[test]
 fn what_is_no_answer_is_refused_and_the_tick_goes_on() {
     let Some(python) = python() else { return };
     let out = folder();
