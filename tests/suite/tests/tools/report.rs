@@ -261,7 +261,7 @@ fn a_chart_chooses_its_time(browser: &mut Browser) {
         return [box.left, box.top, box.width].join('; '); })()";
     let corner = numbers(browser.value(corner).as_str().unwrap());
     let frame = |share: f64| {
-        [corner[0] + corner[2] * (62.0 + share * (468.0 - 62.0)) / 480.0, corner[1] + 60.0]
+        [corner[0] + corner[2] * (62.0 + share * (458.0 - 62.0)) / 480.0, corner[1] + 60.0]
     };
     let near = |browser: &mut Browser, tick: f64| {
         let at = numbers(&scene(browser))[0];
