@@ -27,19 +27,17 @@ pub fn check_programs(roster: &[Participant]) -> Result<(), ChildrenError> {
     for participant in roster {
         let Some(program) = participant.command.first() else { continue };
         find_program(&participant.name, program)?;
-        if program.contains('/')
-            && let Err(error) = fs::metadata(program)
-        {
-            let (name, program) = (participant.name.clone(), program.clone());
-            return Err(ChildrenError::Spawn { name, program, error });
-        }
     }
     Ok(())
 }
 
 fn find_file(name: &str, program: &str) -> Result<PathBuf, ChildrenError> {
     if program.contains('/') {
-        return Ok(PathBuf::from(program));
+        let (name, program) = (name.to_owned(), program.to_owned());
+        return match fs::metadata(&program) {
+            Ok(_) => Ok(PathBuf::from(program)),
+            Err(error) => Err(ChildrenError::Spawn { name, program, error }),
+        };
     }
     let beside = std::env::current_exe()
         .ok()

@@ -259,7 +259,7 @@ impl Maker for Crews<'_> {
 /// What of a run is looked at. Its scores are those in `out` that are of this run.
 pub(crate) fn report(outcome: &Outcome, roster: &[Participant], out: &Path) -> RunReport {
     let digest = outcome.digest.run_hex();
-    let scored = ScoreReport::read(&out.join("score.json"), &digest);
+    let scored = ScoreReport::read(&out.join("score.json"), Some(&digest)).ok();
     let mut remarks = outcome.remarks(roster);
     if scored.is_none() && outcome.ticks > 0 {
         remarks.push("there are no scores of this run".to_owned());

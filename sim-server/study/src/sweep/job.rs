@@ -74,13 +74,13 @@ impl SweepJob {
         progress: Progress,
     ) -> Result<SweepOutcome, SweepError> {
         let settings = Settings::of(&self.plan, &self.writer)?;
-        self.plan.rosters.iter().try_for_each(|roster| check_programs(roster))?;
         let (mut journal, records) = match &self.table {
             None => (None, Vec::new()),
             Some(table) => {
                 if self.is_complete(table, &settings)? {
                     return Ok(self.complete_before());
                 }
+                self.plan.rosters.iter().try_for_each(|roster| check_programs(roster))?;
                 let path = table.beside(".part");
                 let (journal, records) =
                     Journal::open(&path, &settings, &self.plan.runs, self.force)?;
@@ -91,7 +91,7 @@ impl SweepJob {
             Ok(made) => made,
             Err(error) => {
                 // Without a record there is nothing to go on with.
-                journal.filter(Journal::is_empty).map_or(Ok(()), Journal::remove)?;
+                let _ = journal.filter(Journal::is_empty).map(Journal::remove);
                 return Err(error);
             }
         };

@@ -20,7 +20,7 @@ const MOST_RUNS: u64 = 4_000_000;
 /// The most runs that are followed along their way.
 const MOST_TRACKS: u64 = 20_000;
 /// Samples along the way of one run.
-const SAMPLES: u64 = 60;
+pub(super) const SAMPLES: u64 = 60;
 
 /// What was asked for.
 #[derive(Clone, Debug)]

@@ -117,7 +117,7 @@ pub fn estimate(returns: &[Return], side_m: f64, track_m: f64) -> Estimate {
         beta_rad,
         standard_error_rad,
         paper,
-        exact: by_exact_arcs(paper.factors, &places, side_m, track_m),
+        exact: by_exact_arcs(paper.factors, &centres, &places, side_m, track_m),
     }
 }
 
@@ -142,6 +142,7 @@ fn by_the_paper(alpha: f64, beta: f64, error: f64, side_m: f64, track_m: f64) ->
 
 fn by_exact_arcs(
     begin: Factors,
+    centres: &[Centre; 2],
     places: &[Vec<[f64; 2]>; 2],
     side_m: f64,
     track_m: f64,
@@ -150,10 +151,9 @@ fn by_exact_arcs(
         let [a, b] = Way::BOTH.map(|way| returned_m(f, side_m, track_m, way));
         [a[0], a[1], b[0], b[1]]
     };
-    let mean = |i: usize, axis: usize| {
-        places[i].iter().map(|p| p[axis]).sum::<f64>() / places[i].len() as f64
-    };
-    let centres = [mean(0, 0), mean(0, 1), mean(1, 0), mean(1, 1)];
+    let [a, b] = centres;
+    let along = [a.x_m, a.y_m, b.x_m, b.y_m];
+    let centres = along.map(|place| place.mean);
     let left = |factors: &Factors| {
         let here = ends(factors);
         (0..4).map(|k| (centres[k] - here[k]) * (centres[k] - here[k])).sum::<f64>()
@@ -174,7 +174,7 @@ fn by_exact_arcs(
         (left(&factors), factors, inverse)
     };
     let mut best = solved(begin);
-    let variance: f64 = places.iter().flat_map(|places| variances_of_mean(places)).sum();
+    let variance: f64 = along.iter().map(Moments::variance_of_mean).sum();
     let far = centres.iter().map(|c| c * c).sum::<f64>().sqrt();
     let most_m = EXPLAINED * far + EXPLAINED_SIDE * side_m + EXPLAINED_STD * variance.sqrt();
     let is_explained = best.0.sqrt() <= most_m;
@@ -196,14 +196,6 @@ fn by_exact_arcs(
     };
     let [wheelbase, diameters] = inverse.map(error);
     Estimated { factors, standard_errors: Factors { wheelbase, diameters } }
-}
-
-/// The variances of the mean place, along x and y.
-fn variances_of_mean(places: &[[f64; 2]]) -> [f64; 2] {
-    [0, 1].map(|axis| {
-        let along: Vec<f64> = places.iter().map(|place| place[axis]).collect();
-        Moments::of(&along).variance_of_mean()
-    })
 }
 
 /// The grid of beginnings.

@@ -17,10 +17,11 @@ use rusty_plot::style::{INK, Look, RGBColor, SOFT_INK, WHITE};
 use rusty_plot::{Anchor, Axes, Canvas, Px, Rect, paint, shortened};
 
 use super::super::lines::setting;
+use super::super::plan::SAMPLES;
 use super::super::{Cell, Sample, Swept, Track};
 use super::seeds_of;
 use crate::page::{MARGIN_LEFT, MARGIN_RIGHT, TOP, WIDTH};
-use rusty_metrics::{Moments, percentile};
+use rusty_metrics::Moments;
 
 /// Most panels; the rest of the cells is left out, and the page says so.
 const MOST_PANELS: usize = 6;
@@ -223,9 +224,10 @@ impl Panel<'_> {
     }
 
     fn draw_beliefs(&self, canvas: &mut Canvas, width: f64) {
+        let most_apart_s = self.most_apart_s();
         for (i, name) in self.estimators.iter().enumerate() {
             let look = Look::of(i, self.estimators.len());
-            self.draw_paths(canvas, name, (&look.ink, width), believed);
+            self.draw_paths(canvas, name, (&look.ink, width), (believed, most_apart_s));
             self.draw_ends(canvas, name, &look.ink, believed);
         }
     }
@@ -233,7 +235,8 @@ impl Panel<'_> {
     /// The truth is the same for every estimator of a seed.
     fn draw_truths(&self, canvas: &mut Canvas, width: f64) {
         let Some(first) = self.estimators.first() else { return };
-        self.draw_paths(canvas, first, (&INK, width), true_place);
+        // The robot drove on where the estimator abstained.
+        self.draw_paths(canvas, first, (&INK, width), (true_place, f64::INFINITY));
         self.draw_ends(canvas, first, &INK, true_place)
     }
 
@@ -262,18 +265,17 @@ impl Panel<'_> {
         canvas: &mut Canvas,
         estimator: &str,
         (ink, width): (&RGBColor, f64),
-        place: fn(&Sample) -> [f64; 2],
+        (place, most_apart_s): (fn(&Sample) -> [f64; 2], f64),
     ) {
         let count = self.tracks(estimator).count().min(MOST_PATHS);
         let opacity = (2.4 / (count as f64).sqrt()).clamp(0.16, 0.95);
         let start = self.swept.cells.get(self.cell).map(|c| c.config.start);
-        let step_s = self.step_s();
         for track in self.tracks(estimator).take(MOST_PATHS) {
-            // The first sample is some ticks into the run. A path ends where an estimator
-            // abstained.
-            let goes_on = |a: &Sample, b: &Sample| b.time_s - a.time_s <= 1.5 * step_s;
+            // The first sample is some ticks into the run. A path ends where samples are
+            // farther apart in time.
+            let goes_on = |a: &Sample, b: &Sample| b.time_s - a.time_s <= most_apart_s;
             for (k, answered) in track.samples.chunk_by(goes_on).enumerate() {
-                let is_first = k == 0 && answered[0].time_s <= 1.5 * step_s;
+                let is_first = k == 0 && answered[0].time_s <= most_apart_s;
                 let start = start.filter(|_| is_first).map(|s| [s.x(), s.y()]);
                 let places = start.into_iter().chain(answered.iter().map(place));
                 for part in self.axes.seen(&places.collect::<Vec<_>>()) {
@@ -283,12 +285,13 @@ impl Panel<'_> {
         }
     }
 
-    /// The usual time between two samples, s.
-    fn step_s(&self) -> f64 {
-        let tracks = self.swept.tracks.iter().filter(|track| track.cell == self.cell);
-        let pairs = tracks.flat_map(|track| track.samples.windows(2));
-        let mut steps_s: Vec<f64> = pairs.map(|pair| pair[1].time_s - pair[0].time_s).collect();
-        percentile(&mut steps_s, 0.5).unwrap_or(f64::INFINITY)
+    /// The longest time between two samples with none left out between them, s: samples
+    /// are at whole ticks.
+    fn most_apart_s(&self) -> f64 {
+        self.swept.cells.get(self.cell).map_or(f64::INFINITY, |Cell { config, .. }| {
+            let step_s = config.ticks as f64 * config.dt_s / SAMPLES.min(config.ticks) as f64;
+            step_s + (0.5 * step_s).max(0.99 * config.dt_s)
+        })
     }
 
     fn draw_ends(
