@@ -350,7 +350,7 @@ impl ScanMatch {
         Self {
             tracker: Tracker::new(start, options),
             key_in_world: start.initial_pose.unwrap_or_default(),
-            // A frame of its own begins exactly there.
+            // A separate frame begins exactly at its origin.
             covariance: match start.initial_pose {
                 Some(_) => options.start_covariance(),
                 None => Matrix3::zeros(),

@@ -69,11 +69,20 @@ json!(ScoreReport);
 json_tree!(Vec<Score>);
 
 impl ScoreReport {
-    /// Reads the scores of the run with this digest; `None` if the file has no such scores.
-    #[must_use]
-    pub fn read(path: &Path, digest: &str) -> Option<Self> {
-        let report = Self::from_json(&input::read(path).ok()?).ok()?;
-        (report.digest == digest).then_some(report)
+    /// Reads the scores of the run with this digest, or of any run.
+    ///
+    /// # Errors
+    /// Why the file has no such scores.
+    pub fn read(path: &Path, digest: Option<&str>) -> Result<Self, String> {
+        let json = input::read(path).map_err(|e| e.to_string())?;
+        let path = path.display();
+        let report = Self::from_json(&json).map_err(|e| format!("{path}: {e}"))?;
+        match digest {
+            Some(digest) if digest != report.digest => {
+                Err(format!("{path} has the digest of another run, {}", report.digest))
+            }
+            _ => Ok(report),
+        }
     }
 }
 

@@ -111,8 +111,9 @@ impl RunReport {
         let has = |role| header.roster.iter().any(|p| p.role == role);
         let scores_file = has(rusty_contract::Role::Scorer).then(|| there("score.json")).flatten();
         let digest = outcome.digest.run_hex();
-        let scored =
-            scores_file.as_ref().and_then(|path| ScoreReport::read(Path::new(path), &digest));
+        let scored = scores_file
+            .as_ref()
+            .and_then(|path| ScoreReport::read(Path::new(path), Some(&digest)).ok());
         if has(rusty_contract::Role::Scorer) && scored.is_none() && outcome.ticks > 0 {
             remarks.push("there are no scores of this run".to_owned());
         }

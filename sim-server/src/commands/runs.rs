@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use rusty_contract::score::{Score, degrees, metres};
-use rusty_contract::{Exit, FieldError, Json as _, ScoreReport, TextTable, errln, input, outln};
+use rusty_contract::{Exit, FieldError, ScoreReport, TextTable, errln, outln};
 use rusty_logs::folder::{FoundRun, Marker, OldRun, date_and_time, runs_in};
 use serde::Serialize;
 use serde_json::json;
@@ -120,24 +120,14 @@ impl ComparedRun {
             let problem = format!("is not the folder of a run in {}", dir.display());
             FieldError::new("NAME", name, problem, "give a name that `sim-server runs` lists")
         })?;
-        let scores = read_scores(&path.join("score.json"), &marker).unwrap_or_else(|why| {
+        // The file may be of another run.
+        let digest = marker.end.as_ref().map(|end| &*end.digest);
+        let scored = ScoreReport::read(&path.join("score.json"), digest);
+        let scores = scored.map(|report| report.scores).unwrap_or_else(|why| {
             errln!("{name}: no scores: {why}; `score --log` makes them from its log");
             Vec::new()
         });
         Ok(Self { name: name.to_owned(), marker, scores })
-    }
-}
-
-/// The scores in a file, if it is of this run.
-fn read_scores(file: &Path, marker: &Marker) -> Result<Vec<Score>, String> {
-    let json = input::read(file).map_err(|e| e.to_string())?;
-    let path = file.display();
-    let report = ScoreReport::from_json(&json).map_err(|e| format!("{path}: {e}"))?;
-    match &marker.end {
-        Some(end) if end.digest != report.digest => {
-            Err(format!("{path} has the digest of another run, {}", report.digest))
-        }
-        _ => Ok(report.scores),
     }
 }
 

@@ -82,6 +82,7 @@ pub fn run(args: &WorldsArgs) -> Result<Exit> {
     let Some(name) = &args.name else { return list(args) };
     let path = Path::new(name);
     let built_in = place(name);
+    let file = built_in.is_none().then(|| path.to_owned());
     let map = if built_in.is_some() { None } else { map_of(path)? };
     let spec = match (built_in, &map) {
         (Some(place), _) => place.spec().clone(),
@@ -100,7 +101,7 @@ pub fn run(args: &WorldsArgs) -> Result<Exit> {
     let scan = scan.transpose()?;
     if let Some(path) = &args.svg {
         check_free(path, args.force)?;
-        check_apart([&PathBuf::from(name)], [path])?;
+        check_apart(&file, [path])?;
         let map = map.as_ref();
         std::fs::write(path, drawing(&spec, map.map(|map| &map.map), scan.as_ref()))
             .with_context(|| path.display().to_string())?;
