@@ -68,7 +68,8 @@ impl fmt::Display for ImportReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let span_s = self.last_stamp_s - self.first_stamp_s + self.dt_s;
         writeln!(f, "read       {} lines", self.lines)?;
-        writeln!(f, "odometry   {} readings, {:.2} m driven", self.readings, self.distance_m)?;
+        let readings = self.readings + self.scans_with_odometry;
+        writeln!(f, "odometry   {readings} readings, {:.2} m driven", self.distance_m)?;
         match self.beams {
             0 => writeln!(f, "scans      none")?,
             n => writeln!(f, "scans      {} of {n} beams, {} echoed", self.scans, self.anchors)?,

@@ -237,6 +237,30 @@ fn a_gap_in_the_odometry_is_found_without_true_poses() {
 }
 
 #[test]
+fn a_scan_and_odometry_of_one_stamp_are_one_tick_in_either_order() {
+    let (place, log) = logged("order", &["--ticks", "100"]);
+    let (file, turned) = (place.at("run.mcap"), place.at("turned.mcap"));
+    export("mcap", &log, &[], 0);
+    let bytes = fs::read(&file).unwrap();
+    let mut messages: Vec<_> = MessageStream::new(&bytes).unwrap().map(Result::unwrap).collect();
+    messages.sort_by_key(|m| (m.log_time, m.channel.topic != "/scan"));
+    let mut writer = mcap::Writer::new(fs::File::create(&turned).unwrap()).unwrap();
+    messages.iter().for_each(|message| writer.write(message).unwrap());
+    writer.finish().unwrap();
+    let [as_written, scans_first] = [&file, &turned].map(|file| {
+        let log = place.at("came.log");
+        let report = import("mcap", file, &log, &["--json", "--force"], 0).json();
+        assert_eq!((&report["scans"], &report["scans_with_odometry"]), (&json!(20), &json!(20)));
+        load(&log).1
+    });
+    assert_eq!(as_written.len(), 100);
+    for (a, b) in as_written.iter().zip(&scans_first) {
+        assert_eq!((a.ticks, &a.ranges_m), (b.ticks, &b.ranges_m), "tick {}", a.tick);
+    }
+    assert_eq!(scans_first.len(), 100);
+}
+
+#[test]
 fn what_is_no_recording_is_refused_with_a_remedy() {
     let (place, log) = logged("refused", &["--ticks", "60"]);
     let (file, to) = (place.at("run.mcap"), place.at("x.log"));

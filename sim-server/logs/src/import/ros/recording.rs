@@ -31,8 +31,10 @@ pub(super) struct RosRecording {
     ranges_m: Vec<f64>,
     /// Odometry that waits for a scan of its time.
     reading: Option<(SE2, Moment)>,
-    /// A scan that waits for odometry before it.
+    /// A scan that waits for odometry of its time: topics have no order.
     scan: Option<Moment>,
+    /// The ranges of that scan.
+    waiting_m: Vec<f64>,
     two_times: u64,
     skipped: BTreeMap<String, u64>,
 }
@@ -45,57 +47,88 @@ impl RosRecording {
             ranges_m: Vec::new(),
             reading: None,
             scan: None,
+            waiting_m: Vec::new(),
             two_times: 0,
             skipped: BTreeMap::new(),
         }
     }
 
-    fn scan(&self, (stamp_s, line): Moment, odometry: Option<SE2>) -> Event<'_> {
-        let pose = truth_at(&self.choice.truth, stamp_s);
-        Event::Scan { pose, odometry, stamp_s, ranges_m: &self.ranges_m, line }
+    /// The scan whose ranges were just read, or what waited before it.
+    fn scanned(&mut self, moment: Moment) -> Option<Ready> {
+        let before = self.reading.take();
+        if let Some((pose, _)) = before.filter(|(_, of)| of.0 == moment.0) {
+            return Some(Ready::Scan(Some(pose), moment));
+        }
+        std::mem::swap(&mut self.ranges_m, &mut self.waiting_m);
+        let waited = self.scan.replace(moment).map(|scan| Ready::Scan(None, scan));
+        before.map(Ready::Reading).or(waited)
     }
+
+    /// What waited before this odometry, or a scan of its time.
+    fn driven(&mut self, (pose, moment): (SE2, Moment)) -> Option<Ready> {
+        let Some(scan) = self.scan.take() else {
+            return self.reading.replace((pose, moment)).map(Ready::Reading);
+        };
+        std::mem::swap(&mut self.ranges_m, &mut self.waiting_m);
+        let is_of_scan = scan.0 == moment.0;
+        self.reading = Some((pose, moment)).filter(|_| !is_of_scan);
+        Some(Ready::Scan(Some(pose).filter(|_| is_of_scan), scan))
+    }
+
+    /// What waits at the end of the recording.
+    fn last(&mut self) -> Option<Ready> {
+        let Some(scan) = self.scan.take() else { return self.reading.take().map(Ready::Reading) };
+        std::mem::swap(&mut self.ranges_m, &mut self.waiting_m);
+        Some(Ready::Scan(None, scan))
+    }
+
+    fn event(&self, ready: Ready) -> Event<'_> {
+        match ready {
+            Ready::Reading((pose, (stamp_s, line))) => Event::Reading { pose, stamp_s, line },
+            Ready::Scan(odometry, (stamp_s, line)) => {
+                let pose = truth_at(&self.choice.truth, stamp_s);
+                Event::Scan { pose, odometry, stamp_s, ranges_m: &self.ranges_m, line }
+            }
+        }
+    }
+}
+
+/// What can be told: nothing that follows belongs to it.
+enum Ready {
+    Reading((SE2, Moment)),
+    /// The scan with the ranges at hand, and the odometry of its time.
+    Scan(Option<SE2>, Moment),
 }
 
 impl Events for RosRecording {
     fn next_event(&mut self) -> Result<Option<Event<'_>>, ImportError> {
-        if let Some(scan) = self.scan.take() {
-            return Ok(Some(self.scan(scan, None)));
-        }
+        let choice = Rc::clone(&self.choice);
         loop {
             let path = self.files.path.clone();
-            let choice = Rc::clone(&self.choice);
             let Some(message) = self.files.advance()? else {
-                let last = self.reading.take();
-                return Ok(last.map(|(pose, (stamp_s, line))| Event::Reading {
-                    pose,
-                    stamp_s,
-                    line,
-                }));
+                let last = self.last();
+                return Ok(last.map(|ready| self.event(ready)));
             };
             let topic = &message.channel.topic;
-            let mut ready = None;
-            match &choice.beams {
+            let ready = match &choice.beams {
                 Some(beams) if beams.topic == *topic => {
                     let moment = ranges(&path, &message, beams, &mut self.ranges_m)?;
                     self.two_times += u64::from(moment.0 != message.log_s);
-                    match self.reading.take() {
-                        Some((pose, of)) if of.0 == moment.0 => {
-                            return Ok(Some(self.scan(moment, Some(pose))));
-                        }
-                        None => return Ok(Some(self.scan(moment, None))),
-                        before => (ready, self.scan) = (before, Some(moment)),
-                    }
+                    self.scanned(moment)
                 }
                 _ if choice.odometry.topic() == topic => {
-                    if let Some(reading) = odometry(&path, &message, &choice.odometry)? {
-                        self.two_times += u64::from(reading.1.0 != message.log_s);
-                        ready = self.reading.replace(reading);
-                    }
+                    let reading = odometry(&path, &message, &choice.odometry)?;
+                    let two_times = reading.is_some_and(|(_, of)| of.0 != message.log_s);
+                    self.two_times += u64::from(two_times);
+                    reading.and_then(|reading| self.driven(reading))
                 }
-                _ => *self.skipped.entry(topic.clone()).or_default() += 1,
-            }
-            if let Some((pose, (stamp_s, line))) = ready {
-                return Ok(Some(Event::Reading { pose, stamp_s, line }));
+                _ => {
+                    *self.skipped.entry(topic.clone()).or_default() += 1;
+                    None
+                }
+            };
+            if let Some(ready) = ready {
+                return Ok(Some(self.event(ready)));
             }
         }
     }
