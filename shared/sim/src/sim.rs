@@ -350,23 +350,32 @@ fn met<'a>(fleet: &'a Option<Box<Fleet>>, people: &'a People) -> &'a [Disc] {
 fn check_places(config: &RunConfig, world: &World) -> Result<(), SimError> {
     let radius_m = config.robot.body_radius_m;
     check_place("start", &config.start, radius_m, world)?;
-    check_kidnappings("", &config.kidnappings, radius_m, world)?;
+    check_kidnappings("", &config.kidnappings, radius_m, config, world)?;
     for (place, other) in config.fleet.iter().flat_map(|fleet| fleet.others()) {
         let (field, radius_m) = (format!("robot[{place}]."), other.robot.body_radius_m);
         check_place(&format!("{field}start"), &other.start, radius_m, world)?;
-        check_kidnappings(&field, &other.kidnappings, radius_m, world)?;
+        check_kidnappings(&field, &other.kidnappings, radius_m, config, world)?;
     }
     Ok(())
 }
 
+/// Checks where a robot is carried, among the walls of that tick.
 fn check_kidnappings(
     prefix: &str,
     list: &[Kidnapping],
     body_radius_m: f64,
-    world: &World,
+    config: &RunConfig,
+    at_start: &World,
 ) -> Result<(), SimError> {
+    let (mut events, mut changed) = (0, None);
     for (i, kidnapping) in list.iter().enumerate() {
+        let past = config.events.partition_point(|event| event.tick() <= kidnapping.tick);
+        if past != events {
+            let walls = walls_after(&config.world, &config.events[..past]);
+            (events, changed) = (past, Some(at_start.with_walls(walls)));
+        }
         let field = format!("{prefix}kidnapping[{i}].to");
+        let world = changed.as_ref().unwrap_or(at_start);
         check_place(&field, &kidnapping.to, body_radius_m, world)?;
     }
     Ok(())

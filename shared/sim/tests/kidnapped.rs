@@ -4,6 +4,7 @@
 
 mod common;
 
+use rusty_contract::config::Event;
 use rusty_contract::{Frame, Kidnapping, RunConfig, ScriptConfig};
 use rusty_geometry::{SE2, apartment};
 use rusty_sim::Sim;
@@ -93,4 +94,15 @@ fn a_place_in_a_wall_is_refused_at_the_start_and_in_the_middle() {
     let twice = kidnapped(&[(10, SE2::new(6.0, 3.5, 0.0)), (10, SE2::new(6.0, 3.0, 0.0))]);
     let error = Sim::new(twice).unwrap_err().to_string();
     assert!(error.starts_with("kidnapping[1].tick = 10: is not after"), "{error}");
+}
+
+#[test]
+fn a_place_is_checked_among_the_walls_of_its_tick() {
+    let (door, middle) = (SE2::new(0.05, 4.5, 0.0), SE2::new(6.0, 3.5, 0.0));
+    let open = Event::OpenDoor { tick: 4, door: 0 };
+    let put = Event::PutBox { tick: 6, number: 1, at: middle, size_m: [0.4, 0.1] };
+    let with =
+        |tick, to| Sim::new(RunConfig { events: vec![open, put], ..kidnapped(&[(tick, to)]) });
+    assert!(with(4, door).is_ok() && with(5, middle).is_ok());
+    assert!(with(3, door).is_err() && with(6, middle).is_err());
 }

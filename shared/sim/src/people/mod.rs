@@ -184,35 +184,51 @@ impl People {
     pub fn step(&mut self, world: &World, robots: &[Disc], tick: u64) {
         let decides = tick.is_multiple_of(self.decide_every);
         for index in 0..self.people.len() {
-            let mut arrives = false;
             if index < self.walkers.len() {
-                arrives = self.follow(index);
-            } else if decides {
+                let waypoint = self.follow(index);
+                if self.walk(index, world, robots) {
+                    self.go_to(index, waypoint);
+                }
+                continue;
+            }
+            if decides {
                 self.decide(index, world, robots);
             }
-            if self.walk(index, world, robots) && arrives {
-                self.turn_to_the_next_waypoint(index);
-            }
+            self.walk(index, world, robots);
         }
         self.show();
     }
 
-    /// The velocity of a walker towards its waypoint. Returns whether this step ends there.
-    fn follow(&mut self, index: usize) -> bool {
+    /// The velocity of a walker in this step. Returns its waypoint at the end: a step
+    /// goes on past a waypoint, for all of its length.
+    fn follow(&mut self, index: usize) -> usize {
         let (walker, person) = (&self.walkers[index], &mut self.people[index]);
         let to = person.goal - person.at;
         let (distance_m, step_m) = (length(&to), walker.speed_m_s * self.dt_s);
-        let arrives = distance_m <= step_m;
-        // The last step ends on the waypoint.
-        person.velocity_m_s =
-            if arrives { to / self.dt_s } else { to * (walker.speed_m_s / distance_m) };
-        arrives
+        if distance_m > step_m {
+            person.velocity_m_s = to * (walker.speed_m_s / distance_m);
+            return person.waypoint;
+        }
+        let (mut at, mut waypoint, mut left_m) =
+            (person.goal, person.waypoint, step_m - distance_m);
+        // Once round at most: a way of no length has no end.
+        for _ in 0..walker.waypoints.len() {
+            waypoint = (waypoint + 1) % walker.waypoints.len();
+            let goal = Point2::from(walker.waypoints[waypoint]);
+            let distance_m = length(&(goal - at));
+            if distance_m > left_m {
+                at += (goal - at) * (left_m / distance_m);
+                break;
+            }
+            (at, left_m) = (goal, left_m - distance_m);
+        }
+        person.velocity_m_s = (at - person.at) / self.dt_s;
+        waypoint
     }
 
-    fn turn_to_the_next_waypoint(&mut self, index: usize) {
+    fn go_to(&mut self, index: usize, waypoint: usize) {
         let (walker, person) = (&self.walkers[index], &mut self.people[index]);
-        person.waypoint = (person.waypoint + 1) % walker.waypoints.len();
-        person.goal = Point2::from(walker.waypoints[person.waypoint]);
+        (person.waypoint, person.goal) = (waypoint, Point2::from(walker.waypoints[waypoint]));
     }
 
     /// The velocity of one of the crowd until the next decision.

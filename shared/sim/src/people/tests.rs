@@ -41,6 +41,27 @@ fn a_walker_goes_round_its_waypoints_at_its_speed() {
 }
 
 #[test]
+fn a_walker_keeps_its_speed_past_waypoints_that_are_close_together() {
+    // 1 m/s and 0.02 s: three waypoints of the first way in every step.
+    let dense: Vec<[f64; 2]> = (0..=600).map(|k| [0.005 * f64::from(k), 0.0]).collect();
+    let corner = [[0.0, 0.0], [0.03, 0.0], [0.03, 9.0]];
+    for (way, ticks, expected) in
+        [(&dense[..], 100, [2.0, 0.0]), (&corner, 2, [0.03, 0.01]), (&corner, 50, [0.03, 0.97])]
+    {
+        let run = RunConfig { walkers: vec![walker(way, Shape::Disc)], ..config(&open()) };
+        let mut people = People::new(&run, &open()).unwrap();
+        (0..ticks).for_each(|tick| people.step(&open(), &[NOWHERE], tick));
+        let at = people.bodies()[0].centre;
+        assert!((at - Point2::from(expected)).norm() < 1e-9, "{at}");
+    }
+    // Waypoints in one place are a place to stand.
+    let run = RunConfig { walkers: vec![walker(&[[1.0, 2.0]; 3], Shape::Disc)], ..config(&open()) };
+    let mut people = People::new(&run, &open()).unwrap();
+    (0..9).for_each(|tick| people.step(&open(), &[NOWHERE], tick));
+    assert_eq!(people.bodies()[0].centre, Point2::new(1.0, 2.0));
+}
+
+#[test]
 fn a_walker_whom_the_robot_stops_on_the_last_step_still_goes_to_that_waypoint() {
     let way = [[1.0, 1.0], [3.0, 1.0], [3.0, 3.0]];
     let run = RunConfig { walkers: vec![walker(&way, Shape::Disc)], ..config(&open()) };
