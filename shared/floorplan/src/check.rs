@@ -65,7 +65,11 @@ impl Report {
     /// Number of findings that need a remedy: all but loose ends, which may be meant.
     #[must_use]
     pub fn problems(&self) -> usize {
-        self.findings.iter().filter(|found| found.kind != Kind::LooseEnd).count()
+        self.findings.len() - self.count(Kind::LooseEnd)
+    }
+
+    fn count(&self, kind: Kind) -> usize {
+        self.findings.iter().filter(|found| found.kind == kind).count()
     }
 }
 
@@ -80,7 +84,7 @@ impl fmt::Display for Report {
             };
             writeln!(f, "{kind} at ({x:.3}, {y:.3}) m: {text}")?;
         }
-        let openings = self.findings.iter().filter(|found| found.kind == Kind::Opening).count();
+        let openings = self.count(Kind::Opening);
         match self.floor_m {
             None => writeln!(f, "no floor is enclosed")?,
             Some([x, y]) => {
@@ -93,8 +97,13 @@ impl fmt::Display for Report {
                 )?;
             }
         }
-        let loose = self.findings.len() - self.problems();
-        write!(f, "{}: {} problems, {loose} loose ends", self.world, self.problems())
+        let loose = self.count(Kind::LooseEnd);
+        let is_cut = |kind| self.count(kind) == MAX_NAMED;
+        let at_least = |is_cut| if is_cut { "at least " } else { "" };
+        let problems = at_least(is_cut(Kind::Gap) || is_cut(Kind::Overlap));
+        let (world, loose_ends) = (&self.world, at_least(is_cut(Kind::LooseEnd)));
+        let found = self.problems();
+        write!(f, "{world}: {problems}{found} problems, {loose_ends}{loose} loose ends")
     }
 }
 

@@ -154,8 +154,8 @@ impl Page {
                 (format!("{:?}", self.origin), "give x and y in m, and a yaw in rad");
             return Err(FieldError::new("origin", found, "has not three numbers", remedy));
         }
-        check_within("origin[0]", self.origin[0], -1e7, 1e7)?;
-        check_within("origin[1]", self.origin[1], -1e7, 1e7)?;
+        check_within("origin[0]", self.origin[0], -1e6, 1e6)?;
+        check_within("origin[1]", self.origin[1], -1e6, 1e6)?;
         check_within("origin[2]", self.origin[2], -7.0, 7.0)?;
         check_within("occupied_thresh", self.occupied_thresh, 0.0, 1.0)?;
         check_within("free_thresh", self.free_thresh, 0.0, 1.0)?;

@@ -187,3 +187,21 @@ fn gaps_loose_ends_and_overlaps_are_named_with_their_walls() {
         Err(WorldError::NotFinite { .. } | WorldError::Bounds { .. })
     ));
 }
+
+#[test]
+fn more_findings_than_are_named_are_no_total() {
+    let wall = |k: u32| format!("[[walls]]\na = [{k}, 1]\nb = [{k}, 2]\nmaterial = \"Wall\"\n");
+    let walls: String = (1..=600).map(wall).collect();
+    let text = |count: usize| {
+        let walls = &walls[..walls.match_indices("[[").nth(count).map_or(walls.len(), |at| at.0)];
+        format!("name = \"combs\"\nbounds = [0, 0, 700, 3]\n{walls}")
+    };
+    for (count, said) in [(400, " 800 loose ends"), (600, "at least 1000 loose ends")] {
+        let report = check(&WorldSpec::from_toml_str(&text(count)).unwrap(), None).unwrap();
+        assert!(
+            report.to_string().contains(said),
+            "{}",
+            report.to_string().lines().last().unwrap()
+        );
+    }
+}

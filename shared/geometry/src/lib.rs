@@ -28,6 +28,7 @@ pub mod drive;
 pub mod encoders;
 
 pub mod disc;
+pub mod exactly;
 pub mod fan;
 pub mod gap;
 pub mod material;

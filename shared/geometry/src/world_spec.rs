@@ -23,6 +23,7 @@ use std::collections::BTreeSet;
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
+use crate::exactly;
 use crate::gap::{GAP_M, Gap, MAX_STEPS, find_gaps};
 use crate::material::Material;
 use crate::wall::Wall;
@@ -43,8 +44,10 @@ pub const MAX_COORDINATE_M: f64 = 1e6;
 #[serde(deny_unknown_fields)]
 pub struct WallSpec {
     /// One end, `[x, y]` in metres, world frame.
+    #[serde(deserialize_with = "exactly::numbers")]
     pub a: [f64; 2],
     /// The other end, `[x, y]` in metres, world frame.
+    #[serde(deserialize_with = "exactly::numbers")]
     pub b: [f64; 2],
     /// What it is made of.
     pub material: Material,
@@ -60,6 +63,7 @@ pub struct Landmark {
     /// Its number, unique in the world.
     pub id: u32,
     /// Where it is, `[x, y]` in metres, world frame.
+    #[serde(deserialize_with = "exactly::numbers")]
     pub at: [f64; 2],
 }
 
@@ -70,6 +74,7 @@ pub struct WorldSpec {
     /// A short name.
     pub name: String,
     /// `[x_min, y_min, x_max, y_max]` in metres, world frame.
+    #[serde(deserialize_with = "exactly::numbers")]
     pub bounds: [f64; 4],
     /// The walls; their order breaks ties between equally near ones. Required,
     /// though it may be empty: a file that forgot its walls is no open world.

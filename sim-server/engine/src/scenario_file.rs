@@ -4,6 +4,7 @@ mod changes;
 
 pub use changes::change_config;
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::input;
@@ -121,12 +122,7 @@ pub fn load_unchecked(which: &str, changes: &[String]) -> Result<Loaded, SetupEr
         None => {
             let path = Path::new(which);
             let text = input::read_text_at_most(path, MAX_FILE_BYTES).map_err(|error| {
-                let names = BUILT_IN.map(|(name, _)| name);
-                let suggestion = did_you_mean(which, names);
-                let mut hint = format!("; built-in scenarios: {}{suggestion}", names.join(", "));
-                if place(which).is_some() {
-                    hint = format!("{hint}; for the world of this name use --set world={which}");
-                }
+                let hint = hint(which, &error);
                 SetupError::Read { path: which.to_owned(), error, hint }
             })?;
             (text, path.parent().map(Path::to_owned).unwrap_or_default())
@@ -150,6 +146,22 @@ pub fn load_unchecked(which: &str, changes: &[String]) -> Result<Loaded, SetupEr
         }
     }
     Ok(Loaded { scenario, folder })
+}
+
+/// What might have been meant with a scenario that cannot be read.
+fn hint(which: &str, error: &std::io::Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => {}
+        ErrorKind::InvalidData => return "; save it as UTF-8".to_owned(),
+        _ => return String::new(),
+    }
+    let names = BUILT_IN.map(|(name, _)| name);
+    let suggestion = did_you_mean(which, names);
+    let hint = format!("; built-in scenarios: {}{suggestion}", names.join(", "));
+    match place(which) {
+        Some(_) => format!("{hint}; for the world of this name use --set world={which}"),
+        None => hint,
+    }
 }
 
 /// A word of a command that names no file where the server works, but one next to
@@ -269,7 +281,10 @@ impl Loaded {
             error,
             hint: String::new(),
         })?;
-        *list = rusty_contract::config::parse_commands(&text)?;
+        *list = rusty_contract::config::parse_commands(&text).map_err(|error| {
+            let field = error.field.replacen("script.file", &path.display().to_string(), 1);
+            FieldError { field, ..error }
+        })?;
         Ok(())
     }
 }

@@ -27,6 +27,7 @@ pub enum Shape {
 #[serde(deny_unknown_fields)]
 pub struct WalkerConfig {
     /// Where the way leads, `[x, y]` in metres, world frame; it begins at the first.
+    #[serde(deserialize_with = "rusty_geometry::exactly::lists")]
     pub waypoints: Vec<[f64; 2]>,
     /// Speed, m/s.
     #[serde(default = "speed_m_s")]

@@ -195,6 +195,11 @@ pub fn parse_commands(text: &str) -> Result<Vec<Twist>, FieldError> {
         let (Some(v_m_s), Some(omega_rad_s)) = (number(v), number(omega)) else {
             return Err(error("has a word that is no finite number"));
         };
+        let command = Twist { v_m_s, omega_rad_s };
+        ScriptConfig::check_command(0, command).map_err(|error| {
+            let field = error.field.replace("script.list[0].", "");
+            FieldError { field: format!("script.file, line {}: {field}", i + 1), ..error }
+        })?;
         let times = match rest {
             [] => 1,
             [n] => n.parse::<usize>().map_err(|_| error("has no whole number of ticks"))?,
@@ -221,6 +226,7 @@ mod tests {
         for (text, why) in [
             ("0.5", "line 1 = 0.5: has fewer"),
             ("0 0\nNaN 0", "line 2 = NaN 0: has a word"),
+            ("0 0 500\n101 0", "line 2: v_m_s = 101: is out of range"),
             ("0 0 -1", "no whole number"),
             ("0 0 1 1", "more than three"),
             ("0 0 1000001", "longer than a million"),

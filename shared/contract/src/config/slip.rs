@@ -40,6 +40,7 @@ impl SlipFigures {
 #[serde(deny_unknown_fields)]
 pub struct PatchConfig {
     /// Corners of a polygon, `[x, y]` in metres, world frame.
+    #[serde(deserialize_with = "rusty_geometry::exactly::lists")]
     pub corners: Vec<[f64; 2]>,
     /// σ of the slip of a wheel on it, per *tick*.
     pub slip_std: f64,

@@ -193,7 +193,11 @@ fn fields<T: DeserializeOwned>(base: &Table, path: &str) -> Option<BTreeSet<Stri
     };
     let inside = |name: String| {
         let inner = if path.is_empty() { name } else { format!("{path}.{name}") };
-        fields::<T>(base, &inner).unwrap_or_else(|| [inner].into())
+        match inner.as_str() {
+            // Its kind decides which fields it has.
+            "event" => [inner].into(),
+            _ => fields::<T>(base, &inner).unwrap_or_else(|| [inner].into()),
+        }
     };
     Some(names?.into_iter().flat_map(inside).collect())
 }
