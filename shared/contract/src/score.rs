@@ -15,7 +15,7 @@ pub use consistency::{Consistency, Verdict};
 pub use convergence::{Convergence, Recovery, Within};
 pub use figures::Figures;
 pub use goals::GoalScore;
-pub use numbers::{degrees, duration, metres, seconds, share};
+pub use numbers::{degrees, duration, mean_and_error, metres, seconds, share};
 pub use reference::ReferenceNoise;
 pub use table::ScoreTable;
 pub use trajectory::{AbsoluteErrors, Alignment, PoseErrors, RelativeErrors, Statistics};

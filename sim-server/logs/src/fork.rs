@@ -15,6 +15,13 @@ use super::compare::{self, Mismatch, record_of};
 use super::comparison::Comparison;
 use super::drivers::{Driven, DriversError};
 
+fn remedy(ticks: u64) -> String {
+    match ticks {
+        0 => "nothing of it can be continued, fork another log".to_owned(),
+        _ => format!("use a tick from 1 to {ticks}"),
+    }
+}
+
 /// Why a run cannot be continued from the middle.
 #[derive(Debug, Error)]
 pub enum ForkError {
@@ -27,7 +34,7 @@ pub enum ForkError {
         why: &'static str,
     },
     /// The log ends before that.
-    #[error("--at {at_tick}: {log} has {ticks} complete ticks; use a tick from 1 to {ticks}")]
+    #[error("--at {at_tick}: {log} has {ticks} complete ticks; {}", remedy(*ticks))]
     NoSuchTick {
         /// The log.
         log: String,

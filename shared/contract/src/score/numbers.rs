@@ -14,6 +14,15 @@ pub fn metres(value: f64) -> String {
     }
 }
 
+/// The mean of `n` numbers and its standard error, which one number does not have.
+#[must_use]
+pub fn mean_and_error(mean: f64, error: f64, n: usize, text: fn(f64) -> String) -> String {
+    match n {
+        0 | 1 => text(mean),
+        _ => format!("{} ± {}", text(mean), text(error)),
+    }
+}
+
 /// An angle, degrees: two digits behind the point, more of small ones.
 #[must_use]
 pub fn degrees(value: f64) -> String {

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use rusty_contract::TextTable;
-use rusty_contract::score::{degrees, metres, seconds};
+use rusty_contract::score::{degrees, mean_and_error, metres, seconds};
 use serde::Serialize;
 
 use super::{Line, Source};
@@ -73,15 +73,14 @@ impl fmt::Display for Report {
 }
 
 fn with_error(of: &rusty_metrics::Moments, number: fn(f64) -> String, unit: &str) -> String {
-    if of.n < 2 {
-        return format!("{} {unit}", number(of.mean));
-    }
-    format!("{} ± {} {unit}", number(of.mean), number(of.standard_error()))
+    format!("{} {unit}", mean_and_error(of.mean, of.standard_error(), of.n, number))
 }
 
 /// Percent; 0 and 100 only where that is all there is to it.
 fn percent(share: f64) -> String {
     match 100.0 * share {
+        // No source has an error.
+        s if s.is_nan() => "–".to_owned(),
         s if s > 0.0 && s < 0.1 => "<0.1 %".to_owned(),
         s if s > 99.9 && s < 100.0 => ">99.9 %".to_owned(),
         s => format!("{s:.1} %"),

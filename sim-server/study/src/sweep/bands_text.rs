@@ -3,7 +3,7 @@
 use std::fmt;
 
 use rusty_contract::TextTable;
-use rusty_contract::score::metres;
+use rusty_contract::score::{mean_and_error, metres};
 
 use super::band::FIGURES;
 use super::lines::setting;
@@ -24,7 +24,7 @@ impl fmt::Display for Bands<'_> {
                 let error = band.standard_error;
                 // Equal in all runs but for the rounding of their sum.
                 let error = if error < 1e-12 * band.mean.abs() { 0.0 } else { error };
-                let mean = format!("{} ± {}", metres(band.mean), metres(error));
+                let mean = mean_and_error(band.mean, error, band.n, metres);
                 let [p5, median, p95] = [band.p5, band.median, band.p95].map(metres);
                 table.row(&[&setting, &row.estimator, &words, &band.n, &mean, &p5, &median, &p95]);
             }

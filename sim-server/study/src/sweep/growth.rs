@@ -11,6 +11,7 @@
 //! and Other Resampling Plans*, 1982).
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use rusty_geometry::{SE2, trig};
 use serde::Serialize;
@@ -87,6 +88,16 @@ pub struct Exponent {
     /// Standard error of its exponent, by the jackknife over seeds; NaN with
     /// fewer than three seeds.
     pub standard_error: f64,
+}
+
+impl fmt::Display for Exponent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.2}", self.law.exponent)?;
+        if self.standard_error.is_finite() {
+            write!(f, " ± {:.2}", self.standard_error)?;
+        }
+        Ok(())
+    }
 }
 
 /// Which standard deviation.

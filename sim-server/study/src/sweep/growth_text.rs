@@ -61,10 +61,7 @@ impl fmt::Display for GrowthText<'_> {
 }
 
 fn text(exponent: Option<Exponent>) -> String {
-    match exponent {
-        None => "– (no spread)".to_owned(),
-        Some(e) => format!("{:.2} ± {:.2}", e.law.exponent, e.standard_error),
-    }
+    exponent.map_or_else(|| "– (no spread)".to_owned(), |exponent| exponent.to_string())
 }
 
 fn range(exponent: Option<Exponent>) -> String {
@@ -87,6 +84,8 @@ mod tests {
         assert_eq!(text.lines().count(), 7, "{text}");
         assert!(text.contains("1.00 s") && text.contains("3.00 s"), "{text}");
         assert!(text.contains("across 1.") && text.contains("fitted from 0.2"), "{text}");
+        let two = GrowthText(&growth(&tracks[..2])).to_string();
+        assert!(two.contains("position 2.33,") && !two.contains("NaN"), "{two}");
         let mut still = straight_leg();
         still.robot.slip_std = 0.0;
         let tracks: Vec<_> = (0..3).map(|seed| reckoned(&still, 0, seed, 1)).collect();

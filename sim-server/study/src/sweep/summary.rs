@@ -8,7 +8,7 @@
 use std::fmt;
 
 use rusty_contract::TextTable;
-use rusty_contract::score::{degrees, metres};
+use rusty_contract::score::{degrees, mean_and_error, metres};
 use serde::Serialize;
 
 use super::Row;
@@ -95,12 +95,10 @@ impl fmt::Display for Summary<'_> {
                 continue;
             }
             let [p95, max] = [row.p95_m, row.max_m].map(|m| format!("{} m", metres(m)));
-            let error = format!("{} ± {} m", metres(row.mean_m), metres(row.standard_error_m));
-            let heading = format!(
-                "{} ± {} °",
-                degrees(row.mean_heading_deg),
-                degrees(row.standard_error_heading_deg)
-            );
+            let error = mean_and_error(row.mean_m, row.standard_error_m, row.n, metres);
+            let (mean, error_deg) = (row.mean_heading_deg, row.standard_error_heading_deg);
+            let heading = mean_and_error(mean, error_deg, row.n, degrees);
+            let (error, heading) = (format!("{error} m"), format!("{heading} °"));
             table.row(&[&setting, &row.estimator, &row.n, &error, &p95, &max, &heading]);
         }
         writeln!(f, "{table}")?;

@@ -122,9 +122,13 @@ fn choose(poses: &Poses, look: &Look, input: &Path) -> Result<Poses, ImportError
         Poses::Topic(None) => look.choose(input, WITH_COVARIANCE, "--topic", None)?,
     };
     let topic = topic.ok_or_else(|| {
+        let problem = match poses {
+            Poses::Topic(Some(topic)) => format!("--topic {topic} is not in it"),
+            _ => "expected the topic of the poses".to_owned(),
+        };
         let problem = format!(
-            "expected the topic of the poses; name it with --topic, or the frames with --frames: \
-             the recording has {}",
+            "{problem}; name the topic of the poses with --topic, or the frames with --frames: the \
+             recording has {}",
             look.list()
         );
         ImportError::file(input, problem)

@@ -199,11 +199,5 @@ fn draw_table(canvas: &mut Canvas, top: f64, swept: &Swept, curves: &[Growth]) {
 }
 
 fn exponent_text(exponent: Option<Exponent>) -> String {
-    match exponent {
-        None => "–".to_owned(),
-        Some(e) if e.standard_error.is_finite() => {
-            format!("{:.2} ± {:.2}", e.law.exponent, e.standard_error)
-        }
-        Some(e) => format!("{:.2}", e.law.exponent),
-    }
+    exponent.map_or_else(|| "–".to_owned(), |exponent| exponent.to_string())
 }
