@@ -54,6 +54,12 @@ impl Recording {
         Ok((recording, ending))
     }
 
+    /// Returns the number of records whose checksums fail.
+    #[must_use]
+    pub fn damaged(&self) -> u64 {
+        self.comparison.damaged
+    }
+
     /// Changes who takes part in the replay.
     pub fn header_mut(&mut self) -> &mut LogHeader {
         &mut self.header

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use rusty_bench::machine::Machine;
+use rusty_contract::log::Ending;
 use rusty_contract::{Exit, Participant, errln, outln, replace};
 use rusty_engine::source::FrameSource;
 use rusty_logs::replay::Recording;
@@ -123,6 +124,9 @@ pub struct RunArgs {
 pub struct VerifyArgs {
     /// Result to check
     pub file: PathBuf,
+    /// Do not confine the filters; for a result that was made like this
+    #[arg(long)]
+    pub unconfined: bool,
     #[command(flatten)]
     pub make: MakeArgs,
 }
@@ -178,14 +182,35 @@ impl MakeArgs {
     }
 }
 
+/// Returns the recordings of these logs. What cannot be scored shows before the first run.
+fn recordings(logs: &[PathBuf]) -> Result<Recordings> {
+    let recordings = Recordings::of(logs)?;
+    for path in logs {
+        let opened = open_log(path, Vec::new()).and_then(|log| match log.header().is_blind() {
+            true => Err("it is blind: there are no true poses to score with".to_owned()),
+            false => Ok(()),
+        });
+        let path = path.display().to_string();
+        opened.map_err(|problem| BenchmarkError::NoLog { path, problem })?;
+    }
+    Ok(recordings)
+}
+
 /// Opens a log for these participants.
 fn open_log(
     path: &Path,
     roster: Vec<Participant>,
 ) -> std::result::Result<Box<dyn FrameSource>, String> {
-    let (mut source, _) = Recording::open(path).map_err(|e| e.to_string())?;
-    if source.tick_count() == 0 {
-        return Err("it has no complete tick".to_owned());
+    let (mut source, ending) = Recording::open(path).map_err(|e| e.to_string())?;
+    let is_cut = !matches!(ending, Ending::Complete(_));
+    let problem = match () {
+        () if source.tick_count() == 0 => "it has no complete tick",
+        () if is_cut => "it is cut off, or its run was",
+        () if source.damaged() > 0 => "checksums of its records fail",
+        () => "",
+    };
+    if !problem.is_empty() {
+        return Err(problem.to_owned());
     }
     source.header_mut().roster = roster;
     Ok(Box::new(source))
@@ -194,7 +219,7 @@ fn open_log(
 fn make(args: &RunArgs) -> Result<Exit> {
     check_free(&args.out, args.force)?;
     check_writable(&args.out)?;
-    let recordings = Recordings::of(&args.make.logs)?;
+    let recordings = recordings(&args.make.logs)?;
     let suite = Suite::built_in()?.with(&recordings.logs);
     let mut entries = args.make.added(&suite)?;
     let wanted = args.part.wanted(recordings.logs.clone());
@@ -223,8 +248,19 @@ fn make(args: &RunArgs) -> Result<Exit> {
 fn check(args: &VerifyArgs) -> Result<Exit> {
     let suite = Suite::built_in()?;
     let result = BenchmarkResult::read(&args.file, &suite)?;
+    if result.confined == args.unconfined {
+        let path = args.file.display();
+        let text = match args.unconfined {
+            false => format!(
+                "{path}: its filters were not confined, so they could read other files; add \
+                 --unconfined to run them again like this"
+            ),
+            true => format!("--unconfined: the filters of {path} were confined; leave it out"),
+        };
+        return Err(WrongUsage(text).into());
+    }
     let suite = suite.with(&result.selection.recordings);
-    let recordings = Recordings::of(&args.make.logs)?.matching(&result.selection.recordings)?;
+    let recordings = recordings(&args.make.logs)?.matching(&result.selection.recordings)?;
     let added = args.make.added(&suite)?;
     let is_it = |a: &Entry, e: &Entry| (&a.name, a.is_driver) == (&e.name, e.is_driver);
     if let Some(other) = added.iter().find(|a| !result.entries.iter().any(|e| is_it(a, e))) {
@@ -274,7 +310,7 @@ fn report(args: &ReportArgs) -> Result<Exit> {
         }
     };
     let results: Vec<_> = args.files.iter().map(read).collect::<Result<_, _>>()?;
-    let standings = leaderboard(&results)?;
+    let standings = leaderboard(&suite, &results)?;
     args.output.print_with(&standings, || outln!("{}", LeaderboardText(&standings)));
     if let Some(path) = &args.page {
         let recordings = results.first().map(|(_, r)| &r.selection.recordings[..]);

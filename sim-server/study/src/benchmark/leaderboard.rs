@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::error::BenchmarkError;
 use super::result::BenchmarkResult;
-use super::standings::Side;
+use super::standings::{Place, Side};
+use super::suite::Suite;
 use super::track::Track;
 
 /// An entry in a track.
@@ -27,6 +28,10 @@ pub struct Standing {
     /// Geometric mean over the scenarios of the mean figure over the reference's; less than
     /// 1 is better. Runs without a figure do not count here.
     pub relative_error: Option<f64>,
+    /// Ticks that were answered, over those that the baseline answered that answered most.
+    pub answered: Option<f64>,
+    /// Whether the kernel confined it.
+    pub confined: bool,
     /// Runs that failed.
     pub failed: usize,
     /// Runs without a figure that did not fail.
@@ -40,7 +45,10 @@ pub struct Standing {
 ///
 /// # Errors
 /// [`BenchmarkError::OtherSuite`] if two results are of other runs.
-pub fn leaderboard(results: &[(String, BenchmarkResult)]) -> Result<Vec<Standing>, BenchmarkError> {
+pub fn leaderboard(
+    suite: &Suite,
+    results: &[(String, BenchmarkResult)],
+) -> Result<Vec<Standing>, BenchmarkError> {
     let Some((_, first)) = results.first() else { return Ok(Vec::new()) };
     let mut all: Vec<Standing> = Vec::new();
     for (place, (file, result)) in results.iter().enumerate() {
@@ -54,7 +62,8 @@ pub fn leaderboard(results: &[(String, BenchmarkResult)]) -> Result<Vec<Standing
         }
         for entry in result.entries_at(place) {
             let tracks = Track::ALL.into_iter();
-            all.extend(tracks.filter_map(|track| standing(result, file, &entry.name, track)));
+            let name = &entry.name;
+            all.extend(tracks.filter_map(|track| standing(suite, result, (file, name), track)));
         }
     }
     all.sort_by(|a, b| {
@@ -74,7 +83,12 @@ fn described(result: &BenchmarkResult) -> String {
     format!("{} seeds of {scenarios} ({}){key}", selection.seeds, tracks.join(" "))
 }
 
-fn standing(result: &BenchmarkResult, file: &str, entry: &str, track: Track) -> Option<Standing> {
+fn standing(
+    suite: &Suite,
+    result: &BenchmarkResult,
+    (file, entry): (&str, &str),
+    track: Track,
+) -> Option<Standing> {
     let verdicts = result.verdicts.iter();
     let verdicts = || verdicts.clone().filter(|v| v.track == track && v.decides && v.is_reference);
     let own: Vec<_> = verdicts().filter(|v| v.entry == entry).collect();
@@ -111,10 +125,25 @@ fn standing(result: &BenchmarkResult, file: &str, entry: &str, track: Track) -> 
             true => Some(1.0),
             false => (!ratios.is_empty()).then_some(mean),
         },
+        answered: answered(suite, result, entry, track),
+        confined: result.confined,
         failed,
         without,
         compute_p99_s: rusty_metrics::percentile(&mut compute, 0.5),
     })
+}
+
+/// Answered ticks of an entry in a track, over the most that a baseline answered there.
+fn answered(suite: &Suite, result: &BenchmarkResult, entry: &str, track: Track) -> Option<f64> {
+    let (mut own, mut most) = (0, 0);
+    for (scenario, _) in result.selection.blocks(suite).filter(|(_, of)| *of == track) {
+        let place = Place { suite, scenario, track, runs: &result.runs };
+        for run in place.runs_of(entry) {
+            own += run.answered_ticks;
+            most += place.most_answered(run.seed);
+        }
+    }
+    (most > 0).then(|| own as f64 / most as f64)
 }
 
 /// The standings as a text for people.
@@ -123,8 +152,8 @@ pub struct LeaderboardText<'a>(pub &'a [Standing]);
 impl fmt::Display for LeaderboardText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut table = TextTable::new(
-            "track  entry  >better  >undecided  >worse  >relative error  >failed  >without  \
-             >compute p99  file",
+            "track  entry  >better  >undecided  >worse  >relative error  >answered  >failed  \
+             >without  >compute p99  file",
         );
         for s in self.0 {
             let [better, undecided, worse] = s.scenarios.map(|n| n.to_string());
@@ -133,15 +162,19 @@ impl fmt::Display for LeaderboardText<'_> {
                 false => [better, undecided, worse],
             };
             let error = s.relative_error.map_or("–".to_owned(), |e| format!("{e:.3}"));
+            let answered = s.answered.map_or("–".to_owned(), |a| format!("{:.0} %", 100.0 * a));
+            let entry = if s.confined { "" } else { " (unconfined)" };
+            let entry = format!("{}{entry}", s.entry);
             let compute =
                 s.compute_p99_s.map_or("–".to_owned(), |t| format!("{:.3} ms", 1e3 * t));
             table.row(&[
                 &s.track.word(),
-                &s.entry,
+                &entry,
                 &better,
                 &undecided,
                 &worse,
                 &error,
+                &answered,
                 &s.failed,
                 &s.without,
                 &compute,
@@ -151,7 +184,7 @@ impl fmt::Display for LeaderboardText<'_> {
         write!(
             f,
             "{table}\nbetter, undecided, worse: scenarios, compared with the reference of the \
-             track, seed by seed at 95 %"
+             track, seed by seed at 95 %; answered: ticks, over the most that a baseline answered"
         )
     }
 }

@@ -9,8 +9,7 @@ use rusty_plot::{escaped, paint};
 
 use super::leaderboard::{LeaderboardText, Standing};
 use super::result::BenchmarkResult;
-use super::run::BenchmarkRun;
-use super::standings::{Place, figure};
+use super::standings::Place;
 use super::suite::{Suite, SuiteScenario};
 use super::track::Track;
 use crate::page::{Distribution, MARGIN_LEFT, TOP, WIDTH, draw_distributions, frame};
@@ -43,7 +42,7 @@ pub fn page(
     let Some((_, first)) = results.first() else { return page + "</body>\n</html>\n" };
     for (scenario, track) in first.selection.blocks(suite) {
         let heading = format!("{}, {}: {}", scenario.name, track.word(), scenario.about);
-        let drawing = drawing(results, scenario, track);
+        let drawing = drawing(suite, results, scenario, track);
         let _ = writeln!(
             page,
             "<h2>{}</h2>\n<div class=\"drawing\">\n{drawing}</div>",
@@ -68,6 +67,7 @@ fn preformatted(text: &str) -> String {
 
 /// Draws the figures of all entries in a scenario, metric by metric.
 fn drawing(
+    suite: &Suite,
     results: &[(String, BenchmarkResult)],
     scenario: &SuiteScenario,
     track: Track,
@@ -93,8 +93,10 @@ fn drawing(
         for (column, metric) in metrics.iter().enumerate() {
             let distribution = |(place, (result, name)): (usize, &(&BenchmarkResult, &str))| {
                 let look = Look::of(place, shown.len());
-                let place = Place { scenario, track, runs: &result.runs };
-                let values = place.runs_of(name).map(|run| in_shown_unit(run, *metric)).collect();
+                let place = Place { suite, scenario, track, runs: &result.runs };
+                // NaN of a run without a figure.
+                let value = |run| place.figure(run, *metric).unwrap_or(f64::NAN);
+                let values = place.runs_of(name).map(|run| metric.scale() * value(run)).collect();
                 Distribution { look, values }
             };
             let all: Vec<Distribution> = shown.iter().enumerate().map(distribution).collect();
@@ -110,9 +112,4 @@ fn unit(metric: Metric) -> String {
         "" => String::new(),
         unit => format!(" ({unit})"),
     }
-}
-
-/// The figure of a run in the unit of its words; NaN of a run without.
-fn in_shown_unit(run: &BenchmarkRun, metric: Metric) -> f64 {
-    figure(run, metric).map_or(f64::NAN, |value| metric.scale() * value)
 }

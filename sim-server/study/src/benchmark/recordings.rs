@@ -33,14 +33,22 @@ impl Recordings {
     /// Reads the logs once, for their digests.
     ///
     /// # Errors
-    /// [`BenchmarkError::Io`] if one cannot be read.
+    /// [`BenchmarkError::Io`] if one cannot be read; [`BenchmarkError::Field`] if two are one.
     pub fn of(paths: &[PathBuf]) -> Result<Self, BenchmarkError> {
         let log = |path: &PathBuf| {
             let name = path.file_stem().map(|n| n.to_string_lossy().into_owned());
             let digest = digest(path).map_err(BenchmarkError::io(path))?;
             Ok(RecordedLog { name: name.unwrap_or_default(), digest })
         };
-        let logs = paths.iter().map(log).collect::<Result<_, BenchmarkError>>()?;
+        let logs = paths.iter().map(log).collect::<Result<Vec<_>, BenchmarkError>>()?;
+        // Each log is a sample, and two of the same bytes are one.
+        let twice =
+            (1..logs.len()).find(|k| logs[..*k].iter().any(|l| l.digest == logs[*k].digest));
+        if let Some(twice) = twice {
+            let problem = "is given twice, or two files have the same bytes";
+            let error = FieldError::new("--log", paths[twice].display(), problem, "give it once");
+            return Err(error.into());
+        }
         Ok(Self { logs, paths: paths.to_vec() })
     }
 

@@ -92,8 +92,11 @@ impl BenchmarkResult {
         if (result.schema, &result.suite_digest) != (SCHEMA, &digest) {
             return Err(BenchmarkError::OtherSuite {
                 path,
-                expected: format!("suite {} ({digest})", suite.version),
-                found: format!("suite {} ({})", result.suite_version, result.suite_digest),
+                expected: format!("suite {} ({digest}), schema {SCHEMA}", suite.version),
+                found: format!(
+                    "suite {} ({}), schema {}",
+                    result.suite_version, result.suite_digest, result.schema
+                ),
                 remedy: "use the version of sim-server that wrote it, or run it again",
             });
         }

@@ -25,6 +25,8 @@ pub struct BenchmarkRun {
     pub digest: String,
     /// Complete ticks.
     pub ticks: u64,
+    /// Ticks with an answer and a true pose.
+    pub answered_ticks: u64,
     /// Distance truly driven, m; null where nothing was scored.
     pub distance_m: Option<f64>,
     /// The reason why the run failed; null where it did not. A failed run has no figures.
@@ -64,6 +66,7 @@ impl BenchmarkRun {
             seed: row.seed,
             digest: row.digest.clone(),
             ticks: row.ticks,
+            answered_ticks: row.clients.as_ref().map_or(0, |c| c.scored_ticks),
             distance_m: known(row.distance_m),
             figures,
             compute_p50_s: compute(|c| c.compute_reported_p50_s),

@@ -11,6 +11,9 @@ use super::suite::{Suite, SuiteScenario};
 use super::track::Track;
 use crate::sweep::Seeds;
 
+/// Most seeds of a scenario.
+const MOST_SEEDS: u64 = 100_000;
+
 /// Part of the suite, and its seeds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Selection {
@@ -128,8 +131,12 @@ impl Selection {
     /// Returns the seeds.
     ///
     /// # Errors
-    /// [`FieldError`] if the suite or a file names zero seeds.
+    /// [`FieldError`] if the suite or a file names zero seeds, or too many.
     pub fn seeds(&self) -> Result<Seeds, FieldError> {
+        if self.seeds > MOST_SEEDS {
+            let remedy = format!("give at most {MOST_SEEDS}");
+            return Err(FieldError::new("--seeds", self.seeds, "is too many", remedy));
+        }
         let first = self.key.as_ref().map_or(0, |key| xxh3_64(key.as_bytes()) >> 1);
         let text = format!("{first}..{}", first.saturating_add(self.seeds));
         text.parse().map_err(|_| {

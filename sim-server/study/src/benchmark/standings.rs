@@ -17,6 +17,10 @@ use crate::versus::contest::{Better, Outcome};
 /// Probability of the intervals.
 pub const LEVEL: f64 = 0.95;
 
+/// Where a figure is about the ticks that were answered, a run has it only if it answered at
+/// least this part of what the baselines did. One answer at a known start has no error.
+const MOST_ANSWERED: [u64; 2] = [9, 10];
+
 /// A metric of an entry in a scenario, over the seeds. Less is better.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -35,7 +39,8 @@ pub struct BenchmarkScore {
     pub runs: usize,
     /// Runs that failed.
     pub failed: usize,
-    /// Runs that did not fail and have no figure: what is measured did not happen.
+    /// Runs that did not fail and have no figure: what is measured did not happen, or too
+    /// few ticks were answered.
     pub without: usize,
     /// Mean over the runs with a figure.
     pub mean: Option<f64>,
@@ -100,7 +105,7 @@ pub fn standings(
 ) -> (Vec<BenchmarkScore>, Vec<BenchmarkVerdict>) {
     let (mut scores, mut verdicts) = (Vec::new(), Vec::new());
     for (scenario, track) in selection.blocks(suite) {
-        let place = Place { scenario, track, runs };
+        let place = Place { suite, scenario, track, runs };
         let all: Vec<&Entry> =
             entries.iter().filter(|e| e.takes_part(suite, scenario, track)).collect();
         for (rank, metric) in scenario.metrics(track).iter().enumerate() {
@@ -120,6 +125,7 @@ pub fn standings(
 
 /// A track in a scenario.
 pub(super) struct Place<'s> {
+    pub(super) suite: &'s Suite,
     pub(super) scenario: &'s SuiteScenario,
     pub(super) track: Track,
     pub(super) runs: &'s [BenchmarkRun],
@@ -134,9 +140,28 @@ impl Place<'_> {
         self.runs.iter().filter(is_its)
     }
 
+    /// The figure of a run. A failed run has none, and neither has one that answered less
+    /// than the baselines did.
+    pub(super) fn figure(&self, run: &BenchmarkRun, metric: Metric) -> Option<f64> {
+        let [part, whole] = MOST_ANSWERED;
+        let has_enough = || whole * run.answered_ticks >= part * self.most_answered(run.seed);
+        let figure = run.figures.get(&metric).copied().flatten();
+        figure.filter(|_| run.failure.is_none() && (!metric.is_of_answers() || has_enough()))
+    }
+
+    /// Answered ticks of the baseline that answered most of a run.
+    pub(super) fn most_answered(&self, seed: u64) -> u64 {
+        let baselines = self.suite.baselines_of(self.scenario, self.track);
+        let runs = baselines.flat_map(|baseline| self.runs_of(&baseline.name));
+        runs.filter(|run| run.seed == seed).map(|run| run.answered_ticks).max().unwrap_or(0)
+    }
+
     fn score(&self, entry: &Entry, metric: Metric) -> BenchmarkScore {
+        // In the order of the seeds: their sum depends on it in its last bits.
+        let mut runs: Vec<&BenchmarkRun> = self.runs_of(&entry.name).collect();
+        runs.sort_by_key(|run| run.seed);
         let figures: Vec<f64> =
-            self.runs_of(&entry.name).filter_map(|run| figure(run, metric)).collect();
+            runs.into_iter().filter_map(|run| self.figure(run, metric)).collect();
         let failed = self.runs_of(&entry.name).filter(|run| run.failure.is_some()).count();
         let moments = Moments::of(&figures);
         let half = half_width(&moments, LEVEL);
@@ -164,7 +189,7 @@ impl Place<'_> {
         let mut figures: BTreeMap<u64, [Option<f64>; 2]> = BTreeMap::new();
         for (side, name) in names.iter().enumerate() {
             for run in self.runs_of(name) {
-                figures.entry(run.seed).or_default()[side] = figure(run, metric);
+                figures.entry(run.seed).or_default()[side] = self.figure(run, metric);
             }
         }
         let samples = if self.scenario.is_recorded() { "recordings" } else { "seeds" };
@@ -191,11 +216,6 @@ impl Place<'_> {
             text: outcome.verdict,
         }
     }
-}
-
-/// The figure of a run; a failed run has none.
-pub(super) fn figure(run: &BenchmarkRun, metric: Metric) -> Option<f64> {
-    run.figures.get(&metric).copied().flatten().filter(|_| run.failure.is_none())
 }
 
 fn known(value: f64) -> Option<f64> {

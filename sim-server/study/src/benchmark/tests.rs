@@ -136,6 +136,7 @@ fn runs(seeds: u64, failed: &[u64]) -> Vec<BenchmarkRun> {
         seed,
         digest: format!("{seed:032x}"),
         ticks: 1500,
+        answered_ticks: 1500,
         distance_m: Some(5.0),
         figures: BTreeMap::from([
             (Metric::Ate, Some(error).filter(|_| failure.is_none())),
@@ -168,11 +169,32 @@ fn an_entry_is_compared_seed_by_seed_and_failures_count_as_losses() {
     let (score, better) = verdict(&runs(6, &[]));
     assert_eq!((score.runs, score.failed, better.pairs), (6, 0, 6));
     assert!((score.mean.unwrap() - 0.0625).abs() < 1e-12, "{score:?}");
+    let score_of_all = score.mean;
     assert_eq!((better.better, better.wins), (Some(Side::Entry), [0, 6]));
     assert!(better.decides && better.is_reference);
     let (score, lost) = verdict(&runs(6, &[0, 1, 2, 3, 4, 5]));
     assert_eq!((score.runs, score.failed, score.mean), (0, 6, None));
     assert_eq!((lost.better, lost.wins), (Some(Side::Baseline), [6, 0]));
+    // Nine tenths of the answers of the baseline with the most are enough, less are not.
+    let answered = |mine: u64, mcl: u64| {
+        let mut runs = runs(6, &[]);
+        for run in &mut runs {
+            match run.entry.as_str() {
+                "mine" => run.answered_ticks = mine,
+                "mcl" => run.answered_ticks = mcl,
+                _ => {}
+            }
+        }
+        runs.reverse();
+        verdict(&runs)
+    };
+    let (enough, same) = answered(1350, 1500);
+    assert_eq!((enough.mean, same.better), (score_of_all, Some(Side::Entry)));
+    let (score, lazy) = answered(1349, 0);
+    assert_eq!((score.runs, score.failed, score.without, score.mean), (0, 0, 6, None));
+    assert_eq!((lazy.better, lazy.pairs), (None, 0), "mcl has no figure either");
+    let (_, lazy) = answered(1, 1500);
+    assert_eq!((lazy.better, lazy.wins), (Some(Side::Baseline), [6, 0]));
 }
 
 fn result(runs: Vec<BenchmarkRun>) -> BenchmarkResult {
@@ -226,7 +248,7 @@ fn what_was_changed_in_a_result_is_found() {
 fn the_leaderboard_has_the_best_first_and_refuses_other_runs() {
     let suite = suite();
     let mut results = vec![("a.json".to_owned(), result(runs(6, &[])))];
-    let board = leaderboard(&results).unwrap();
+    let board = leaderboard(&suite, &results).unwrap();
     let localisation: Vec<&str> =
         board.iter().filter(|s| s.track == Track::Localisation).map(|s| s.entry.as_str()).collect();
     assert_eq!(localisation[0], "mine");
@@ -241,7 +263,7 @@ fn the_leaderboard_has_the_best_first_and_refuses_other_runs() {
     let mut other = results[0].1.clone();
     other.selection.key = Some("b".to_owned());
     results.push(("b.json".to_owned(), other));
-    assert!(matches!(leaderboard(&results), Err(BenchmarkError::OtherSuite { .. })));
+    assert!(matches!(leaderboard(&suite, &results), Err(BenchmarkError::OtherSuite { .. })));
 }
 
 #[test]

@@ -70,6 +70,18 @@ impl Metric {
     pub const USUAL: [Self; 6] =
         [Self::Ate, Self::Final, Self::Heading, Self::P95, Self::RpeMetre, Self::Nees];
 
+    /// Whether it is about the errors of the ticks that were answered: one that answers
+    /// where it is easy has less of it.
+    #[must_use]
+    pub fn is_of_answers(self) -> bool {
+        match self {
+            Self::Ate | Self::Final | Self::Heading | Self::P95 | Self::AteSe2 => true,
+            Self::RpeTick | Self::RpeMetre | Self::Nees => true,
+            Self::Converged | Self::Found | Self::Recovered => false,
+            Self::Goals | Self::GoalsDriven | Self::Blocked | Self::Compute => false,
+        }
+    }
+
     /// The column of a sweep's table that it is taken from.
     #[must_use]
     pub fn column(self) -> &'static str {

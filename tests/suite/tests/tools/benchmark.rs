@@ -123,8 +123,23 @@ fn a_confined_filter_reaches_no_file_with_the_truth_and_its_failure_is_a_result(
     assert_eq!([failed("mine"), failed("dead-reckoning")], [2, 0]);
     let own = runs.iter().filter(|r| r["entry"] == "mine");
     assert!(own.clone().all(|r| r["figures"]["rpe-metre"].is_null()), "{result}");
-    // The file is readable where it is given.
-    run(&place.at("given.json"), &cheat, &["--file", &truth]).expect(0);
+    // The file is readable where it is given. With one answer there is nothing to score.
+    let given = place.at("given.json");
+    run(&given, &cheat, &["--file", &truth]).expect(0);
+    let result = read(&given);
+    let score = result["scores"].as_array().unwrap().iter().find(|s| s["entry"] == "mine");
+    assert_eq!((&score.unwrap()["without"], &score.unwrap()["mean"]), (&json!(2), &Value::Null));
+    // What was not confined is run again like this only if asked for.
+    let (free, mine) = (place.at("free.json"), series_client(""));
+    run(&free, &mine, &["--unconfined"]).expect(0);
+    let verify = ["benchmark", "verify", arg(&free), "--add", &mine, "--quiet"];
+    sim_server(&verify).expect(2).says("--unconfined");
+    sim_server(&[&verify[..], &["--unconfined"]].concat()).expect(0);
+    sim_server(&["benchmark", "report", arg(&free)]).expect(0).prints("mine (unconfined)");
+    let mut huge = read(&free);
+    huge["selection"]["seeds"] = json!(1u64 << 60);
+    let huge = place.write("huge.json", huge.to_string());
+    sim_server(&["benchmark", "report", &huge]).expect(2).says("--seeds");
 }
 
 #[test]
@@ -182,6 +197,18 @@ fn recordings_are_runs_that_only_the_same_files_verify() {
     let other = place.at("x.json");
     let refused = ["--out", arg(&other), "--log", &broken];
     sim_server(&[&args[..], &refused].concat()).expect(2).says("broken.log");
+    // What is given twice is one sample, and what is cut off or blind has no figures.
+    let whole = fs::read(&one).unwrap();
+    let again = place.write("again.log", &whole);
+    let cut = place.write("cut.log", &whole[..whole.len() * 3 / 4]);
+    let blind = place.at("blind.log");
+    sim_server(&["seal", arg(&one), "-o", arg(&blind), "--key-file", arg(&place.at("key"))])
+        .expect(0);
+    for (log, says) in [(&*again, "twice"), (&cut, "cut off"), (arg(&blind), "blind")] {
+        let logs = ["--out", arg(&other), "--log", arg(&one), "--log", log];
+        sim_server(&[&args[..], &logs].concat()).expect(2).says(says);
+    }
+    assert!(!other.exists());
 }
 
 #[test]
