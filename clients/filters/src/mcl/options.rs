@@ -113,9 +113,13 @@ impl Reading {
         let z_rand = self.z_rand.unwrap_or(said.z_rand);
         let z_hit = 1.0 - z_short - z_max - z_rand;
         if z_hit < LEAST_HIT {
+            let by = match self.z_max {
+                Some(_) => "",
+                None => " (the dropout of the data sheet)",
+            };
             return Err(ClientError::Unusable(format!(
-                "--z-short {z_short}, --z-max {z_max} and --z-rand {z_rand} leave {z_hit:.3} for \
-                 hits, and without {LEAST_HIT} a scan says nothing: give smaller ones"
+                "--z-short {z_short}, --z-max {z_max}{by} and --z-rand {z_rand} leave {z_hit:.3} \
+                 for hits, and without {LEAST_HIT} a scan says nothing: give smaller ones"
             )));
         }
         let sigma_hit_m = self.sigma_m.unwrap_or(said.sigma_hit_m);

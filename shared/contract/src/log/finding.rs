@@ -18,6 +18,17 @@ pub enum Finding {
         /// Rate at which the ticks are numbered, Hz.
         nominal_rate_hz: f64,
     },
+    /// Time runs backwards, by too much at once or as a whole.
+    BackwardStamps {
+        /// Ticks whose stamp is earlier than the one before.
+        backwards: u64,
+        /// All ticks.
+        ticks: u64,
+        /// The largest such step back, s.
+        max_s: f64,
+        /// Its line.
+        line: u64,
+    },
     /// The pose moves between two scans, and no odometry was recorded there.
     NoOdometry {
         /// Number of such intervals.
@@ -88,6 +99,11 @@ impl fmt::Display for Finding {
                 "the stamps stand still in {standing} of {intervals} intervals; ticks are \
                  numbered at a nominal rate of {nominal_rate_hz} Hz"
             ),
+            Self::BackwardStamps { backwards, ticks, max_s, line } => write!(
+                f,
+                "{backwards} of {ticks} stamps are earlier than the one before, by up to \
+                 {max_s:.3} s (line {line}): sort the recording by time"
+            ),
             Self::NoOdometry { missing, intervals, line, turn_rad, distance_m, gap_s } => {
                 write!(
                     f,
@@ -156,6 +172,7 @@ mod tests {
         };
         let findings = [
             Finding::FlatStamps { standing: 404, intervals: 405, nominal_rate_hz: 10.0 },
+            Finding::BackwardStamps { backwards: 404, ticks: 405, max_s: 10.0, line: 3 },
             none,
             Finding::OdometryGap {
                 gaps: 2,
@@ -176,6 +193,7 @@ mod tests {
         ];
         for (finding, numbers) in findings.iter().zip([
             ["404", "405", "10 Hz"],
+            ["404 of 405", "10.000 s", "line 3"],
             ["219 of 236", "3.1 s", "80.6°"],
             ["2 of 900", "3.1 s", "80.6°"],
             ["39.9 m", "221.4 m", "path"],

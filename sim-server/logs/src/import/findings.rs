@@ -10,6 +10,9 @@ const COVERED_PART: f64 = 0.8;
 /// Part of the odometry that may be sideways. Measured on two sound logs: 0.5 % and
 /// 0.9 %; on three others: 6.8 % and more.
 const SIDEWAYS_PART: f64 = 0.02;
+/// A stamp may be earlier than the one before by this, s: messages of two sensors are not
+/// always written in order. In the log of the Intel lab it is up to 0.9 s.
+const BACKWARDS_S: f64 = 5.0;
 /// Sideways motion that is too small to matter in all, and too large in one
 /// step, m.
 const SIDEWAYS_M: f64 = 0.1;
@@ -22,6 +25,14 @@ pub(super) fn findings(survey: &Survey, drive: &Drive) -> Vec<Finding> {
         standing: stamps.standing,
         intervals: stamps.intervals,
         nominal_rate_hz: NOMINAL_RATE_HZ,
+    });
+    let is_backwards =
+        survey.backwards.value > BACKWARDS_S || survey.last_stamp_s < survey.first_stamp_s;
+    let backwards = is_backwards.then_some(Finding::BackwardStamps {
+        backwards: survey.stamps_backwards,
+        ticks: survey.tick_count(),
+        max_s: survey.backwards.value,
+        line: survey.backwards.line,
     });
     let gaps = judge.worst.map(|worst| Finding::NoOdometry {
         missing: judge.missing,
@@ -58,5 +69,5 @@ pub(super) fn findings(survey: &Survey, drive: &Drive) -> Vec<Finding> {
         ranges: survey.ranges.all,
         used_m: range_max.m,
     });
-    [gaps, own_gaps, short, flat, sideways, doubted].into_iter().flatten().collect()
+    [gaps, own_gaps, short, flat, backwards, sideways, doubted].into_iter().flatten().collect()
 }

@@ -91,6 +91,23 @@ fn stamps_that_stand_still_are_replaced_everywhere() {
 }
 
 #[test]
+fn time_that_runs_backwards() {
+    let back = |second: u32| 1000.0 - f64::from(second);
+    let found = findings(&drive(back, |_| false));
+    let [Finding::BackwardStamps { backwards, ticks, max_s, .. }] = found[..] else {
+        panic!("{found:?}");
+    };
+    assert_eq!((backwards, ticks, max_s), (100, 121, 1.0));
+    // Once in a while two messages change places.
+    let once = |from: u32, back_s: f64| {
+        let stamp_s =
+            move |second: u32| f64::from(second) - if second == from { back_s } else { 0.0 };
+        findings(&drive(stamp_s, |_| false)).len()
+    };
+    assert_eq!([once(30, 2.5), once(30, 9.0)], [0, 1]);
+}
+
+#[test]
 fn motion_to_the_side() {
     let step = |x_m: f64, y_m: f64, stamp_s| odom([x_m, y_m, 0.0], stamp_s);
     let found = findings(&(step(0.0, 0.0, 1.0) + &step(1.0, 0.3, 2.0) + &step(2.0, 0.0, 3.0)));
