@@ -310,11 +310,11 @@ fn report(args: &ReportArgs) -> Result<Exit> {
         }
     };
     let results: Vec<_> = args.files.iter().map(read).collect::<Result<_, _>>()?;
+    let recordings = results.first().map(|(_, r)| &r.selection.recordings[..]);
+    let suite = suite.clone().with(recordings.unwrap_or_default());
     let standings = leaderboard(&suite, &results)?;
     args.output.print_with(&standings, || outln!("{}", LeaderboardText(&standings)));
     if let Some(path) = &args.page {
-        let recordings = results.first().map(|(_, r)| &r.selection.recordings[..]);
-        let suite = suite.with(recordings.unwrap_or_default());
         let text = page::page(&suite, &results, &standings);
         write_page(path, &text)?;
     }

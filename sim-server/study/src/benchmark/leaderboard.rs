@@ -135,15 +135,15 @@ fn standing(
 
 /// Answered ticks of an entry in a track, over the most that a baseline answered there.
 fn answered(suite: &Suite, result: &BenchmarkResult, entry: &str, track: Track) -> Option<f64> {
-    let (mut own, mut most) = (0, 0);
-    for (scenario, _) in result.selection.blocks(suite).filter(|(_, of)| *of == track) {
-        let place = Place { suite, scenario, track, runs: &result.runs };
+    let (mut own, mut most) = (0.0, 0.0);
+    for block in result.selection.blocks(suite).filter(|(_, of)| *of == track) {
+        let place = Place::new(suite, block, &result.runs);
         for run in place.runs_of(entry) {
-            own += run.answered_ticks;
-            most += place.most_answered(run.seed);
+            own += run.answered_ticks as f64;
+            most += place.most_answered(run) as f64;
         }
     }
-    (most > 0).then(|| own as f64 / most as f64)
+    (most > 0.0).then(|| own / most)
 }
 
 /// The standings as a text for people.

@@ -93,7 +93,7 @@ fn drawing(
         for (column, metric) in metrics.iter().enumerate() {
             let distribution = |(place, (result, name)): (usize, &(&BenchmarkResult, &str))| {
                 let look = Look::of(place, shown.len());
-                let place = Place { suite, scenario, track, runs: &result.runs };
+                let place = Place::new(suite, (scenario, track), &result.runs);
                 // NaN of a run without a figure.
                 let value = |run| place.figure(run, *metric).unwrap_or(f64::NAN);
                 let values = place.runs_of(name).map(|run| metric.scale() * value(run)).collect();

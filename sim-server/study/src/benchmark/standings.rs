@@ -19,7 +19,7 @@ pub const LEVEL: f64 = 0.95;
 
 /// Where a figure is about the ticks that were answered, a run has it only if it answered at
 /// least this part of what the baselines did. One answer at a known start has no error.
-const MOST_ANSWERED: [u64; 2] = [9, 10];
+const LEAST_ANSWERED: f64 = 0.9;
 
 /// A metric of an entry in a scenario, over the seeds. Less is better.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -105,7 +105,7 @@ pub fn standings(
 ) -> (Vec<BenchmarkScore>, Vec<BenchmarkVerdict>) {
     let (mut scores, mut verdicts) = (Vec::new(), Vec::new());
     for (scenario, track) in selection.blocks(suite) {
-        let place = Place { suite, scenario, track, runs };
+        let place = Place::new(suite, (scenario, track), runs);
         let all: Vec<&Entry> =
             entries.iter().filter(|e| e.takes_part(suite, scenario, track)).collect();
         for (rank, metric) in scenario.metrics(track).iter().enumerate() {
@@ -125,13 +125,30 @@ pub fn standings(
 
 /// A track in a scenario.
 pub(super) struct Place<'s> {
-    pub(super) suite: &'s Suite,
-    pub(super) scenario: &'s SuiteScenario,
-    pub(super) track: Track,
-    pub(super) runs: &'s [BenchmarkRun],
+    scenario: &'s SuiteScenario,
+    track: Track,
+    runs: &'s [BenchmarkRun],
+    /// Answered ticks of the baseline that answered most, by seed.
+    most_answered: BTreeMap<u64, u64>,
 }
 
-impl Place<'_> {
+impl<'s> Place<'s> {
+    pub(super) fn new(
+        suite: &'s Suite,
+        (scenario, track): (&'s SuiteScenario, Track),
+        runs: &'s [BenchmarkRun],
+    ) -> Self {
+        let mut place = Self { scenario, track, runs, most_answered: BTreeMap::new() };
+        for baseline in suite.baselines_of(scenario, track) {
+            let answered = place.runs_of(&baseline.name).map(|run| (run.seed, run.answered_ticks));
+            for (seed, answered) in answered.collect::<Vec<_>>() {
+                let most = place.most_answered.entry(seed).or_default();
+                *most = answered.max(*most);
+            }
+        }
+        place
+    }
+
     pub(super) fn runs_of(&self, entry: &str) -> impl Iterator<Item = &BenchmarkRun> {
         let (scenario, map) = (&self.scenario.name, self.track.map());
         let is_its = move |run: &&BenchmarkRun| {
@@ -143,17 +160,15 @@ impl Place<'_> {
     /// The figure of a run. A failed run has none, and neither has one that answered less
     /// than the baselines did.
     pub(super) fn figure(&self, run: &BenchmarkRun, metric: Metric) -> Option<f64> {
-        let [part, whole] = MOST_ANSWERED;
-        let has_enough = || whole * run.answered_ticks >= part * self.most_answered(run.seed);
+        let least = LEAST_ANSWERED * self.most_answered(run) as f64;
+        let has_enough = run.answered_ticks as f64 >= least;
         let figure = run.figures.get(&metric).copied().flatten();
-        figure.filter(|_| run.failure.is_none() && (!metric.is_of_answers() || has_enough()))
+        figure.filter(|_| run.failure.is_none() && (!metric.is_of_answers() || has_enough))
     }
 
-    /// Answered ticks of the baseline that answered most of a run.
-    pub(super) fn most_answered(&self, seed: u64) -> u64 {
-        let baselines = self.suite.baselines_of(self.scenario, self.track);
-        let runs = baselines.flat_map(|baseline| self.runs_of(&baseline.name));
-        runs.filter(|run| run.seed == seed).map(|run| run.answered_ticks).max().unwrap_or(0)
+    /// Answered ticks of the baseline that answered most of the same run.
+    pub(super) fn most_answered(&self, run: &BenchmarkRun) -> u64 {
+        self.most_answered.get(&run.seed).copied().unwrap_or(0)
     }
 
     fn score(&self, entry: &Entry, metric: Metric) -> BenchmarkScore {

@@ -142,19 +142,21 @@ fn a_confined_filter_reaches_no_file_with_the_truth_and_its_failure_is_a_result(
     sim_server(&["benchmark", "report", &huge]).expect(2).says("--seeds");
 }
 
+/// The log of a short run.
+fn logged(place: &Folder, seed: &str) -> PathBuf {
+    let out = place.at(seed);
+    let args = ["launch", "apartment", "--seed", seed, "--ticks", "300", "--quiet", "--out"];
+    sim_server(&[&args[..], &[arg(&out)]].concat()).expect(0);
+    out.join("run.log")
+}
+
 #[test]
 fn recordings_are_runs_that_only_the_same_files_verify() {
     if !kernel_can() {
         return;
     }
     let place = folder();
-    let log = |seed: &str| {
-        let out = place.at(seed);
-        let args = ["launch", "apartment", "--seed", seed, "--ticks", "300", "--quiet", "--out"];
-        sim_server(&[&args[..], &[arg(&out)]].concat()).expect(0);
-        out.join("run.log")
-    };
-    let (one, two) = (log("1"), log("2"));
+    let [one, two] = ["1", "2"].map(|seed| logged(&place, seed));
     let (out, mine) = (place.at("recorded.json"), series_client(""));
     let logs = ["--log", arg(&one), "--log", arg(&two)];
     let args = ["benchmark", "run", "--add", &mine, "--only", "recordings", "--quiet"];
@@ -192,19 +194,26 @@ fn recordings_are_runs_that_only_the_same_files_verify() {
     let equal = verify(&turned).expect(0).json();
     assert_eq!((&equal["is_equal"], &equal["runs"]), (&json!(true), &json!(6)));
     verify(&logs[..2]).expect(2).says("--log");
-    sim_server(&["benchmark", "report", arg(&out)]).expect(0).prints("mine");
+    let board = sim_server(&["benchmark", "report", arg(&out), "--json"]).expect(0).json();
+    let mut mine = board.as_array().unwrap().iter().filter(|s| s["entry"] == "mine");
+    assert_eq!(mine.next().unwrap()["answered"], 1.0);
     let broken = place.write("broken.log", "no log");
     let other = place.at("x.json");
     let refused = ["--out", arg(&other), "--log", &broken];
     sim_server(&[&args[..], &refused].concat()).expect(2).says("broken.log");
-    // What is given twice is one sample, and what is cut off or blind has no figures.
+}
+
+#[test]
+fn a_log_counts_once_and_whole_and_with_true_poses() {
+    let place = folder();
+    let (one, other, key) = (logged(&place, "1"), place.at("x.json"), place.at("key"));
     let whole = fs::read(&one).unwrap();
     let again = place.write("again.log", &whole);
     let cut = place.write("cut.log", &whole[..whole.len() * 3 / 4]);
     let blind = place.at("blind.log");
-    sim_server(&["seal", arg(&one), "-o", arg(&blind), "--key-file", arg(&place.at("key"))])
-        .expect(0);
+    sim_server(&["seal", arg(&one), "-o", arg(&blind), "--key-file", arg(&key)]).expect(0);
     for (log, says) in [(&*again, "twice"), (&cut, "cut off"), (arg(&blind), "blind")] {
+        let args = ["benchmark", "run", "--add", "mine=dead-reckoning", "--only", "recordings"];
         let logs = ["--out", arg(&other), "--log", arg(&one), "--log", log];
         sim_server(&[&args[..], &logs].concat()).expect(2).says(says);
     }
