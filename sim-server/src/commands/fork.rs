@@ -8,12 +8,14 @@ use clap::Args;
 use rusty_contract::log::LogReader;
 use rusty_contract::score::Score;
 use rusty_contract::{
-    Exit, FieldError, Json as _, LogHeader, Role, RunConfig, Scenario, ScoreReport, errln, input,
+    Exit, FieldError, Json as _, JsonTree as _, LogHeader, Role, RunConfig, Scenario, ScoreReport,
+    errln, input,
 };
 use rusty_engine::run::{find_program, with_folder};
 use rusty_engine::scenario_file;
 use rusty_engine::source::FrameSource as _;
 use rusty_logs::fork::Branch;
+use serde_json::Value;
 
 use super::arguments::{RunArgs, seed_or_random};
 use super::session::{RunPlace, RunSession, Starting};
@@ -65,7 +67,7 @@ pub fn run(args: &ForkArgs) -> Result<Exit> {
 
 fn check(args: &ForkArgs, before: &RunConfig, after: &RunConfig) -> Result<(), FieldError> {
     after.check()?;
-    before.check_change(after)?;
+    before.check_change(after).map_err(|error| in_detail(error, before, after))?;
     if args.at == 0 {
         let remedy = "use `sim-server launch` for a run that differs from the start";
         return Err(FieldError::new("--at", 0, "leaves nothing of the original", remedy));
@@ -80,6 +82,44 @@ fn check(args: &ForkArgs, before: &RunConfig, after: &RunConfig) -> Result<(), F
         ));
     }
     Ok(())
+}
+
+/// The same error about the first field that differs, where it is about a table.
+fn in_detail(error: FieldError, before: &RunConfig, after: &RunConfig) -> FieldError {
+    let name = if error.field == "walker" { "walkers" } else { &error.field };
+    let [was, is] = [before, after].map(|config| {
+        let tree = config.to_tree().unwrap_or_default();
+        name.split('.').fold(&tree, |inner, name| &inner[name]).clone()
+    });
+    match first_difference(error.field.clone(), &was, &is) {
+        None => error,
+        Some((field, [was, value])) => {
+            let problem = format!("was {was} when the run began, and must stay so");
+            FieldError { field, value, problem, ..error }
+        }
+    }
+}
+
+/// The first field below `field` in which two trees differ, and what they have there.
+fn first_difference(field: String, was: &Value, is: &Value) -> Option<(String, [String; 2])> {
+    match (was, is) {
+        (Value::Object(a), Value::Object(b)) => a
+            .keys()
+            .chain(b.keys())
+            .find_map(|name| first_difference(format!("{field}.{name}"), &was[name], &is[name])),
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            (0..).zip(a.iter().zip(b)).find_map(|(index, (was, is)): (usize, _)| {
+                first_difference(format!("{field}[{index}]"), was, is)
+            })
+        }
+        _ => {
+            let texts = [was, is].map(|value| match value {
+                Value::Null => "unset".to_owned(),
+                _ => value.to_string().chars().take(80).collect(),
+            });
+            (was != is).then_some((field, texts))
+        }
+    }
 }
 
 /// Without its driver the robot would stand, from the first tick on.
@@ -123,4 +163,30 @@ fn score(log: &Path, name: &str, command: &[String]) -> Result<Vec<Score>> {
         anyhow!("{}", stderr.lines().last().unwrap_or("the scorer wrote nothing"))
     })?;
     Ok(ScoreReport::from_json(&json)?.scores)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_in_a_table_is_named_by_its_field() {
+        let text = "[sensors.imu]\n[sensors.bumper]\n[[walker]]\nwaypoints = [[1, 2], [3, 4]]\n";
+        let scenario = scenario_file::read(text, &[]).unwrap();
+        let before = scenario.config(rusty_geometry::apartment().spec().clone());
+        let refused = |changes: &[&str]| {
+            let changes: Vec<String> = changes.iter().map(|c| (*c).to_owned()).collect();
+            let after = scenario_file::change_config(&before, &changes).unwrap();
+            let error = in_detail(before.check_change(&after).unwrap_err(), &before, &after);
+            (error.field, error.value)
+        };
+        for (change, field, value) in [
+            ("sensors.imu.gyro_noise_deg_sqrt_h=3", "sensors.imu.gyro_noise_deg_sqrt_h", "3.0"),
+            ("walkers=[{waypoints=[[1,2],[3.5,4]]}]", "walker[0].waypoints[1][0]", "3.5"),
+            ("start.theta_rad=0.5", "start.theta_rad", "0.5"),
+            ("lidar.beams=7", "lidar.beams", "7"),
+        ] {
+            assert_eq!(refused(&[change]), (field.to_owned(), value.to_owned()));
+        }
+    }
 }
