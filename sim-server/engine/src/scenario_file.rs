@@ -276,15 +276,13 @@ impl Loaded {
         let ScriptConfig::Commands { file: Some(file), list } = script else { return Ok(()) };
         let path = self.folder.join(&*file);
         let text = input::read_text_at_most(&path, MAX_FILE_BYTES);
+        let path = path.display().to_string();
         let text = text.map_err(|error| SetupError::Read {
-            path: path.display().to_string(),
+            path: path.clone(),
             error,
             hint: String::new(),
         })?;
-        *list = rusty_contract::config::parse_commands(&text).map_err(|error| {
-            let field = error.field.replacen("script.file", &path.display().to_string(), 1);
-            FieldError { field, ..error }
-        })?;
+        *list = rusty_contract::config::parse_commands(&path, &text)?;
         Ok(())
     }
 }

@@ -15,7 +15,7 @@ use rusty_engine::run::{find_program, with_folder};
 use rusty_engine::scenario_file;
 use rusty_engine::source::FrameSource as _;
 use rusty_logs::fork::Branch;
-use serde_json::Value;
+use rusty_study::documents::{self, Difference};
 
 use super::arguments::{RunArgs, seed_or_random};
 use super::session::{RunPlace, RunSession, Starting};
@@ -86,40 +86,14 @@ fn check(args: &ForkArgs, before: &RunConfig, after: &RunConfig) -> Result<(), F
 
 /// The same error about the first field that differs, where it is about a table.
 fn in_detail(error: FieldError, before: &RunConfig, after: &RunConfig) -> FieldError {
-    let name = if error.field == "walker" { "walkers" } else { &error.field };
-    let [was, is] = [before, after].map(|config| {
-        let tree = config.to_tree().unwrap_or_default();
-        name.split('.').fold(&tree, |inner, name| &inner[name]).clone()
-    });
-    match first_difference(error.field.clone(), &was, &is) {
-        None => error,
-        Some((field, [was, value])) => {
-            let problem = format!("was {was} when the run began, and must stay so");
-            FieldError { field, value, problem, ..error }
-        }
-    }
-}
-
-/// The first field below `field` in which two trees differ, and what they have there.
-fn first_difference(field: String, was: &Value, is: &Value) -> Option<(String, [String; 2])> {
-    match (was, is) {
-        (Value::Object(a), Value::Object(b)) => a
-            .keys()
-            .chain(b.keys())
-            .find_map(|name| first_difference(format!("{field}.{name}"), &was[name], &is[name])),
-        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
-            (0..).zip(a.iter().zip(b)).find_map(|(index, (was, is)): (usize, _)| {
-                first_difference(format!("{field}[{index}]"), was, is)
-            })
-        }
-        _ => {
-            let texts = [was, is].map(|value| match value {
-                Value::Null => "unset".to_owned(),
-                _ => value.to_string().chars().take(80).collect(),
-            });
-            (was != is).then_some((field, texts))
-        }
-    }
+    let [was, is] = [before, after].map(|config| config.to_tree().unwrap_or_default());
+    let found = documents::differing(&was, &is);
+    let first = found.into_iter().find(|found| found.path.starts_with(&error.field));
+    let Some(Difference { path, values }) = first else { return error };
+    let unset = |value: String| if value == "null" { "unset".to_owned() } else { value };
+    let [was, value] = values.map(unset);
+    let problem = format!("was {was} when the run began, and must stay so");
+    FieldError { field: path.replacen("walkers", "walker", 1), value, problem, ..error }
 }
 
 /// Without its driver the robot would stand, from the first tick on.

@@ -1,17 +1,41 @@
 //! Two JSON documents, field by field.
 
+use std::fmt;
+
 use serde_json::Value;
 use serde_json::Value::{Array, Object};
 
-/// The fields in which two documents differ: path and both values.
+/// A field in which two documents differ.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Its path, as `world.walls[3].a`.
+    pub path: String,
+    /// What both have there, in brief.
+    pub values: [String; 2],
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { path, values: [a, b] } = self;
+        write!(f, "{path}: {a} and {b}")
+    }
+}
+
+/// The fields in which two documents differ, as texts: path and both values.
 #[must_use]
 pub fn differences(a: &Value, b: &Value) -> Vec<String> {
+    differing(a, b).iter().map(Difference::to_string).collect()
+}
+
+/// The fields in which two documents differ.
+#[must_use]
+pub fn differing(a: &Value, b: &Value) -> Vec<Difference> {
     let mut found = Vec::new();
     walk("", a, b, &mut found);
     found
 }
 
-fn walk(path: &str, a: &Value, b: &Value, found: &mut Vec<String>) {
+fn walk(path: &str, a: &Value, b: &Value, found: &mut Vec<Difference>) {
     let inside = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
     match (a, b) {
         _ if a == b => {}
@@ -27,7 +51,7 @@ fn walk(path: &str, a: &Value, b: &Value, found: &mut Vec<String>) {
                 walk(&format!("{path}[{i}]"), x, y, found);
             }
         }
-        _ => found.push(format!("{path}: {} and {}", brief(a), brief(b))),
+        _ => found.push(Difference { path: path.to_owned(), values: [brief(a), brief(b)] }),
     }
 }
 

@@ -162,30 +162,34 @@ impl ScriptConfig {
     /// # Errors
     /// [`FieldError`] names the first number that cannot be used.
     pub fn check_command(tick: u64, command: Twist) -> Result<(), FieldError> {
+        Self::check_speeds(command, |name| format!("script.list[{tick}].{name}"))
+    }
+
+    fn check_speeds(command: Twist, field: impl Fn(&str) -> String) -> Result<(), FieldError> {
         // A name is made for those that are refused only: there may be a million.
         let bounded = [("v_m_s", command.v_m_s, 100.0), ("omega_rad_s", command.omega_rad_s, 1e3)];
         let mut bad =
             bounded.into_iter().filter(|(_, value, most)| value.is_nan() || value.abs() > *most);
-        bad.next().map_or(Ok(()), |(name, value, most)| {
-            within(&format!("script.list[{tick}].{name}"), value, -most, most)
-        })
+        bad.next().map_or(Ok(()), |(name, value, most)| within(&field(name), value, -most, most))
     }
 }
 
-/// Reads a list of commands: a line each, `v_m_s omega_rad_s [ticks]`.
+/// Reads a list of commands: a line each, `v_m_s omega_rad_s [ticks]`. `file` is the name of
+/// the file that has it.
 ///
 /// # Errors
-/// [`FieldError`] names line, text and form.
-pub fn parse_commands(text: &str) -> Result<Vec<Twist>, FieldError> {
+/// [`FieldError`] names file, line, text and form.
+pub fn parse_commands(file: &str, text: &str) -> Result<Vec<Twist>, FieldError> {
     let mut list = Vec::new();
     for (i, line) in text.lines().enumerate() {
         let body = line.split('#').next().unwrap_or_default().trim();
         if body.is_empty() {
             continue;
         }
+        let place = format!("{file}, line {}", i + 1);
         let error = |problem: &str| {
             let remedy = "write `v_m_s omega_rad_s [ticks]`, e.g. `0.5 -0.2 100`";
-            FieldError::new(format!("script.file, line {}", i + 1), body, problem, remedy)
+            FieldError::new(&place, body, problem, remedy)
         };
         let words: Vec<&str> = body.split_whitespace().collect();
         let [v, omega, rest @ ..] = words.as_slice() else {
@@ -196,10 +200,7 @@ pub fn parse_commands(text: &str) -> Result<Vec<Twist>, FieldError> {
             return Err(error("has a word that is no finite number"));
         };
         let command = Twist { v_m_s, omega_rad_s };
-        ScriptConfig::check_command(0, command).map_err(|error| {
-            let field = error.field.replace("script.list[0].", "");
-            FieldError { field: format!("script.file, line {}: {field}", i + 1), ..error }
-        })?;
+        ScriptConfig::check_speeds(command, |name| format!("{place}: {name}"))?;
         let times = match rest {
             [] => 1,
             [n] => n.parse::<usize>().map_err(|_| error("has no whole number of ticks"))?,
@@ -209,7 +210,7 @@ pub fn parse_commands(text: &str) -> Result<Vec<Twist>, FieldError> {
         if times > MAX_COMMANDS - list.len() {
             return Err(error("makes the list longer than a million commands"));
         }
-        list.extend(std::iter::repeat_n(Twist { v_m_s, omega_rad_s }, times));
+        list.extend(std::iter::repeat_n(command, times));
     }
     Ok(list)
 }
@@ -220,7 +221,7 @@ mod tests {
 
     #[test]
     fn a_list_of_commands_is_read_line_by_line() {
-        let list = parse_commands("# start\n0.5 0 2\n\n 0.1 -0.2 # turn\n").unwrap();
+        let list = parse_commands("a.txt", "# start\n0.5 0 2\n\n 0.1 -0.2 # turn\n").unwrap();
         assert_eq!(list.len(), 3);
         assert_eq!(list[2], Twist { v_m_s: 0.1, omega_rad_s: -0.2 });
         for (text, why) in [
@@ -232,7 +233,7 @@ mod tests {
             ("0 0 1000001", "longer than a million"),
             ("0 0\n0 0 18446744073709551615", "line 2 = 0 0 18446744073709551615: makes the list"),
         ] {
-            let error = parse_commands(text).unwrap_err().to_string();
+            let error = parse_commands("a.txt", text).unwrap_err().to_string();
             assert!(error.contains(why), "{error}");
         }
     }

@@ -202,18 +202,17 @@ fn open_log(
     roster: Vec<Participant>,
 ) -> std::result::Result<Box<dyn FrameSource>, String> {
     let (mut source, ending) = Recording::open(path).map_err(|e| e.to_string())?;
-    let is_cut = !matches!(ending, Ending::Complete(_));
-    let problem = match () {
-        () if source.tick_count() == 0 => "it has no complete tick",
-        () if is_cut => "it is cut off, or its run was",
-        () if source.damaged() > 0 => "checksums of its records fail",
-        () => "",
+    let problem = if source.tick_count() == 0 {
+        "it has no complete tick"
+    } else if !matches!(ending, Ending::Complete(_)) {
+        "it is cut off, or its run was"
+    } else if source.damaged() > 0 {
+        "checksums of its records fail"
+    } else {
+        source.header_mut().roster = roster;
+        return Ok(Box::new(source));
     };
-    if !problem.is_empty() {
-        return Err(problem.to_owned());
-    }
-    source.header_mut().roster = roster;
-    Ok(Box::new(source))
+    Err(problem.to_owned())
 }
 
 fn make(args: &RunArgs) -> Result<Exit> {

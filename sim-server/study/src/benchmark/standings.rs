@@ -138,15 +138,14 @@ impl<'s> Place<'s> {
         (scenario, track): (&'s SuiteScenario, Track),
         runs: &'s [BenchmarkRun],
     ) -> Self {
-        let mut place = Self { scenario, track, runs, most_answered: BTreeMap::new() };
-        for baseline in suite.baselines_of(scenario, track) {
-            let answered = place.runs_of(&baseline.name).map(|run| (run.seed, run.answered_ticks));
-            for (seed, answered) in answered.collect::<Vec<_>>() {
-                let most = place.most_answered.entry(seed).or_default();
-                *most = answered.max(*most);
-            }
+        let place = Self { scenario, track, runs, most_answered: BTreeMap::new() };
+        let mut most_answered = BTreeMap::<u64, u64>::new();
+        let baselines = suite.baselines_of(scenario, track);
+        for run in baselines.flat_map(|baseline| place.runs_of(&baseline.name)) {
+            let most = most_answered.entry(run.seed).or_default();
+            *most = run.answered_ticks.max(*most);
         }
-        place
+        Self { most_answered, ..place }
     }
 
     pub(super) fn runs_of(&self, entry: &str) -> impl Iterator<Item = &BenchmarkRun> {

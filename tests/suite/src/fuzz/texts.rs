@@ -66,7 +66,7 @@ fn pace(text: &str) -> bool {
 }
 
 fn commands(text: &str) -> bool {
-    let Ok(list) = parse_commands(text) else { return false };
+    let Ok(list) = parse_commands("a.txt", text) else { return false };
     assert!(list.len() <= 1_000_000);
     assert!(list.iter().all(|c| c.v_m_s.is_finite() && c.omega_rad_s.is_finite()));
     !list.is_empty()

@@ -32,9 +32,7 @@ pub(super) struct RosRecording {
     /// Odometry that waits for a scan of its time.
     reading: Option<(SE2, Moment)>,
     /// A scan that waits for odometry of its time: topics have no order.
-    scan: Option<Moment>,
-    /// The ranges of that scan.
-    waiting_m: Vec<f64>,
+    scan: Option<(Moment, Vec<f64>)>,
     two_times: u64,
     skipped: BTreeMap<String, u64>,
 }
@@ -47,7 +45,6 @@ impl RosRecording {
             ranges_m: Vec::new(),
             reading: None,
             scan: None,
-            waiting_m: Vec::new(),
             two_times: 0,
             skipped: BTreeMap::new(),
         }
@@ -59,9 +56,15 @@ impl RosRecording {
         if let Some((pose, _)) = before.filter(|(_, of)| of.0 == moment.0) {
             return Some(Ready::Scan(Some(pose), moment));
         }
-        std::mem::swap(&mut self.ranges_m, &mut self.waiting_m);
-        let waited = self.scan.replace(moment).map(|scan| Ready::Scan(None, scan));
+        let waited = self.scan.replace((moment, std::mem::take(&mut self.ranges_m)));
+        let waited = waited.map(|scan| self.waited(scan, None));
         before.map(Ready::Reading).or(waited)
+    }
+
+    /// A scan that waited, with its ranges at hand.
+    fn waited(&mut self, (moment, ranges_m): (Moment, Vec<f64>), odometry: Option<SE2>) -> Ready {
+        self.ranges_m = ranges_m;
+        Ready::Scan(odometry, moment)
     }
 
     /// What waited before this odometry, or a scan of its time.
@@ -69,17 +72,17 @@ impl RosRecording {
         let Some(scan) = self.scan.take() else {
             return self.reading.replace((pose, moment)).map(Ready::Reading);
         };
-        std::mem::swap(&mut self.ranges_m, &mut self.waiting_m);
-        let is_of_scan = scan.0 == moment.0;
-        self.reading = Some((pose, moment)).filter(|_| !is_of_scan);
-        Some(Ready::Scan(Some(pose).filter(|_| is_of_scan), scan))
+        let odometry = Some(pose).filter(|_| scan.0.0 == moment.0);
+        if odometry.is_none() {
+            self.reading = Some((pose, moment));
+        }
+        Some(self.waited(scan, odometry))
     }
 
     /// What waits at the end of the recording.
     fn last(&mut self) -> Option<Ready> {
-        let Some(scan) = self.scan.take() else { return self.reading.take().map(Ready::Reading) };
-        std::mem::swap(&mut self.ranges_m, &mut self.waiting_m);
-        Some(Ready::Scan(None, scan))
+        let scan = self.scan.take().map(|scan| self.waited(scan, None));
+        scan.or_else(|| self.reading.take().map(Ready::Reading))
     }
 
     fn event(&self, ready: Ready) -> Event<'_> {
