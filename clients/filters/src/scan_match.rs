@@ -16,6 +16,8 @@
 //! it is matched again with a prior that allows for that, and where that does not fit
 //! either, it is searched in a map of the newest key scans ([`crate::submap`]). Where another
 //! pose fits nearly as well there, the motion is as unsure as half of the way between both.
+//! A scan of a laser with a narrow view or a short range that met only a piece of one wall is
+//! not searched: it fits in many places.
 //!
 //! What it leaves out: one scan is the end of one motion and the beginning of
 //! the next, so errors of neighbouring motions are related (mostly of opposite
@@ -33,7 +35,7 @@ use crate::icp::{
     Evidence, FEWEST, Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans,
 };
 use crate::numbers::{not_negative, positive, share};
-use crate::submap::{Placement, Submap, Unseen, Window};
+use crate::submap::{Placement, Submap, Unseen, Window, is_narrow};
 use crate::tangent::{chained, estimate, independent, placed, symmetric};
 use crate::{Motion, OdometryNoise};
 use doubts::{doubted, lost, slipped};
@@ -82,7 +84,7 @@ pub struct ScanMatchOptions {
     #[arg(long, value_name = "METRES", default_value_t = 0.75, value_parser = positive)]
     pub key_distance_m: f64,
 
-    /// Turn between key scans, degrees
+    /// Turn between key scans, degrees; at most half of the field of view
     #[arg(long, value_name = "DEGREES", default_value_t = 40.0, value_parser = positive)]
     pub key_turn_deg: f64,
 
@@ -150,6 +152,8 @@ struct Matched {
 pub struct Tracker {
     options: ScanMatchOptions,
     laser: Laser,
+    /// The turn between key scans, which have half of a view in common.
+    key_turn_rad: f64,
     wheels: LearningWheels,
     /// The walls of the key scan.
     surface: Option<Surface>,
@@ -164,9 +168,11 @@ pub struct Tracker {
 impl Tracker {
     /// Begins where the robot is, with counts of zero.
     pub fn new(start: &Start, options: &ScanMatchOptions) -> Self {
+        let laser = Laser::new(&believed_lidar(start));
         Self {
             options: *options,
-            laser: Laser::new(&believed_lidar(start)),
+            key_turn_rad: options.key_turn_deg.to_radians().min(0.5 * laser.fov_rad()),
+            laser,
             wheels: LearningWheels::new(start.robot.drive, options.wheels),
             surface: None,
             recent: Vec::new(),
@@ -218,7 +224,8 @@ impl Tracker {
         if self.is_beyond(1.0) || ((!matches_well || is_searched) && self.is_beyond(EARLY)) {
             let to_scan = self.to_scan;
             if is_lost {
-                self.to_scan = lost(&to_scan);
+                self.to_scan =
+                    if is_narrow(&self.laser, &rays) { slipped(&to_scan) } else { lost(&to_scan) };
             }
             told.key = self.new_key(&rays, evidence.filter(|_| matches_well));
             if told.key.is_none() {
@@ -245,6 +252,9 @@ impl Tracker {
         let by_book = |(fused, found): (Fused, Match)| Matched { fused, found, searched: false };
         if book.as_ref().is_ok_and(fits) || matches!(book, Err(NoMatch::FewEnds { .. })) {
             return book.map(by_book);
+        }
+        if is_narrow(&self.laser, rays) {
+            return Err(book.err().unwrap_or(NoMatch::Narrow));
         }
         let recent = self.recent.iter().map(|(pose, rays)| (*pose, rays.as_slice()));
         let map = Submap::new(&self.laser, recent, Unseen::LeftOut);
@@ -309,7 +319,7 @@ impl Tracker {
     fn is_beyond(&self, part: f64) -> bool {
         let moved = &self.to_scan.now_in_then;
         trig::hypot(moved.x(), moved.y()) > part * self.options.key_distance_m
-            || moved.theta().abs() > part * self.options.key_turn_deg.to_radians()
+            || moved.theta().abs() > part * self.key_turn_rad
     }
 
     /// Makes a key scan of what was met, and learns from what the scan said of the

@@ -20,7 +20,7 @@
 
 use std::collections::BinaryHeap;
 
-use nalgebra::{Matrix3, Point2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Point2, Vector2, Vector3};
 use rusty_geometry::{SE2, trig};
 
 use self::drawing::Drawing;
@@ -41,6 +41,10 @@ const LEVELS: usize = 5;
 /// Ends of a scan are at least this far apart, m, and at most this many are scored.
 const APART_M: f64 = 0.1;
 const MOST_ENDS: usize = 150;
+/// A scan that has fewer ends than this, and whose ends spread by less than this in some
+/// direction, one deviation, m, fits in many places of a window.
+const FEW_ENDS: usize = 40;
+const BREADTH_M: f64 = 0.75;
 /// The highest likelihood in the table, and the mark of what no scan looked at.
 const MOST: u8 = 254;
 const UNSEEN: u8 = 255;
@@ -294,6 +298,23 @@ fn cells(ends: &[Point2<f64>], pose: &SE2) -> Vec<[i32; 2]> {
         [cell(point.x), cell(point.y)]
     };
     ends.iter().map(cell_of).collect()
+}
+
+/// Whether a scan of a laser that sees little shows too little for a search: a piece of one
+/// wall, or only what is near.
+pub fn is_narrow(laser: &Laser, rays: &[Ray]) -> bool {
+    if !laser.sees_little() {
+        return false;
+    }
+    let ends = thinned(rays);
+    let count = ends.len().max(1) as f64;
+    let mean: Vector2<f64> = ends.iter().map(|end| end.coords).sum::<Vector2<f64>>() / count;
+    let square = |end: &Point2<f64>| (end.coords - mean) * (end.coords - mean).transpose();
+    let covariance: Matrix2<f64> = ends.iter().map(square).sum::<Matrix2<f64>>() / count;
+    // The smaller eigenvalue of a symmetric matrix.
+    let (middle, half) = (0.5 * covariance.trace(), 0.5 * (covariance.m11 - covariance.m22));
+    let across_m2 = middle - trig::hypot(half, covariance.m12);
+    ends.len() < FEW_ENDS && across_m2 < BREADTH_M * BREADTH_M
 }
 
 /// Ends of a scan, about evenly along the walls.

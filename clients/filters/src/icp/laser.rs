@@ -1,7 +1,7 @@
 //! A laser as matching needs it: rays in the body frame, and the beam that
 //! would look at a point.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::{Point2, Vector2};
 use rusty_contract::config::LidarConfig;
@@ -9,10 +9,15 @@ use rusty_geometry::{SE2, trig};
 
 use crate::Beams;
 
+/// The angle between two beams that are matched, rad, about: 0.5°. A wall that is fitted to
+/// some beams that are closer has a normal of noise, and errors of normals bias the turn
+/// between two scans towards none.
+const STEP_RAD: f64 = PI / 360.0;
+
 /// A beam that met something.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Which beam.
+    /// Which one of those that are matched.
     pub beam: usize,
     /// Where it ended, body frame, m.
     pub point: Point2<f64>,
@@ -24,6 +29,8 @@ pub struct Ray {
 #[derive(Clone, Debug)]
 pub struct Laser {
     beams: Beams,
+    /// One beam in each group of this size is matched.
+    stride: usize,
     view: View,
     /// Standard deviation of a range, m.
     pub range_std_m: f64,
@@ -49,32 +56,48 @@ impl Laser {
     /// taken for that much: weights are its inverse square.
     pub fn new(lidar: &LidarConfig) -> Self {
         let fan = lidar.fan();
+        let (beams, wraps) = (fan.beams as usize, fan.fov_rad > TAU - 1e-6);
+        let step_rad = fan.fov_rad / beams.max(1) as f64;
+        let stride = stride(beams, step_rad, wraps);
         let view = View {
             body_in_sensor: lidar.sensor_in_body.inverse(),
             viewpoint: Point2::from(lidar.sensor_in_body.translation()),
             first_bearing_rad: fan.first_bearing_rad,
-            step_rad: fan.fov_rad / f64::from(fan.beams.max(1)),
-            beams: fan.beams as usize,
-            wraps: fan.fov_rad > TAU - 1e-6,
+            step_rad: step_rad * stride as f64,
+            beams: beams.div_ceil(stride),
+            wraps,
         };
-        Self { beams: Beams::new(lidar), view, range_std_m: lidar.range_std_m.max(1e-4) }
+        let range_std_m = lidar.range_std_m.max(1e-4);
+        Self { beams: Beams::new(lidar), stride, view, range_std_m }
     }
 
-    /// What a scan met, in the order of the beams.
+    /// What a scan met, in the order of the beams, without those in between.
     pub fn rays(&self, ranges_m: &[f64]) -> Vec<Ray> {
         let from = self.view.viewpoint;
         let met = self.beams.endpoints(ranges_m);
-        met.map(|end| Ray {
-            beam: end.beam,
-            point: end.in_body,
-            direction: (end.in_body - from) / end.range_m,
-        })
-        .collect()
+        met.filter(|end| end.beam.is_multiple_of(self.stride))
+            .map(|end| Ray {
+                beam: end.beam / self.stride,
+                point: end.in_body,
+                direction: (end.in_body - from) / end.range_m,
+            })
+            .collect()
     }
 
-    /// How many beams it has.
+    /// How many beams are matched.
     pub fn beams(&self) -> usize {
         self.view.beams
+    }
+
+    /// Whether its scans are small, as errors of wheels are: a field of view below 90°, or a
+    /// range below 2 m.
+    pub fn sees_little(&self) -> bool {
+        self.fov_rad() < FRAC_PI_2 || self.beams.range_max_m < 2.0
+    }
+
+    /// Its field of view, rad.
+    pub fn fov_rad(&self) -> f64 {
+        self.view.step_rad * self.view.beams as f64
     }
 
     /// How far a point of the body frame is from the sensor, m.
@@ -93,6 +116,13 @@ impl Laser {
     pub(super) fn view(&self) -> View {
         self.view
     }
+}
+
+/// The number of beams of which one is matched: these are equally far apart, also where they
+/// go round.
+fn stride(beams: usize, step_rad: f64, wraps: bool) -> usize {
+    let wanted = (STEP_RAD / step_rad).round().max(1.0) as usize;
+    if wraps { (1..=wanted).rev().find(|k| beams.is_multiple_of(*k)).unwrap_or(1) } else { wanted }
 }
 
 impl View {
@@ -154,6 +184,32 @@ mod tests {
                     sensor_in_body * SE2::new(0.0, 0.0, lidar.bearing_rad(ray.beam as u32));
                 let (s, c) = trig::sin_cos(expected.theta());
                 assert!((ray.direction - Vector2::new(c, s)).norm() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn of_a_dense_laser_some_beams_are_matched() {
+        for (beams, fov_rad, matched) in [
+            (180, TAU, 180),
+            (361, PI, 361),
+            (720, PI, 360),
+            (1081, 1.5 * PI, 541),
+            (1080, TAU, 540),
+            (1081, TAU, 1081),
+            (180, 0.35, 45),
+        ] {
+            let lidar = LidarConfig { beams, fov_rad, ..LidarConfig::default() };
+            let laser = Laser::new(&lidar);
+            assert_eq!(laser.beams(), matched, "{beams} beams over {fov_rad} rad");
+            let rays = laser.rays(&vec![3.0; beams as usize]);
+            assert_eq!(rays.len(), matched);
+            for ray in rays {
+                assert!(
+                    (laser.view.beam_towards(&ray.point) - ray.beam as f64).abs() < 1e-6
+                        || ray.beam == 0,
+                    "{ray:?}"
+                );
             }
         }
     }

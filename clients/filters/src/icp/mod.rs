@@ -109,6 +109,9 @@ pub enum NoMatch {
         /// How many it looked at.
         looked_at: usize,
     },
+    /// The match surprises the wheels, and the scan is too narrow to be searched elsewhere.
+    #[error("the match surprises the wheels, and what the scan met is too narrow for a search")]
+    Narrow,
     /// It did not come to rest.
     #[error("no rest after {MOST_STEPS} steps: the last one was {deviations} deviations")]
     Restless {

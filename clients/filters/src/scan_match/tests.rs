@@ -134,6 +134,24 @@ fn uncertainty_grows_with_the_way() {
 }
 
 #[test]
+fn a_narrow_view_does_not_carry_it_away() {
+    for seed in 0..4 {
+        let mut robot = Robot::new(apartment(), SE2::new(8.0, 2.0, 1.0), seed);
+        robot.lidar = LidarConfig { fov_rad: 0.4, first_bearing_rad: -0.2, ..robot.lidar };
+        let mut filter =
+            ScanMatch::new(&start(&robot.lidar, Some(robot.pose)), &ScanMatchOptions::default());
+        for k in 0..2000 {
+            filter.advance(robot.drive(Twist { v_m_s: 0.3, omega_rad_s: 0.4 }));
+            if k % 5 == 4 {
+                filter.scan(&robot.look());
+            }
+        }
+        let error = robot.pose.boxminus(&filter.pose().0);
+        assert!(error.norm() < 0.3, "{seed}: {error}");
+    }
+}
+
+#[test]
 fn a_corridor_does_not_carry_it_away() {
     let mut robot = Robot::new(corridor(), SE2::new(-10.0, 0.0, 0.0), 3);
     let mut filter =

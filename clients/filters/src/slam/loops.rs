@@ -15,7 +15,7 @@ use super::{LoopOptions, Slam};
 use crate::Motion;
 use crate::icp::match_scans;
 use crate::pose_graph::{Constraint, Kind};
-use crate::submap::{Submap, Unseen, Window};
+use crate::submap::{Submap, Unseen, Window, is_narrow};
 use crate::tangent::symmetric;
 
 /// A loop that surprises the graph more (χ² of three numbers) is refused. That is far
@@ -52,6 +52,10 @@ type Measured = (SE2, Matrix3<f64>);
 impl Slam {
     /// Matches the newest key scan with old ones near it. Returns whether a loop was closed.
     pub(super) fn close_loops(&mut self) -> bool {
+        let laser = self.tracker.laser();
+        if self.seen.last().is_none_or(|seen| is_narrow(laser, seen.surface.rays())) {
+            return false;
+        }
         let candidates = self.candidates();
         if candidates.is_empty() {
             return false;

@@ -1,5 +1,7 @@
 //! The search finds what trying every pose finds, and says how sure it is.
 
+use std::f64::consts::{PI, TAU};
+
 use rusty_contract::config::LidarConfig;
 use rusty_geometry::{Scan, World, WorldSpec, apartment};
 
@@ -19,11 +21,15 @@ fn rays(world: &World, pose: &SE2) -> Vec<Ray> {
 
 /// A scan without noise by a laser with this range.
 fn rays_within(world: &World, pose: &SE2, range_max_m: f64) -> Vec<Ray> {
-    let lidar = LidarConfig { range_max_m, ..LidarConfig::default() };
+    rays_of(world, pose, &LidarConfig { range_max_m, ..LidarConfig::default() })
+}
+
+/// A scan without noise by this laser.
+fn rays_of(world: &World, pose: &SE2, lidar: &LidarConfig) -> Vec<Ray> {
     let mut scan = Scan::new(lidar.fan());
     scan.take(world, pose, lidar.range_max_m);
     let ranges: Vec<f64> = scan.distances_and_walls().map(|(range_m, _)| range_m).collect();
-    Laser::new(&lidar).rays(&ranges)
+    Laser::new(lidar).rays(&ranges)
 }
 
 fn score_of(map: &Submap, rays: &[Ray], window: &Window, turn: i32, offset: [i32; 2]) -> f64 {
@@ -139,4 +145,25 @@ fn ends_in_the_air_do_not_make_a_map_where_every_pose_fits() {
     let right = map.score(&new, &SE2::identity());
     let turned = map.score(&new, &SE2::new(0.0, 0.0, 0.4));
     assert!(right > 0.6 && turned < 0.35, "{right} {turned}");
+}
+
+#[test]
+fn a_piece_of_a_wall_is_narrow_and_a_room_is_not() {
+    let (world, pose) = (apartment(), SE2::new(8.0, 2.0, 1.0));
+    let is_narrow = |fov_rad: f64, beams: u32, range_max_m: f64| {
+        let first_bearing_rad = -0.5 * fov_rad;
+        let lidar = LidarConfig {
+            fov_rad,
+            first_bearing_rad,
+            beams,
+            range_max_m,
+            ..LidarConfig::default()
+        };
+        is_narrow(&Laser::new(&lidar), &rays_of(&world, &pose, &lidar))
+    };
+    assert!(is_narrow(0.35, 180, 12.0));
+    assert!(is_narrow(TAU, 180, 1.0));
+    assert!(!is_narrow(TAU, 20, 12.0));
+    assert!(!is_narrow(PI, 180, 12.0));
+    assert!(!is_narrow(0.5 * PI, 90, 12.0));
 }

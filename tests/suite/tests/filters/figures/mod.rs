@@ -30,12 +30,13 @@ enum Check {
 use Check::{Elsewhere, LongSweep, Replay, Sweep};
 
 /// All tables of the page, by section and number in it.
-const TABLES: [(&str, usize, Check); 16] = [
+const TABLES: [(&str, usize, Check); 17] = [
     ("Filters", 0, Elsewhere("it has no figures")),
     ("A tour of the Apartment", 0, LongSweep),
     ("A tour of the Apartment", 1, LongSweep),
     ("Global localisation and kidnapping", 0, Sweep(&["mcl"])),
     ("Grid or particles", 0, LongSweep),
+    ("Lasers that see little", 0, LongSweep),
     ("Landmarks", 0, LongSweep),
     ("Landmarks", 1, Sweep(&[])),
     ("When a filter does not know", 0, LongSweep),
@@ -80,7 +81,12 @@ const KEYS: [&str; 6] = ["filter", "estimator", "scenario", "identity", "α of `
 const MEASURED: [&str; 4] = ["a scan", "a reading", "first scan", "memory"];
 
 /// Beginnings of names on the page, and the names in the commands.
-const NAMES: [(&str, &str); 14] = [
+const NAMES: [(&str, &str); 19] = [
+    ("view of 20°", "fov_rad=0.35"),
+    ("view of 40°", "fov_rad=0.7"),
+    ("view of 57°", "fov_rad=1.0"),
+    ("range of 1 m", "range_max_m=1.0"),
+    ("20 beams", "beams=20"),
     ("`office`, right wheel", "radius_bias_right=0.03"),
     ("`office`, slip", "slip_std=0.1"),
     ("global", "global.toml"),
