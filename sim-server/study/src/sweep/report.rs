@@ -68,9 +68,12 @@ const DRAWINGS: [&str; 3] = ["fan", "growth", "errors"];
 
 /// A drawing next to the table at `out`, as SVG and as PNG: `STEM-fan.svg`.
 fn drawing_files(out: &Path, name: &str) -> [PathBuf; 2] {
-    let mut stem = out.file_stem().unwrap_or_default().to_owned();
-    stem.push(format!("-{name}"));
-    ["svg", "png"].map(|ending| out.with_file_name(&stem).with_extension(ending))
+    let stem = out.file_stem().unwrap_or_default();
+    ["svg", "png"].map(|ending| {
+        let mut file = stem.to_owned();
+        file.push(format!("-{name}.{ending}"));
+        out.with_file_name(file)
+    })
 }
 
 /// The files that [`draw`] makes.
@@ -102,4 +105,16 @@ pub fn draw(swept: &Swept, out: &Path) -> Result<Vec<PathBuf>, SweepError> {
         }
     }
     Ok(written)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dots_in_the_name_of_a_table_belong_to_its_drawings() {
+        let files = drawing_files(Path::new("out/slip-0.35.csv"), "fan");
+        let expected = ["out/slip-0.35-fan.svg", "out/slip-0.35-fan.png"].map(PathBuf::from);
+        assert_eq!(files, expected);
+    }
 }
