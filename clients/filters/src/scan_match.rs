@@ -84,7 +84,7 @@ pub struct ScanMatchOptions {
     #[arg(long, value_name = "METRES", default_value_t = 0.75, value_parser = positive)]
     pub key_distance_m: f64,
 
-    /// Turn between key scans, degrees; at most half of the field of view
+    /// Turn between key scans, degrees, at most half the view
     #[arg(long, value_name = "DEGREES", default_value_t = 40.0, value_parser = positive)]
     pub key_turn_deg: f64,
 
@@ -152,7 +152,7 @@ struct Matched {
 pub struct Tracker {
     options: ScanMatchOptions,
     laser: Laser,
-    /// The turn between key scans, which have half of a view in common.
+    /// The turn between key scans, rad: at most half of the field of view.
     key_turn_rad: f64,
     wheels: LearningWheels,
     /// The walls of the key scan.
@@ -224,6 +224,7 @@ impl Tracker {
         if self.is_beyond(1.0) || ((!matches_well || is_searched) && self.is_beyond(EARLY)) {
             let to_scan = self.to_scan;
             if is_lost {
+                // A narrow view often shows what no key scan did; that refutes no wheels.
                 self.to_scan =
                     if is_narrow(&self.laser, &rays) { slipped(&to_scan) } else { lost(&to_scan) };
             }
@@ -254,7 +255,8 @@ impl Tracker {
             return book.map(by_book);
         }
         if is_narrow(&self.laser, rays) {
-            return Err(book.err().unwrap_or(NoMatch::Narrow));
+            let told = book?;
+            return is_usual(&told).then(|| by_book(told)).ok_or(NoMatch::Narrow);
         }
         let recent = self.recent.iter().map(|(pose, rays)| (*pose, rays.as_slice()));
         let map = Submap::new(&self.laser, recent, Unseen::LeftOut);

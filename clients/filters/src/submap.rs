@@ -300,21 +300,21 @@ fn cells(ends: &[Point2<f64>], pose: &SE2) -> Vec<[i32; 2]> {
     ends.iter().map(cell_of).collect()
 }
 
-/// Whether a scan of a laser that sees little shows too little for a search: a piece of one
-/// wall, or only what is near.
+/// Whether a scan of a laser that sees little shows too little to tell places apart: a piece of
+/// one wall, or only what is near.
 pub fn is_narrow(laser: &Laser, rays: &[Ray]) -> bool {
-    if !laser.sees_little() {
+    let ends = if laser.sees_little() { thinned(rays) } else { return false };
+    if ends.len() >= FEW_ENDS {
         return false;
     }
-    let ends = thinned(rays);
     let count = ends.len().max(1) as f64;
-    let mean: Vector2<f64> = ends.iter().map(|end| end.coords).sum::<Vector2<f64>>() / count;
-    let square = |end: &Point2<f64>| (end.coords - mean) * (end.coords - mean).transpose();
-    let covariance: Matrix2<f64> = ends.iter().map(square).sum::<Matrix2<f64>>() / count;
-    // The smaller eigenvalue of a symmetric matrix.
-    let (middle, half) = (0.5 * covariance.trace(), 0.5 * (covariance.m11 - covariance.m22));
-    let across_m2 = middle - trig::hypot(half, covariance.m12);
-    ends.len() < FEW_ENDS && across_m2 < BREADTH_M * BREADTH_M
+    let mean = ends.iter().map(|end| end.coords).sum::<Vector2<f64>>() / count;
+    let square = |end: &Point2<f64>| {
+        let off = end.coords - mean;
+        off * off.transpose()
+    };
+    let covariance = ends.iter().map(square).sum::<Matrix2<f64>>() / count;
+    covariance.symmetric_eigenvalues().min() < BREADTH_M * BREADTH_M
 }
 
 /// Ends of a scan, about evenly along the walls.

@@ -9,10 +9,15 @@ use rusty_geometry::{SE2, trig};
 
 use crate::Beams;
 
-/// The angle between two beams that are matched, rad, about: 0.5°. A wall that is fitted to
-/// some beams that are closer has a normal of noise, and errors of normals bias the turn
-/// between two scans towards none.
+/// The angle between two beams that are matched, rad, about, where there are more: 0.5°. A wall that is fitted
+/// to beams within centimetres has a normal of noise, and errors of normals bias the turn
+/// between two scans towards zero.
 const STEP_RAD: f64 = PI / 360.0;
+/// At least this number of beams is matched, if there are as many.
+const FEWEST_BEAMS: usize = 36;
+/// A field of view (rad) or a range (m) below these sees little.
+const LITTLE_RAD: f64 = FRAC_PI_2;
+const LITTLE_M: f64 = 2.0;
 
 /// A beam that met something.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,8 +34,9 @@ pub struct Ray {
 #[derive(Clone, Debug)]
 pub struct Laser {
     beams: Beams,
-    /// One beam in each group of this size is matched.
+    /// Every `stride`-th beam is matched, beginning with beam 0.
     stride: usize,
+    fov_rad: f64,
     view: View,
     /// Standard deviation of a range, m.
     pub range_std_m: f64,
@@ -47,6 +53,8 @@ pub(super) struct View {
     pub(super) step_rad: f64,
     /// How many beams.
     pub(super) beams: usize,
+    /// Where the view ends, in beams from the first.
+    end: f64,
     /// Whether the last beam has the first one for a neighbour.
     pub(super) wraps: bool,
 }
@@ -56,19 +64,20 @@ impl Laser {
     /// taken for that much: weights are its inverse square.
     pub fn new(lidar: &LidarConfig) -> Self {
         let fan = lidar.fan();
-        let (beams, wraps) = (fan.beams as usize, fan.fov_rad > TAU - 1e-6);
+        let beams = fan.beams as usize;
         let step_rad = fan.fov_rad / beams.max(1) as f64;
-        let stride = stride(beams, step_rad, wraps);
+        let stride = stride(beams, step_rad);
         let view = View {
             body_in_sensor: lidar.sensor_in_body.inverse(),
             viewpoint: Point2::from(lidar.sensor_in_body.translation()),
             first_bearing_rad: fan.first_bearing_rad,
             step_rad: step_rad * stride as f64,
             beams: beams.div_ceil(stride),
-            wraps,
+            end: beams as f64 / stride as f64,
+            wraps: fan.fov_rad > TAU - 1e-6,
         };
         let range_std_m = lidar.range_std_m.max(1e-4);
-        Self { beams: Beams::new(lidar), stride, view, range_std_m }
+        Self { beams: Beams::new(lidar), stride, fov_rad: fan.fov_rad, view, range_std_m }
     }
 
     /// What a scan met, in the order of the beams, without those in between.
@@ -84,20 +93,19 @@ impl Laser {
             .collect()
     }
 
-    /// How many beams are matched.
+    /// Returns the number of matched beams.
     pub fn beams(&self) -> usize {
         self.view.beams
     }
 
-    /// Whether its scans are small, as errors of wheels are: a field of view below 90°, or a
-    /// range below 2 m.
+    /// Returns whether the field of view is below 90° or the range below 2 m.
     pub fn sees_little(&self) -> bool {
-        self.fov_rad() < FRAC_PI_2 || self.beams.range_max_m < 2.0
+        self.fov_rad < LITTLE_RAD || self.beams.range_max_m < LITTLE_M
     }
 
     /// Its field of view, rad.
     pub fn fov_rad(&self) -> f64 {
-        self.view.step_rad * self.view.beams as f64
+        self.fov_rad
     }
 
     /// How far a point of the body frame is from the sensor, m.
@@ -118,11 +126,11 @@ impl Laser {
     }
 }
 
-/// The number of beams of which one is matched: these are equally far apart, also where they
-/// go round.
-fn stride(beams: usize, step_rad: f64, wraps: bool) -> usize {
-    let wanted = (STEP_RAD / step_rad).round().max(1.0) as usize;
-    if wraps { (1..=wanted).rev().find(|k| beams.is_multiple_of(*k)).unwrap_or(1) } else { wanted }
+/// Returns the stride for beams that are `step_rad` apart: more than 1 below a third of a degree.
+/// A laser that sees all round has at most 1080 beams, and a stride of 1.
+fn stride(beams: usize, step_rad: f64) -> usize {
+    let wanted = (STEP_RAD / step_rad - 1e-6).round() as usize;
+    wanted.min(beams / FEWEST_BEAMS).max(1)
 }
 
 impl View {
@@ -141,7 +149,7 @@ impl View {
 
     /// Whether a beam of that number, which may be a fraction, exists.
     pub(super) fn has(&self, beam: f64) -> bool {
-        self.wraps || beam <= self.beams as f64
+        self.wraps || beam <= self.end
     }
 
     /// The beams no farther than `reach` from `beam`, in ascending order around it.
@@ -194,23 +202,29 @@ mod tests {
             (180, TAU, 180),
             (361, PI, 361),
             (720, PI, 360),
-            (1081, 1.5 * PI, 541),
-            (1080, TAU, 540),
-            (1081, TAU, 1081),
-            (180, 0.35, 45),
+            (1080, 1.5 * PI, 540),
+            (1080, TAU, 1080),
+            (181, 0.35, 37),
+            (180, 0.1, 36),
+            (20, 0.1, 20),
         ] {
             let lidar = LidarConfig { beams, fov_rad, ..LidarConfig::default() };
             let laser = Laser::new(&lidar);
             assert_eq!(laser.beams(), matched, "{beams} beams over {fov_rad} rad");
             let rays = laser.rays(&vec![3.0; beams as usize]);
             assert_eq!(rays.len(), matched);
-            for ray in rays {
-                assert!(
-                    (laser.view.beam_towards(&ray.point) - ray.beam as f64).abs() < 1e-6
-                        || ray.beam == 0,
-                    "{ray:?}"
-                );
+            for ray in &rays[1..] {
+                let beam = laser.view.beam_towards(&ray.point);
+                assert!((beam - ray.beam as f64).abs() < 1e-6, "{ray:?}: {beam}");
             }
+            // The view ends where it did.
+            let step_rad = fov_rad / f64::from(beams);
+            let at = |beam: f64| {
+                let (s, c) = trig::sin_cos(lidar.first_bearing_rad + step_rad * beam);
+                laser.view.has(laser.view.beam_towards(&Point2::new(c, s)))
+            };
+            assert!(at(f64::from(beams) - 0.1));
+            assert_eq!(at(f64::from(beams) + 0.1), laser.view.wraps);
         }
     }
 

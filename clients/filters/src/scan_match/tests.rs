@@ -140,14 +140,25 @@ fn a_narrow_view_does_not_carry_it_away() {
         robot.lidar = LidarConfig { fov_rad: 0.4, first_bearing_rad: -0.2, ..robot.lidar };
         let mut filter =
             ScanMatch::new(&start(&robot.lidar, Some(robot.pose)), &ScanMatchOptions::default());
+        let (mut matched, mut since_key_rad, mut most_rad) = (0, 0.0, 0.0f64);
         for k in 0..2000 {
+            let before = robot.pose.theta();
             filter.advance(robot.drive(Twist { v_m_s: 0.3, omega_rad_s: 0.4 }));
+            since_key_rad += rusty_geometry::wrap_angle(robot.pose.theta() - before);
             if k % 5 == 4 {
-                filter.scan(&robot.look());
+                let told = filter.scan(&robot.look());
+                matched += u32::from(told.no_match.is_none());
+                if told.key.is_some() {
+                    since_key_rad = 0.0;
+                }
+                most_rad = most_rad.max(since_key_rad);
             }
         }
         let error = robot.pose.boxminus(&filter.pose().0);
-        assert!(error.norm() < 0.3, "{seed}: {error}");
+        assert!(error.xy().norm() < 0.2 && error.z.abs() < 0.15, "{seed}: {error}");
+        assert!(matched > 320, "{seed}: {matched} of 400");
+        // Half of the view, and what it turns from one scan to the next.
+        assert!(most_rad < 0.3, "{seed}: {most_rad}");
     }
 }
 

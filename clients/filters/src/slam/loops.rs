@@ -50,10 +50,11 @@ const CONFIRM_STD: Vector3<f64> = Vector3::new(0.1, 0.1, 0.03);
 type Measured = (SE2, Matrix3<f64>);
 
 impl Slam {
-    /// Matches the newest key scan with old ones near it. Returns whether a loop was closed.
+    /// Matches the newest key scan with old ones near it, unless it is narrow. Returns whether a
+    /// loop was closed.
     pub(super) fn close_loops(&mut self) -> bool {
-        let laser = self.tracker.laser();
-        if self.seen.last().is_none_or(|seen| is_narrow(laser, seen.surface.rays())) {
+        let Some(newest) = self.seen.last() else { return false };
+        if is_narrow(self.tracker.laser(), newest.surface.rays()) {
             return false;
         }
         let candidates = self.candidates();

@@ -1,6 +1,6 @@
 //! The search finds what trying every pose finds, and says how sure it is.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use rusty_contract::config::LidarConfig;
 use rusty_geometry::{Scan, World, WorldSpec, apartment};
@@ -148,22 +148,30 @@ fn ends_in_the_air_do_not_make_a_map_where_every_pose_fits() {
 }
 
 #[test]
-fn a_piece_of_a_wall_is_narrow_and_a_room_is_not() {
-    let (world, pose) = (apartment(), SE2::new(8.0, 2.0, 1.0));
-    let is_narrow = |fov_rad: f64, beams: u32, range_max_m: f64| {
+fn a_piece_of_a_wall_is_narrow_and_a_corner_is_not() {
+    let world = World::new(
+        WorldSpec::from_json_str(
+            r#"{"name":"corner","bounds":[-30.0,-9.0,30.0,9.0],"walls":[
+            {"a":[-30.0,9.0],"b":[8.0,9.0],"material":"Wall"},
+            {"a":[8.0,9.0],"b":[8.0,-9.0],"material":"Wall"}]}"#,
+        )
+        .unwrap(),
+    )
+    .unwrap();
+    let is_narrow = |x: f64, y: f64, theta: f64, fov_rad: f64| {
         let first_bearing_rad = -0.5 * fov_rad;
-        let lidar = LidarConfig {
-            fov_rad,
-            first_bearing_rad,
-            beams,
-            range_max_m,
-            ..LidarConfig::default()
-        };
-        is_narrow(&Laser::new(&lidar), &rays_of(&world, &pose, &lidar))
+        let lidar =
+            LidarConfig { fov_rad, first_bearing_rad, beams: 180, ..LidarConfig::default() };
+        let laser = Laser::new(&lidar);
+        is_narrow(&laser, &rays_of(&world, &SE2::new(x, y, theta), &lidar))
     };
-    assert!(is_narrow(0.35, 180, 12.0));
-    assert!(is_narrow(TAU, 180, 1.0));
-    assert!(!is_narrow(TAU, 20, 12.0));
-    assert!(!is_narrow(PI, 180, 12.0));
-    assert!(!is_narrow(0.5 * PI, 90, 12.0));
+    // A wall 2 m ahead, a long one, and the corner.
+    assert!(is_narrow(6.0, 0.0, 0.0, 1.2));
+    assert!(!is_narrow(2.0, 0.0, 0.0, 1.2));
+    assert!(!is_narrow(5.0, 6.0, 0.25 * PI, 1.2));
+    // The same walls in a wide view.
+    assert!(!is_narrow(6.0, 0.0, 0.0, PI));
+    let near = LidarConfig { range_max_m: 1.5, ..LidarConfig::default() };
+    let rays = rays_of(&world, &SE2::new(7.5, 0.0, 0.0), &near);
+    assert!(super::is_narrow(&Laser::new(&near), &rays));
 }
