@@ -9,9 +9,9 @@ use rusty_geometry::{SE2, trig};
 
 use crate::Beams;
 
-/// The angle between two beams that are matched, rad, about, where there are more: 0.5°. A wall that is fitted
-/// to beams within centimetres has a normal of noise, and errors of normals bias the turn
-/// between two scans towards zero.
+/// About the angle between matched beams of a dense laser, rad: 0.5°. A wall that is fitted to
+/// beams within centimetres has a normal of noise, and errors of normals bias the turn between
+/// two scans towards zero.
 const STEP_RAD: f64 = PI / 360.0;
 /// At least this number of beams is matched, if there are as many.
 const FEWEST_BEAMS: usize = 36;

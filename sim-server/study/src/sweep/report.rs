@@ -5,6 +5,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::output;
+use rusty_floorplan::map_server::beside;
 use serde::Serialize;
 
 use super::anees::Anees;
@@ -68,12 +69,8 @@ const DRAWINGS: [&str; 3] = ["fan", "growth", "errors"];
 
 /// A drawing next to the table at `out`, as SVG and as PNG: `STEM-fan.svg`.
 fn drawing_files(out: &Path, name: &str) -> [PathBuf; 2] {
-    let stem = out.file_stem().unwrap_or_default();
-    ["svg", "png"].map(|ending| {
-        let mut file = stem.to_owned();
-        file.push(format!("-{name}.{ending}"));
-        out.with_file_name(file)
-    })
+    let stem = out.with_extension("");
+    ["svg", "png"].map(|ending| beside(&stem, &format!("-{name}.{ending}")))
 }
 
 /// The files that [`draw`] makes.

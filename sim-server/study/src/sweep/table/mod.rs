@@ -62,9 +62,7 @@ impl Table {
     /// The file with `ending` after its name: `FILE.csv.part`.
     #[must_use]
     pub fn beside(&self, ending: &str) -> PathBuf {
-        let mut name = self.path.clone().into_os_string();
-        name.push(ending);
-        PathBuf::from(name)
+        rusty_floorplan::map_server::beside(&self.path, ending)
     }
 
     /// The files that [`write`](Self::write) makes.

@@ -1,7 +1,8 @@
 //! The tables of docs/filters.md are what the commands before them print, digit by digit.
 //!
 //! `RUSTY_FIGURES=all cargo test --release -p rusty-tests --test filters figures::` runs all
-//! commands. Without it, the tables that take long are left out.
+//! commands, and the heading of a section in the place of `all` those of its tables too. Without
+//! it, the tables that take long are left out.
 
 mod cell;
 mod command;
