@@ -11,7 +11,7 @@ use clap::{ArgGroup, Args, Subcommand};
 use rusty_bench::machine::cores;
 use rusty_contract::{Exit, errln, outln};
 use rusty_engine::run::Progress;
-use rusty_study::sweep::report::{Report, draw};
+use rusty_study::sweep::report::Report;
 use rusty_study::sweep::{Plan, Request, Seeds, SweepJob, SweepOutcome, Table, axes};
 use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -163,11 +163,7 @@ fn whole(args: &SweepArgs) -> Result<Exit> {
     let came = sweeping.run(&stop, progress)?;
     let complete = came.runs == came.planned && !came.was_complete;
     let report = complete.then(|| Report::of(&came.swept, args.what.ab.is_some()));
-    let pictures = match &args.out {
-        Some(out) if complete => draw(&came.swept, out)?,
-        _ => Vec::new(),
-    };
-    Ok(print(args, &came, report, &pictures))
+    Ok(print(args, &came, report))
 }
 
 /// Returns a flag that Ctrl-C and SIGTERM raise. A second signal ends the process; the
@@ -211,12 +207,7 @@ struct Document<'a> {
     report: Option<Report>,
 }
 
-fn print(
-    args: &SweepArgs,
-    came: &SweepOutcome,
-    report: Option<Report>,
-    pictures: &[PathBuf],
-) -> Exit {
+fn print(args: &SweepArgs, came: &SweepOutcome, report: Option<Report>) -> Exit {
     let interrupted = came.runs < came.planned;
     let shown = |path: &Path| path.display().to_string();
     let per_s = if came.elapsed_s > 0.0 { came.ticks as f64 / came.elapsed_s } else { 0.0 };
@@ -233,7 +224,7 @@ fn print(
         interrupted,
         table: args.out.as_deref().filter(|_| !interrupted).map(shown),
         journal: came.journal.as_deref().map(shown),
-        pictures: pictures.iter().map(|p| shown(p)).collect(),
+        pictures: came.pictures.iter().map(|p| shown(p)).collect(),
         lost: &came.lost,
         report,
     };
@@ -242,6 +233,7 @@ fn print(
     });
     let seconds = came.elapsed_s;
     if came.was_complete {
+        came.lost.iter().for_each(|(seed, lost)| errln!("seed {seed}: {lost}"));
         errln!("{}: complete already", args.out.as_deref().map(shown).unwrap_or_default());
     } else {
         let rate = format!("{} ticks in {seconds:.3} s, {per_s:.0} per second", came.ticks);
@@ -253,7 +245,7 @@ fn print(
             None => errln!("nothing is kept without --out FILE"),
         }
     } else if !args.output.json {
-        args.out.iter().chain(pictures).for_each(|path| outln!("{}", path.display()));
+        args.out.iter().chain(&came.pictures).for_each(|path| outln!("{}", path.display()));
     }
     if interrupted || !came.lost.is_empty() { Exit::Lost } else { Exit::Done }
 }

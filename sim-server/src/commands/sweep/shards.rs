@@ -274,7 +274,7 @@ pub fn merge(args: &MergeArgs) -> Result<Exit> {
             }
         })?;
     if let Some(table) = &table {
-        table.write(&swept, &plan.request.axes, &settings)?;
+        table.write(&swept, &plan.request.axes, &settings.with_lost(&lost))?;
         document.pictures = draw(&swept, table.path())?;
     }
     document.report = Some(Report::of(&swept, manifest.ab.is_some()));

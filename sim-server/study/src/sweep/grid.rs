@@ -28,7 +28,11 @@ impl Axis {
         if key.trim().is_empty() || values.iter().any(String::is_empty) {
             return Err(wrong("has a key or value that is empty"));
         }
-        let twice = (1..values.len()).any(|i| values[..i].contains(&values[i]));
+        let same = |a: &String, b: &String| match (a.parse::<f64>(), b.parse::<f64>()) {
+            (Ok(a), Ok(b)) => a == b,
+            _ => a == b,
+        };
+        let twice = (1..values.len()).any(|i| values[..i].iter().any(|v| same(v, &values[i])));
         if twice {
             return Err(wrong("has a value twice"));
         }

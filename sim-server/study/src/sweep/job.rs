@@ -16,7 +16,7 @@ use super::inside::Inside;
 use super::journal::{Journal, lock};
 use super::plan::Plan;
 use super::record::Record;
-use super::report::drawings;
+use super::report::{draw, drawings};
 use super::settings::Settings;
 use super::table::Table;
 use super::workers::{Listener, work};
@@ -56,6 +56,8 @@ pub struct SweepOutcome {
     pub ticks: u64,
     /// From the first run to the last, s.
     pub elapsed_s: f64,
+    /// The drawings of the table.
+    pub pictures: Vec<PathBuf>,
     /// The table was there already, and nothing was done.
     pub was_complete: bool,
     /// The journal that holds what is done of an interrupted sweep.
@@ -63,7 +65,7 @@ pub struct SweepOutcome {
 }
 
 impl SweepJob {
-    /// Makes the runs, or those that are missing, and writes the table. `stop`
+    /// Makes the runs, or those that are missing, writes the table and draws it. `stop`
     /// ends it early and keeps what is done.
     ///
     /// # Errors
@@ -77,8 +79,8 @@ impl SweepJob {
         let (mut journal, records) = match &self.table {
             None => (None, Vec::new()),
             Some(table) => {
-                if self.is_complete(table, &settings)? {
-                    return Ok(self.complete_before());
+                if let Some(there) = self.complete(table, &settings)? {
+                    return Ok(self.complete_before(there.lost()));
                 }
                 self.plan.rosters.iter().try_for_each(|roster| check_programs(roster))?;
                 let path = table.beside(".part");
@@ -105,6 +107,7 @@ impl SweepJob {
             lost,
             ticks: made.ticks,
             elapsed_s: made.elapsed_s,
+            pictures: Vec::new(),
             was_complete: false,
             journal: None,
         };
@@ -113,7 +116,10 @@ impl SweepJob {
             return Ok(came);
         }
         if let (Some(table), Some(journal)) = (&self.table, journal) {
+            let settings = settings.with_lost(&came.lost);
             table.write(&came.swept, &self.plan.request.axes, &settings)?;
+            // What cannot be drawn now is in the journal.
+            came.pictures = draw(&came.swept, table.path())?;
             journal.remove()?;
         }
         Ok(came)
@@ -151,12 +157,12 @@ impl SweepJob {
         Ok(Made { records, resumed, ticks, elapsed_s: elapsed_s.as_secs_f64() })
     }
 
-    /// Whether there is a table already, and is this one. Without leave, what is
-    /// there is not touched.
-    fn is_complete(&self, table: &Table, settings: &Settings) -> Result<bool, SweepError> {
+    /// The settings of the table that is there already, where it is this one and complete.
+    /// Without leave, what is there is not touched.
+    fn complete(&self, table: &Table, settings: &Settings) -> Result<Option<Settings>, SweepError> {
         let part = table.beside(".part");
         if self.force {
-            return Ok(false);
+            return Ok(None);
         }
         if !self.resume {
             if let Ok(file) = fs::File::open(&part) {
@@ -175,25 +181,28 @@ impl SweepJob {
                     remedy: "choose another --out, or replace it with --force",
                 });
             }
-            return Ok(false);
+            return Ok(None);
         }
         // What is next to a table while it is written decides.
         if part.exists() {
-            return Ok(false);
+            return Ok(None);
         }
-        let Some(there) = table.settings()? else { return Ok(false) };
-        match there.difference(settings) {
-            None => Ok(true),
-            Some(difference) => {
-                let path = table.path().display().to_string();
-                Err(SweepError::Other { path, difference })
-            }
+        let Some(there) = table.settings()? else { return Ok(None) };
+        let path = table.path().display().to_string();
+        if let Some(difference) = there.difference(settings) {
+            return Err(SweepError::Other { path, difference });
         }
+        let rows = table.rows()?.try_fold(0, |count, row| row.map(|_| count + 1))?;
+        if rows != self.plan.rows() {
+            let problem = format!("has {rows} of {} rows", self.plan.rows());
+            return Err(SweepError::NoSweep { path, problem });
+        }
+        Ok(Some(there))
     }
 
-    fn complete_before(self) -> SweepOutcome {
+    fn complete_before(self, lost: Vec<(u64, String)>) -> SweepOutcome {
         let planned = self.plan.count();
-        let (swept, lost) = swept(&self.plan, Vec::new());
+        let (swept, _) = swept(&self.plan, Vec::new());
         SweepOutcome {
             swept,
             runs: planned,
@@ -202,6 +211,7 @@ impl SweepJob {
             lost,
             ticks: 0,
             elapsed_s: 0.0,
+            pictures: Vec::new(),
             was_complete: true,
             journal: None,
         }

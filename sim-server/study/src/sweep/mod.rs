@@ -8,7 +8,7 @@
 //! * [`workers`]: runs side by side, made [`inside`] or with [`clients`], by [`crews`] of
 //!   processes or by [`launches`];
 //! * [`journal`]: what is done, while the rest is not;
-//! * [`table`], [`settings`]: what is written in the end;
+//! * [`table`], [`settings`] with the `program_files`: what is written in the end;
 //! * [`job`]: all of it together;
 //! * [`manifest`], [`shard`], [`part`], [`mod@merge`] and the shards that make it
 //!   [`incomplete`], with a [`pilot`] for the size of a shard: the same on many machines;
@@ -48,6 +48,7 @@ pub mod paired;
 pub mod part;
 pub mod pilot;
 pub mod plan;
+mod program_files;
 pub mod record;
 pub mod report;
 pub mod row;

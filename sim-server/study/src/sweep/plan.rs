@@ -75,7 +75,7 @@ impl Plan {
     }
 
     fn of(request: Request, own: Option<&[Participant]>) -> Result<Self, SweepError> {
-        check_axes(&request.axes)?;
+        check_axes(&request)?;
         let all = combinations(&request.axes, MOST_CELLS).ok_or_else(|| {
             let problem = format!("make more than {MOST_CELLS} combinations");
             FieldError::new("--set", "the lists", problem, "sweep fewer fields or values at once")
@@ -125,6 +125,17 @@ impl Plan {
         self.runs.end - self.runs.start
     }
 
+    /// Returns the number of rows of its table: one for each estimator of a run.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        let estimators = |cell: usize| match self.rosters.get(cell) {
+            None => 1,
+            Some(roster) => roster.iter().filter(|p| p.answers()).count() as u64,
+        };
+        let seeds = self.request.seeds.count();
+        (0..self.cells.len()).map(|cell| seeds * estimators(cell)).sum()
+    }
+
     /// Ticks of a run.
     #[must_use]
     pub fn ticks(&self, run: u64) -> u64 {
@@ -170,15 +181,25 @@ impl Sampling {
     }
 }
 
-fn check_axes(axes: &[Axis]) -> Result<(), FieldError> {
+/// Refuses fields that another option, or another field, would set again.
+fn check_axes(request: &Request) -> Result<(), FieldError> {
+    let axes = &request.axes;
     for (i, axis) in axes.iter().enumerate() {
+        let wrong =
+            |problem: &str, remedy: &str| Err(FieldError::new("--set", &axis.key, problem, remedy));
         if axis.key == "seed" {
-            let remedy = "give --seeds A..B";
-            return Err(FieldError::new("--set", "seed", "is swept by another option", remedy));
+            return wrong("is swept by another option", "give --seeds A..B");
+        }
+        if axis.key == "ticks" && request.ticks.is_some() {
+            return wrong("is set by --ticks as well", "leave out one of both");
         }
         if axes[..i].iter().any(|a| a.key == axis.key) {
-            let remedy = "give all its values in one list: key=v1,v2";
-            return Err(FieldError::new("--set", &axis.key, "is given twice", remedy));
+            return wrong("is given twice", "give all its values in one list: key=v1,v2");
+        }
+        let is_part =
+            |a: &str, b: &str| a.strip_prefix(b).is_some_and(|rest| rest.starts_with('.'));
+        if axes.iter().any(|a| is_part(&a.key, &axis.key)) {
+            return wrong("contains another field of --set", "give the fields in it one by one");
         }
     }
     Ok(())
@@ -265,6 +286,19 @@ mod tests {
         let places: Vec<_> = plan.runs.clone().map(|run| plan.place(run)).collect();
         assert_eq!(places[..4], [(0, 7), (0, 8), (0, 9), (1, 7)]);
         assert_eq!([0, 3, 8].map(|run| plan.ticks(run)), [100, 31, 1]);
+    }
+
+    #[test]
+    fn a_field_is_set_in_one_place() {
+        let refused = |request: Request| Plan::new(request).err().map(|e| e.to_string());
+        let ticks = Request { ticks: Some(50), ..request("0..2", &["ticks=10,20"]) };
+        assert!(refused(ticks).unwrap().contains("--set ticks"));
+        let whole = "robot={ slip_std = 0.3 }";
+        for axes in [["robot.slip_std=0.1,0.2", whole], [whole, "robot.slip_std=0.1,0.2"]] {
+            assert!(refused(request("0..2", &axes)).unwrap().contains("--set robot:"));
+        }
+        assert_eq!(refused(request("0..2", &["robot.slip_std=0.1", "robot.track_m=0.2"])), None);
+        assert!(Axis::parse("--set", "robot.slip_std=0.1,0.10").is_err());
     }
 
     #[test]

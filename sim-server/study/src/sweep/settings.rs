@@ -7,8 +7,12 @@ use serde_json::{Map, Value, json};
 
 use super::grid::{Axis, combinations};
 use super::plan::Plan;
+use super::program_files::program_files;
 use super::seeds::Seeds;
 use crate::documents;
+
+/// The field of what was lost in the runs.
+const LOST: &str = "lost";
 
 /// The settings of a sweep. Nothing in it depends on the machine, the time or
 /// the number of jobs.
@@ -45,6 +49,10 @@ impl Settings {
         map.insert("parameters".to_owned(), json!(parameters));
         let rosters = serde_json::to_value(&plan.rosters).map_err(no_json)?;
         map.insert("rosters".to_owned(), rosters);
+        let programs = program_files(&plan.rosters);
+        if !programs.is_empty() {
+            map.insert("programs".to_owned(), json!(programs));
+        }
         map.insert("cells".to_owned(), json!(cells));
         map.insert("worlds".to_owned(), serde_json::to_value(&worlds).map_err(no_json)?);
         Ok(Self(map))
@@ -126,10 +134,30 @@ impl Settings {
         all.iter().zip(list("cells")).map(|(set, cell)| (words(set), config(cell))).collect()
     }
 
-    /// The first field in which the two differ, and both values.
+    /// Those of a sweep that is done: with the runs in which something was lost, seed and what.
+    #[must_use]
+    pub fn with_lost(mut self, lost: &[(u64, String)]) -> Self {
+        if !lost.is_empty() {
+            self.0.insert(LOST.to_owned(), json!(lost));
+        }
+        self
+    }
+
+    /// The runs in which something was lost.
+    #[must_use]
+    pub fn lost(&self) -> Vec<(u64, String)> {
+        let list = self.0.get(LOST).cloned();
+        list.and_then(|list| serde_json::from_value(list).ok()).unwrap_or_default()
+    }
+
+    /// The first field in which the two differ, and both values. What was lost is no setting.
     #[must_use]
     pub fn difference(&self, other: &Self) -> Option<String> {
-        let (a, b) = (Value::Object(self.0.clone()), Value::Object(other.0.clone()));
+        let [a, b] = [self, other].map(|settings| {
+            let mut fields = settings.0.clone();
+            fields.remove(LOST);
+            Value::Object(fields)
+        });
         documents::differences(&a, &b).into_iter().next()
     }
 }

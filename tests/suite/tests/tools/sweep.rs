@@ -199,6 +199,50 @@ fn a_table_that_is_there_is_not_written_over() {
 }
 
 #[test]
+fn a_finished_sweep_tells_its_losses_again_and_has_its_programs() {
+    let place = folder();
+    let (program, server) = (place.at("mine.sh"), binary("sim-server"));
+    let write = |filter: &str| {
+        fs::write(&program, format!("exec {} {filter} \"$@\"\n", server.display())).unwrap();
+    };
+    write("dead-reckoning");
+    let few = ["patrol", "--seeds", "0..2", "--ticks", "30", "--clients", "--jobs", "1"];
+    let again = |args: &[&str], out: &Path, code: i32| {
+        sweep(&[&few[..], args, &["--resume", "--json"]].concat(), out, code)
+    };
+    let (mine, out) = (format!("mine=sh {}", program.display()), place.at("a.csv"));
+    sweep(&[&few[..], &["--add", &mine]].concat(), &out, 0);
+    assert_eq!(again(&["--add", &mine], &out, 0).json()["lost"], Value::Array(vec![]));
+    write("wander");
+    again(&["--add", &mine], &out, 2).says("programs").says("mine.sh");
+    write("dead-reckoning");
+    let whole = fs::read_to_string(&out).unwrap();
+    fs::write(&out, &whole[..whole.trim_end().rfind('\n').unwrap() + 1]).unwrap();
+    again(&["--add", &mine], &out, 2).says("has 3 of 4 rows");
+
+    let lost = place.at("b.csv");
+    let bad = ["--add", "bad=false"];
+    let first = sweep(&[&few[..], &bad, &["--json"]].concat(), &lost, 3).json();
+    assert_eq!(list(&first, "lost").len(), 2);
+    let told = again(&bad, &lost, 3);
+    assert_eq!(told.says("seed 1: bad").json()["lost"], first["lost"]);
+}
+
+#[test]
+fn what_cannot_be_drawn_is_drawn_later() {
+    let place = folder();
+    let (out, wall) = (place.at("a.csv"), place.at("a-growth.png"));
+    let args = ["patrol", "--seeds", "0..3"];
+    fs::create_dir(&wall).unwrap();
+    sweep(&args, &out, 1).says("a-growth.png");
+    fs::remove_dir(&wall).unwrap();
+    sweep(&args, &out, 2).says("--resume");
+    let ended = sweep(&[&args[..], &["--resume", "--json"]].concat(), &out, 0).json();
+    assert_eq!((list(&ended, "pictures").len(), &ended["ticks"]), (6, &0.into()));
+    assert!(wall.is_file() && !place.at("a.csv.part").exists());
+}
+
+#[test]
 fn a_sweep_that_cannot_begin_takes_nothing_away_and_leaves_nothing() {
     let place = folder();
     let out = place.at("a.csv");
@@ -234,7 +278,7 @@ fn a_sweep_at_work_is_not_replaced() {
 fn what_cannot_be_swept_is_named_with_its_remedy() {
     let place = folder();
     let out = place.at("a.csv");
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 10] = [
         (&["driver", "--seeds", "0..2"], "give --clients"),
         (&["patrol", "--seeds", "3..3"], "0..500"),
         (&["patrol", "--seeds", "0..2", "--set", "seed=1,2"], "give --seeds"),
@@ -243,6 +287,8 @@ fn what_cannot_be_swept_is_named_with_its_remedy() {
         (&["patrol", "--seeds", "0..2", "--ab", "robot.slip_std=1,2,3"], "has 3 values"),
         (&["patrol", "--seeds", "0..2", "--ab", "a.b=1,2", "--set", "a.b=1"], "given twice"),
         (&["patrol", "--seeds", "0..9000000000"], "fewer seeds"),
+        (&["patrol", "--seeds", "0..2", "--set", "ticks=1,2", "--ticks", "9"], "by --ticks"),
+        (&["patrol", "--seeds", "0..2", "--set", "a.b=1", "--set", "a={}"], "one by one"),
     ];
     for (args, words) in cases {
         let said = sweep(args, &out, 2).stderr;
