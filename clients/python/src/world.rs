@@ -144,7 +144,9 @@ impl PyWorld {
     /// How far a ray from `origin` (x, y) goes at `angle_rad` from the world x
     /// axis before it meets a wall; `range_max_m` where it meets none before.
     ///
-    /// A single angle gives a float, an array of them an array of the same shape.
+    /// A single angle gives a float, an array of them an array of the same shape. Numbers
+    /// that are not finite, but for an infinite `range_max_m`, are a `ValueError`, as for
+    /// `scan` and `scans`.
     #[pyo3(signature = (origin, angle_rad, range_max_m = f64::INFINITY))]
     fn raycast<'py>(
         &self,
@@ -153,12 +155,19 @@ impl PyWorld {
         angle_rad: &Bound<'py, PyAny>,
         range_max_m: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
+        check_finite(&origin, "origin")?;
+        if range_max_m.is_nan() || range_max_m < 0.0 {
+            let problem = format!("range_max_m={range_max_m}: expected 0 or more");
+            return Err(PyValueError::new_err(problem));
+        }
         let origin = Point2::from(origin);
         let cast = |angle_rad| self.0.raycast(origin, angle_rad, range_max_m).distance_m;
         if let Ok(angle_rad) = angle_rad.extract::<f64>() {
+            check_finite(&[angle_rad], "angle_rad")?;
             return Ok(cast(angle_rad).into_pyobject(py)?.into_any());
         }
         let angles = floats(angle_rad, "angle_rad", "()")?;
+        check_finite(&angles.numbers, "angle_rad")?;
         let distances_m = py.detach(|| angles.numbers.into_iter().map(cast).collect::<Vec<_>>());
         let array = PyArray1::from_vec(py, distances_m);
         Ok(numpy::PyArrayMethods::reshape(&array, angles.shape)?.into_any())
@@ -180,6 +189,7 @@ impl PyWorld {
         every: usize,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let body_in_world = pose_of(pose, "pose")?;
+        check_finite(&[body_in_world.x(), body_in_world.y(), body_in_world.theta()], "pose")?;
         let beams = Beams::new(lidar, every)?;
         Ok(PyArray1::from_vec(py, beams.scans(&self.0, &[body_in_world])))
     }
@@ -195,6 +205,7 @@ impl PyWorld {
         every: usize,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let poses = rows::<3>(poses, "poses")?;
+        check_finite(poses.as_flattened(), "poses")?;
         let beams = Beams::new(lidar, every)?;
         let ranges_m = py.detach(|| {
             let poses: Vec<SE2> =
@@ -237,6 +248,17 @@ impl PyWorld {
 
 fn refused(error: rusty_geometry::WorldError) -> PyErr {
     PyValueError::new_err(error.to_string())
+}
+
+/// A ray from nowhere would meet nothing, as one into the open does.
+fn check_finite(numbers: &[f64], what: &str) -> PyResult<()> {
+    match numbers.iter().find(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(number) => {
+            let problem = format!("{what}: {number} is in it; expected finite numbers");
+            Err(PyValueError::new_err(problem))
+        }
+    }
 }
 
 fn read_text(path: &std::path::Path) -> PyResult<String> {

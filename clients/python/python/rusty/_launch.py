@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import ctypes
 import html
 import json
 import os
@@ -25,6 +26,8 @@ _LOST = 3
 """The exit code of a run that finished, but lost something."""
 _PATIENCE_S = 15.0
 """How long the server may take to end a run that is to stop."""
+_LIBC = ctypes.CDLL(None)
+_PR_SET_PDEATHSIG = 1
 
 
 class LaunchError(RustyError):
@@ -366,6 +369,7 @@ def _run(words: list[str], quiet: bool) -> tuple[int, str, str]:
                 sys.stderr.write(line)
 
     # In a separate session: Ctrl-C on a terminal would reach it a second time.
+    # It ends with this thread, which waits for it.
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     server = subprocess.Popen(
         words,
@@ -373,6 +377,7 @@ def _run(words: list[str], quiet: bool) -> tuple[int, str, str]:
         encoding="utf-8",
         errors="replace",
         start_new_session=True,
+        preexec_fn=_end_with_parent,
         **pipes,  # type: ignore[call-overload]
     )
     listener = threading.Thread(target=listen, args=(server.stderr,), daemon=True)
@@ -390,6 +395,11 @@ def _run(words: list[str], quiet: bool) -> tuple[int, str, str]:
             if pipe is not None:
                 pipe.close()
     return code, printed, "".join(said)
+
+
+def _end_with_parent() -> None:
+    """In a new process: asks for SIGTERM when the thread that started it ends."""
+    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def _stop(server: "subprocess.Popen[str]") -> None:

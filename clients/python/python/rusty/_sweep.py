@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import json
 import os
 import shlex
@@ -15,14 +14,13 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any, Callable, Literal, Sequence
 
-from ._launch import LaunchError, RunLost, _find_server, _run
+from ._launch import LaunchError, RunLost, _end_with_parent, _find_server, _run
 from ._rusty import toml_json
 
 __all__ = ["kubernetes_job", "sweep"]
 
 _FINAL = (2, 4)
 """Exit codes that do not change when a shard is tried again: usage and other bits."""
-_PR_SET_PDEATHSIG = 1
 
 
 class ShardFailed(LaunchError):
@@ -85,7 +83,7 @@ def sweep(
             found = os.fspath(table)
             raise FileExistsError(f"{found} is there already; give another table, or force=True")
     path = Path(manifest).absolute()
-    plan = json.loads(toml_json(path.read_text(encoding="utf-8")))
+    plan = _plan(path)
     folder = path.with_suffix(".parts") if out is None else Path(out).absolute()
     program = _find_server(server)
     words = [program, "sweep", "run", str(path), "--out", str(folder), "--json", "--quiet"]
@@ -113,9 +111,16 @@ def sweep(
     return parts
 
 
+def _plan(manifest: Path) -> dict[str, Any]:
+    """The fields of a manifest."""
+    plan: dict[str, Any] = json.loads(toml_json(manifest.read_text(encoding="utf-8")))
+    if not {"digest", "shards"} <= plan.keys():
+        raise ValueError(f"{manifest}: expected a manifest from `sim-server sweep plan`")
+    return plan
+
+
 def _make(words: list[str], started: Callable[[Any], None] = lambda process: None) -> None:
     """Makes a shard; fails with `ShardFailed` where another try may help."""
-    libc = ctypes.CDLL(None)
     process = subprocess.Popen(
         words,
         stdin=subprocess.DEVNULL,
@@ -126,7 +131,7 @@ def _make(words: list[str], started: Callable[[Any], None] = lambda process: Non
         # Ctrl-C is for this process, which passes it on. A worker that is killed takes
         # its shard with it.
         start_new_session=True,
-        preexec_fn=lambda: libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM),
+        preexec_fn=_end_with_parent,
     )
     started(process)
     _, said = process.communicate()
@@ -244,7 +249,7 @@ def kubernetes_job(
     parallelism: int = 16,
     retries: int = 4,
 ) -> str:
-    """Returns an Indexed Job that makes the shards of a sweep, for ``kubectl apply -f -``.
+    """Returns an Indexed Job that makes the shards of a sweep, for ``kubectl create -f -``.
 
     It is JSON, which YAML includes.
 
@@ -255,10 +260,19 @@ def kubernetes_job(
         claim: name of the volume claim with the manifest; the parts go to a folder
             there.
         parallelism: number of pods at a time.
-        retries: how often a shard is tried again.
+        retries: how often a shard is tried again, but for wrong usage and other bits.
+
+    Raises:
+        ValueError: a number is too small, a name is empty, or the file is no manifest.
     """
     path = Path(manifest)
-    plan = json.loads(toml_json(path.read_text(encoding="utf-8")))
+    plan = _plan(path)
+    for name, number, least in (("parallelism", parallelism, 1), ("retries", retries, 0)):
+        if number < least:
+            raise ValueError(f"{name}={number}: expected at least {least}")
+    for name, word in (("image", image), ("claim", claim)):
+        if not word.strip():
+            raise ValueError(f"{name}={word!r}: expected a name")
     files = [f"/sweep/{name}" for name in (path.name, path.with_suffix(".parts").name)]
     source, parts = map(shlex.quote, files)
     command = f'exec sim-server sweep run {source} --shard "$JOB_COMPLETION_INDEX" --out {parts}'
@@ -271,6 +285,8 @@ def kubernetes_job(
     }
     volume = {"name": "sweep", "persistentVolumeClaim": {"claimName": claim}}
     pod = {"restartPolicy": "Never", "containers": [container], "volumes": [volume]}
+    codes = {"containerName": "shard", "operator": "In", "values": list(_FINAL)}
+    final = {"action": "FailIndex", "onExitCodes": codes}
     job = {
         "apiVersion": "batch/v1",
         "kind": "Job",
@@ -280,6 +296,7 @@ def kubernetes_job(
             "completions": plan["shards"],
             "parallelism": min(parallelism, plan["shards"]),
             "backoffLimitPerIndex": retries,
+            "podFailurePolicy": {"rules": [final]},
             "template": {"spec": pod},
         },
     }

@@ -271,18 +271,34 @@ fn a_launch_that_fails_says_why_and_one_that_lost_something_is_none() {
     assert!(out.at("run/run.log").exists());
 }
 
-#[test]
-fn ctrl_c_stops_a_launch_and_leaves_nothing() {
-    let Some(python) = python() else { return };
+/// A launch by Python that gets a signal: how Python ended, and the run.
+fn launch_signalled(python: &Path, signal: Signal) -> (Ended, RunName) {
     let (out, run, server) = (folder(), fresh_run("pys"), binary("sim-server"));
     let mut command = Command::new(python);
     command.arg(script("launch_stops.py")).arg(&server).arg(out.path()).arg(run.as_str());
     let script = Process::spawn(&mut command);
     until("the run has begun", || LogReader::open(&out.at("run.log")).is_ok());
-    script.signal(Signal::INT);
-    assert_eq!(script.wait().expect(0).stdout, "interrupted\n");
+    script.signal(signal);
+    (script.wait(), run)
+}
+
+#[test]
+fn ctrl_c_stops_a_launch_and_leaves_nothing() {
+    let Some(python) = python() else { return };
+    let (ended, run) = launch_signalled(python, Signal::INT);
+    assert_eq!(ended.expect(0).stdout, "interrupted\n");
     assert_eq!(participants(&run), [], "processes of the run live on");
     nothing_left(&run);
+}
+
+#[test]
+fn a_launch_ends_with_the_script_that_made_it() {
+    let Some(python) = python() else { return };
+    for signal in [Signal::TERM, Signal::KILL] {
+        let (_, run) = launch_signalled(python, signal);
+        until("the run has ended", || participants(&run).is_empty());
+        nothing_left(&run);
+    }
 }
 
 fn readme_s_python() -> Vec<String> {

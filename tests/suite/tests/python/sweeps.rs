@@ -180,6 +180,8 @@ fn the_job_for_kubernetes_has_every_shard() {
     let job = ended.json();
     assert_eq!(job["spec"]["completions"], 4);
     assert_eq!(job["spec"]["completionMode"], "Indexed");
+    let codes = &job["spec"]["podFailurePolicy"]["rules"][0]["onExitCodes"]["values"];
+    assert_eq!(codes, &serde_json::json!([2, 4]));
     // The command of a pod, with the volume of this machine.
     let pod = &job["spec"]["template"]["spec"]["containers"][0]["command"];
     let command =
