@@ -1,5 +1,6 @@
 //! `runs`: list, compare or remove the folders of runs.
 
+use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
 use anyhow::Result;
@@ -183,10 +184,11 @@ fn print_comparison(runs: &[ComparedRun]) {
 /// Every folder is looked at before the first one is removed.
 fn remove(args: &RemoveArgs) -> Result<Exit> {
     let open = |name: &String| open(&args.dir, name);
-    let all: Vec<OldRun> = args.names.iter().map(open).collect::<Result<_, _>>()?;
+    let names: BTreeSet<&String> = args.names.iter().collect();
+    let all: Vec<OldRun> = names.iter().copied().map(open).collect::<Result<_, _>>()?;
     all.into_iter().try_for_each(OldRun::remove)?;
-    args.output.print_with(&json!({ "removed": args.names }), || {
-        args.names.iter().for_each(|name| outln!("removed {}", args.dir.join(name).display()));
+    args.output.print_with(&json!({ "removed": names }), || {
+        names.iter().for_each(|name| outln!("removed {}", args.dir.join(name).display()));
     });
     Ok(Exit::Done)
 }

@@ -42,9 +42,9 @@ pub struct UmbmarkArgs {
     /// Built-in (apartment, patrol, office, …) or a file
     #[arg(default_value = "apartment")]
     pub scenario: String,
-    /// Number of laps in each direction
+    /// Number of laps in each direction, 2 or more
     #[arg(long, default_value_t = 5, value_name = "N",
-        value_parser = clap::value_parser!(u32).range(1..=100_000))]
+        value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub runs: u32,
     /// Length of a side, m
     #[arg(long, default_value_t = 4.0, value_name = "M")]

@@ -161,7 +161,7 @@ fn runs_are_listed_and_removed_by_name_and_nothing_else_is() {
         sim_server(&["runs", "remove", "--in", arg(&dir), "b", name]).expect(2);
     }
     assert!(snapshot(&dir) == before);
-    sim_server(&["runs", "remove", "--in", arg(&dir), "a", "b"]).expect(0);
+    sim_server(&["runs", "remove", "--in", arg(&dir), "a", "b", "a"]).expect(0);
     assert!(!at("a").exists() && !at("b").exists() && at("mine/file").exists());
     assert!(runs(&[arg(&dir)]).as_array().unwrap().is_empty());
     assert!(runs(&[arg(&place.at("gone"))]).as_array().unwrap().is_empty());
@@ -254,7 +254,7 @@ fn an_import_and_a_drawing_replace_nothing_unforced() {
     for args in [
         &["import", "carmen", arg(&input), "-o", arg(&log)][..],
         &["worlds", "hallway", "--svg", arg(&svg)],
-        &["umbmark", "--runs", "1", "--svg", arg(&svg)],
+        &["umbmark", "--runs", "2", "--svg", arg(&svg)],
     ] {
         let file = if args[0] == "import" { &log } else { &svg };
         fs::write(file, "mine").unwrap();

@@ -61,7 +61,7 @@ fn what_cannot_be_used_is_refused() {
     for (args, words) in [
         (&["umbmark", "--side", "0"][..], "--side 0: is out of range"),
         (&["umbmark", "--speed", "nan"], "--speed NaN"),
-        (&["umbmark", "--runs", "0"], "0 is not in 1.."),
+        (&["umbmark", "--runs", "1"], "1 is not in 2.."),
         (&["umbmark", "--set", "robot.track_bias=2"], "robot.track_bias = 2: is out of range"),
         (&["umbmark", "--set", "robot.wheel_limit_rad_s=0.01"], "shorter --side"),
         (&["budget", "--seeds", "5..5"], "no seed in it"),
@@ -74,7 +74,7 @@ fn what_cannot_be_used_is_refused() {
     }
     let place = folder();
     let folder = arg(place.path());
-    sim_server(&["umbmark", "--runs", "1", "--svg", folder]).expect(1).says(folder);
+    sim_server(&["umbmark", "--runs", "2", "--svg", folder]).expect(1).says(folder);
 }
 
 /// Whether a process has a separate handler for SIGINT.
