@@ -16,8 +16,8 @@
 //! it is matched again with a prior that allows for that, and where that does not fit
 //! either, it is searched in a map of the newest key scans ([`crate::submap`]). Where another
 //! pose fits nearly as well there, the motion is as unsure as half of the way between both.
-//! A scan of a laser with a narrow view or a short range that met only a piece of one wall is
-//! not searched: it fits in many places.
+//! A scan of a laser with a narrow view or a short range that met only a piece of one wall, or of
+//! a laser with few beams, is not searched: it fits in many places.
 //!
 //! What it leaves out: one scan is the end of one motion and the beginning of
 //! the next, so errors of neighbouring motions are related (mostly of opposite
@@ -35,7 +35,7 @@ use crate::icp::{
     Evidence, FEWEST, Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans,
 };
 use crate::numbers::{not_negative, positive, share};
-use crate::submap::{Placement, Submap, Unseen, Window, is_narrow};
+use crate::submap::{Placement, Submap, Unseen, Window, is_meagre};
 use crate::tangent::{chained, estimate, independent, placed, symmetric};
 use crate::{Motion, OdometryNoise};
 use doubts::{doubted, lost, slipped};
@@ -226,7 +226,7 @@ impl Tracker {
             if is_lost {
                 // A narrow view often shows what no key scan did; that refutes no wheels.
                 self.to_scan =
-                    if is_narrow(&self.laser, &rays) { slipped(&to_scan) } else { lost(&to_scan) };
+                    if is_meagre(&self.laser, &rays) { slipped(&to_scan) } else { lost(&to_scan) };
             }
             told.key = self.new_key(&rays, evidence.filter(|_| matches_well));
             if told.key.is_none() {
@@ -254,7 +254,7 @@ impl Tracker {
         if book.as_ref().is_ok_and(fits) || matches!(book, Err(NoMatch::FewEnds { .. })) {
             return book.map(by_book);
         }
-        if is_narrow(&self.laser, rays) {
+        if is_meagre(&self.laser, rays) {
             let told = book?;
             return is_usual(&told).then(|| by_book(told)).ok_or(NoMatch::Narrow);
         }

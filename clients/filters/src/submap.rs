@@ -45,6 +45,8 @@ const MOST_ENDS: usize = 150;
 /// direction, one deviation, m, fits in many places of a window.
 const FEW_ENDS: usize = 40;
 const BREADTH_M: f64 = 0.75;
+/// The scans of a laser with fewer beams than this fit in many places, too.
+const FEW_BEAMS: usize = 32;
 /// The highest likelihood in the table, and the mark of what no scan looked at.
 const MOST: u8 = 254;
 const UNSEEN: u8 = 255;
@@ -315,6 +317,12 @@ pub fn is_narrow(laser: &Laser, rays: &[Ray]) -> bool {
     };
     let covariance = ends.iter().map(square).sum::<Matrix2<f64>>() / count;
     covariance.symmetric_eigenvalues().min() < BREADTH_M * BREADTH_M
+}
+
+/// Whether a scan is too little to be placed by one search: it is narrow, or its laser has few
+/// beams. Then wheels that it does not match are not refuted.
+pub fn is_meagre(laser: &Laser, rays: &[Ray]) -> bool {
+    laser.beams() < FEW_BEAMS || is_narrow(laser, rays)
 }
 
 /// Ends of a scan, about evenly along the walls.

@@ -196,7 +196,11 @@ fn page(fit: &BeamFit, sheet: &LidarSheet, scans: u64, verbose: bool) -> String 
     lines.push(table.to_string());
     lines.push(format!(
         "for mcl: --sigma-m {:.4} --z-short {:.4} --z-max {:.4} --z-rand {:.4}",
-        fit.sigma_hit_m.value, fit.z_short.value, fit.z_max.value, fit.z_rand.value
+        // The least that `mcl` takes.
+        fit.sigma_hit_m.value.max(0.001),
+        fit.z_short.value,
+        fit.z_max.value,
+        fit.z_rand.value
     ));
     lines.join("\n")
 }

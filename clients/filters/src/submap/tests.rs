@@ -106,6 +106,13 @@ fn a_corridor_leaves_the_guess_along_it() {
 }
 
 #[test]
+fn the_scans_of_few_beams_are_meagre() {
+    let whole = rays(&apartment(), &SE2::new(8.0, 2.0, 1.0));
+    let with = |beams: u32| Laser::new(&LidarConfig { beams, ..LidarConfig::default() });
+    assert!(is_meagre(&with(20), &whole) && !is_meagre(&with(36), &whole));
+}
+
+#[test]
 fn nothing_seen_finds_nothing() {
     let window = Window { centre: SE2::identity(), half_m: 0.5, half_rad: 0.5 };
     let rays = rays(&apartment(), &SE2::new(8.0, 2.0, 1.0));

@@ -54,6 +54,10 @@ fn set(whole: &mut Value, change: &str) -> Result<(), FieldError> {
     if key.split('.').count() > MAX_KEY_PARTS {
         return Err(change_error(change, "names a field that no scenario has"));
     }
+    if key == "world" {
+        // A scenario takes its world from this file, if it has one.
+        whole.as_object_mut().map(|fields| fields.remove("world_file"));
+    }
     let mut place = whole;
     for part in key.split('.') {
         if place.is_null() {
@@ -109,6 +113,19 @@ mod tests {
     use super::*;
     use crate::scenario_file::{load, read};
     use rusty_contract::ScriptConfig;
+
+    #[test]
+    fn a_world_takes_the_place_of_a_world_file() {
+        let world = |changes: &[&str]| {
+            let changes: Vec<String> = changes.iter().map(|&c| c.to_owned()).collect();
+            let scenario = read("world_file = \"hall.toml\"", &changes).unwrap();
+            (scenario.world, scenario.world_file)
+        };
+        assert_eq!(world(&["ticks=5"]).1.as_deref(), Some("hall.toml"));
+        assert_eq!(world(&["world=lobby"]), ("lobby".to_owned(), None));
+        let both = ["world=lobby", "world_file=other.toml"];
+        assert_eq!(world(&both).1.as_deref(), Some("other.toml"));
+    }
 
     #[test]
     fn a_seed_may_have_64_bits() {
