@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use rusty_contract::{Exit, errln, outln};
+use rusty_contract::{Exit, FieldError, errln, outln};
 use rusty_engine::run::Progress;
 use rusty_study::sweep::report::{Report, draw, drawings};
 use rusty_study::sweep::{
@@ -126,6 +126,11 @@ struct Planned<'a> {
 
 pub fn plan(args: &PlanArgs) -> Result<Exit> {
     check_free(&args.output_file, args.force)?;
+    if folder(None, &args.output_file) == args.output_file {
+        let remedy = "give it another ending, e.g. .toml";
+        let problem = "has the name of the folder of its parts";
+        return Err(FieldError::new("-o", args.output_file.display(), problem, remedy).into());
+    }
     let plan = args.what.plan()?;
     let job = job(plan, 1);
     let run_s = match args.shards {

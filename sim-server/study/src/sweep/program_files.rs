@@ -1,6 +1,6 @@
 //! The files that the commands of participants name, with digests of what is in them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
@@ -10,13 +10,14 @@ use xxhash_rust::xxh3::xxh3_128;
 /// Digests of the files that participants run and may read, by the name that the scenario
 /// has for them. Names that are no files are programs of the server or of the system.
 pub fn program_files(rosters: &[Vec<Participant>]) -> BTreeMap<String, String> {
-    let of = |p: &Participant| p.command.iter().chain(&p.files).cloned().collect::<Vec<_>>();
-    let words = rosters.iter().flatten().flat_map(of);
-    let digest = |word: String| {
-        let bytes = Path::new(&word).is_file().then(|| fs::read(&word).ok()).flatten()?;
-        Some((word, format!("{:032x}", xxh3_128(&bytes))))
+    let words = rosters.iter().flatten().flat_map(|p| p.command.iter().chain(&p.files));
+    // Many settings name the same few files.
+    let words: BTreeSet<&String> = words.collect();
+    let digest = |word: &String| {
+        let bytes = Path::new(word).is_file().then(|| fs::read(word).ok()).flatten()?;
+        Some((word.clone(), format!("{:032x}", xxh3_128(&bytes))))
     };
-    words.filter_map(digest).collect()
+    words.into_iter().filter_map(digest).collect()
 }
 
 #[cfg(test)]

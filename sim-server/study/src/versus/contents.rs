@@ -66,8 +66,12 @@ impl Contents {
         let (estimators, settings) = (Vec::new(), Vec::new());
         let mut contents =
             Self { path: shown.clone(), estimators, settings, runs: Vec::new(), configs };
+        let mut places = BTreeSet::new();
         for row in rows {
             let run = columns.run(&row?, &mut contents).map_err(no_table)?;
+            if !places.insert((run.setting, run.seed, run.estimator)) {
+                return Err(no_table(format!("has seed {} of an estimator twice", run.seed)));
+            }
             contents.runs.push(run);
         }
         let runs: BTreeSet<_> = contents.runs.iter().map(|run| (run.setting, run.seed)).collect();

@@ -213,6 +213,9 @@ fn a_plan_is_the_same_again_or_measures_the_runs() {
     let planned = sim_server(&[&again[..], &["--force", "--json"]].concat()).expect(0).json();
     assert!(number(&planned, "run_s") > 0.0);
     assert_eq!((&planned["runs"], &planned["shards"]), (&json!(3), &json!(1)));
+    let parts = b.manifest.with_extension("parts");
+    let own = ["sweep", "plan", "patrol", "--seeds", "0..3", "--shards", "1", "-o", arg(&parts)];
+    sim_server(&own).expect(2).says("folder of its parts");
     let few = [&again[..], &["--force", "--shards", "4"]].concat();
     sim_server(&few).expect(2).says("--shards").says("1 to 3");
     let none = ["sweep", "run", arg(&b.manifest), "--shard", "1"];

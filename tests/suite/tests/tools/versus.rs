@@ -105,7 +105,10 @@ fn what_cannot_be_compared_is_named_with_its_remedy() {
     let rows = fs::read_to_string(&cut).unwrap();
     fs::write(&cut, rows.lines().take(3).map(|line| format!("{line}\n")).collect::<String>())
         .unwrap();
-    let cases: [(&[&Path], &[&str], &str); 9] = [
+    let double = place.at("double.csv");
+    fs::write(&double, format!("{rows}{}\n", rows.lines().nth(2).unwrap())).unwrap();
+    let cases: [(&[&Path], &[&str], &str); 10] = [
+        (&[&a, &double], &[], "has seed 1 of an estimator twice"),
         (&[&a, &cut], &[], "2 of the 5 runs"),
         (&[&a], &[], "sweep with `--clients --add NAME=COMMAND`, or give a second table"),
         (&[&a, &a], &["--a", "mine"], "has no estimator \"mine\""),
