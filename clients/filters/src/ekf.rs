@@ -27,9 +27,10 @@
 //!   the distance between two beams, centimetres, and its error is not normal.
 //! * Without further means an EKF that diverges is wrong and sure of it. Here a test of
 //!   the innovations (`monitor`) adds the constant errors of the wheels to the state
-//!   (`wheels`) and raises the process noise. A test of the beams' ends (`search`) finds a
-//!   lost robot again, and makes the filter abstain until then. A filter that passes both
-//!   tests has the bits of one without them.
+//!   (`wheels`) and raises the process noise. Where a scan says that something holds the
+//!   robot while its wheels turn (`held`), the way since the last scan is predicted anew. A
+//!   test of the beams' ends (`search`) finds a lost robot again, and makes the filter
+//!   abstain until then. A filter that passes these tests has the bits of one without them.
 //! * Matches are found before the first update, updates are one after the other,
 //!   each linearised where the last one led.
 
@@ -47,6 +48,7 @@ use self::monitor::{Monitor, Verdict};
 use self::search::Watch;
 use self::wheels::WheelErrors;
 use crate::beams::believed_lidar;
+use crate::held::held;
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
 use crate::lines::{Extraction, Segment};
 use crate::motion::Steps;
@@ -122,6 +124,8 @@ pub struct Ekf {
     gate: Gate,
     pose_in_world: SE2,
     covariance: Matrix3<f64>,
+    /// The believed pose after the last scan.
+    scanned_at: SE2,
     monitor: Monitor,
     /// The constant errors of the wheels, once the innovations call for them.
     wheels: Option<WheelErrors>,
@@ -168,6 +172,7 @@ impl Ekf {
             gate: Gate::of_probability(walls.gate, walls.covered),
             pose_in_world,
             covariance: options.start.covariance(),
+            scanned_at: pose_in_world,
             monitor: Monitor::default(),
             wheels: None,
             watch,
@@ -201,6 +206,7 @@ impl Ekf {
         if self.map.lines.is_empty() {
             return None;
         }
+        self.hold(ranges_m);
         let segments = self.extraction.segments(&self.beams, ranges_m);
         let matches = self.matches(&segments);
         let mut sum = Innovation { nis: 0.0, degrees: 0 };
@@ -218,7 +224,21 @@ impl Ekf {
         }
         self.test(sum);
         self.find_back(ranges_m);
+        self.scanned_at = self.pose_in_world;
         (sum.degrees > 0).then_some(sum)
+    }
+
+    /// Predicts anew from the last scan, if this one says that something holds the robot.
+    fn hold(&mut self, ranges_m: &[f64]) {
+        let Some(watch) = &self.watch else { return };
+        let from = self.scanned_at;
+        let look = |poses: &_| watch.look_at(&self.beams, ranges_m, poses);
+        let now_in_then = from.inverse().compose(&self.pose_in_world);
+        let exactly = Motion { now_in_then, ..Motion::default() };
+        if let Some(motion) = held(&from, &exactly, look) {
+            self.pose_in_world = from.compose(&motion.now_in_then);
+            self.covariance += motion.covariance;
+        }
     }
 
     /// Tests the innovations. Where they are too large, the constant errors of the wheels

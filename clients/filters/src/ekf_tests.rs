@@ -228,3 +228,29 @@ fn a_robot_put_elsewhere_is_not_answered_for_until_it_is_found() {
         assert!(error_m < 0.1, "{place:?}: {error_m} m");
     }
 }
+
+#[test]
+fn while_something_holds_the_robot_its_wheels_are_not_believed() {
+    for seed in 0..8 {
+        let from = SE2::new(9.6, 2.0, 0.0);
+        let mut robot = Robot::new(from, seed);
+        let mut ekf = Ekf::new(&start(true, Some(from)), &Options::default()).unwrap();
+        // From driving to held and on, and from there to held while it turns.
+        for scan in 0..60 {
+            let twist = Twist { v_m_s: 0.5, omega_rad_s: if scan < 40 { 0.3 } else { 1.5 } };
+            let is_held = scan % 20 >= 10;
+            for _ in 0..5 {
+                let stands = robot.pose;
+                ekf.advance(robot.drive(twist, 0.02));
+                if is_held {
+                    robot.pose = stands;
+                }
+            }
+            let ranges_m = robot.look();
+            ekf.scan(&ranges_m);
+            let tau = robot.pose.boxminus(&ekf.pose_in_world());
+            assert!(tau.norm() < 0.06, "seed {seed}, scan {scan}: {tau}");
+            assert!(!ekf.is_lost(), "seed {seed}, scan {scan}");
+        }
+    }
+}

@@ -62,6 +62,7 @@ pub mod line_map;
 pub mod lines;
 
 pub mod grid_localisation;
+mod held;
 pub mod kld;
 pub mod likelihood_field;
 pub mod mcl;

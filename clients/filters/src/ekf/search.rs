@@ -16,12 +16,15 @@ use rusty_clients::ClientError;
 use rusty_contract::Start;
 use rusty_geometry::{EncoderCounts, SE2, World};
 
+use crate::held::{MOVED, ODDS, POSES};
 use crate::mcl::recovery::Recovery;
 use crate::mcl::{self, Mcl, Prepared, is_somewhere};
 use crate::{Beams, OdometryNoise};
 
 /// An end of a beam is explained by a wall that is nearer than this, m.
 const NEAR_M: f64 = 0.15;
+/// σ of such a distance for a robot that is where it believes to be, m.
+const NEAR_STD_M: f64 = 0.05;
 /// At most this many beams of a scan are looked at.
 const MOST_BEAMS: usize = 60;
 /// A search begins at this doubt, from 0 to 1,
@@ -143,14 +146,47 @@ impl Watch {
     /// Share of the beams that met something whose ends are near a wall, seen from
     /// `pose_in_world`; `None` where none met anything.
     fn explained(&self, beams: &Beams, ranges_m: &[f64], pose_in_world: &SE2) -> Option<f64> {
+        let is_near = |distance_m: f64| if distance_m < NEAR_M { 1.0 } else { 0.0 };
+        let (near, all) = self.sum(beams, ranges_m, pose_in_world, is_near);
+        (all > 0.0).then(|| near / all)
+    }
+
+    /// ln p of a scan, but for a constant, at each of these poses, and of how many beams;
+    /// `None` where none met anything, or where the scan fits where the wheels went so well
+    /// that no other pose can be better by the odds of `held`. An end farther than three
+    /// deviations from all walls is on none of them.
+    pub fn look_at(
+        &self,
+        beams: &Beams,
+        ranges_m: &[f64],
+        poses: &[SE2; POSES],
+    ) -> Option<([f64; POSES], f64)> {
+        let log = |distance_m: f64| {
+            let deviations = (distance_m / NEAR_STD_M).min(3.0);
+            -0.5 * deviations * deviations
+        };
+        let of = |pose| self.sum(beams, ranges_m, pose, log);
+        let (moved, all) = of(&poses[MOVED]);
+        let is_open = all > 0.0 && -moved >= ODDS;
+        is_open.then(|| (poses.each_ref().map(|pose| of(pose).0), all))
+    }
+
+    /// Sum of what `of` says of the distances from ends to the nearest wall, m, seen from
+    /// `pose_in_world`, and the number of ends.
+    fn sum(
+        &self,
+        beams: &Beams,
+        ranges_m: &[f64],
+        pose_in_world: &SE2,
+        of: impl Fn(f64) -> f64,
+    ) -> (f64, f64) {
         let stride = beams.count().div_ceil(MOST_BEAMS).max(1);
-        let (mut near, mut all) = (0.0, 0.0);
+        let (mut sum, mut all) = (0.0, 0.0);
         for end in beams.endpoints(ranges_m).filter(|end| end.beam.is_multiple_of(stride)) {
-            let distance_m =
-                self.world.distance_to_nearest(pose_in_world.transform_point(&end.in_body));
-            near += if distance_m < NEAR_M { 1.0 } else { 0.0 };
+            let point = pose_in_world.transform_point(&end.in_body);
+            sum += of(self.world.distance_to_nearest(point));
             all += 1.0;
         }
-        (all > 0.0).then(|| near / all)
+        (sum, all)
     }
 }

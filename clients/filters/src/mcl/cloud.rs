@@ -84,10 +84,11 @@ impl Cloud {
         self.since = SE2::identity();
     }
 
-    /// Moves all particles, each by a separate motion.
-    pub fn move_by(&mut self, motion: &Motion) {
-        self.particles.move_by(motion, &mut self.motions);
-        self.since = self.since.compose(&motion.now_in_then);
+    /// Moves all particles, by one or the other motion. The first is that of the wheels,
+    /// and says whether the next scan is of another place.
+    pub fn move_by(&mut self, motions: &[Motion; 2]) {
+        self.particles.move_by(motions, &mut self.motions);
+        self.since = self.since.compose(&motions[0].now_in_then);
     }
 
     /// Weighs all particles, if the scan counts. Says whether it had anything to
@@ -191,9 +192,9 @@ mod tests {
     #[test]
     fn a_place_is_left_by_going_or_by_turning() {
         let mut cloud = Cloud::new(1, 2);
-        let by = |x_m, theta_rad| Motion {
-            now_in_then: SE2::new(x_m, 0.0, theta_rad),
-            ..Motion::default()
+        let by = |x_m, theta_rad| {
+            let now_in_then = SE2::new(x_m, 0.0, theta_rad);
+            [Motion { now_in_then, ..Motion::default() }, Motion::default()]
         };
         assert!(cloud.is_same_place());
         cloud.move_by(&by(0.006, 0.0));

@@ -136,10 +136,11 @@ impl Hypotheses {
     }
 
     /// Whether a mode of the belief may be the place where the robot is. Scans of two places
-    /// can tell.
+    /// can tell; the scan of one can only tell whether places look alike.
     pub fn agree(&self, mode: &Mode) -> bool {
         let is_likely = |first: &Hypothesis| mode.is_at(&first.pose_in_world);
-        self.scans < 2 || self.all.first().is_some_and(is_likely) && self.margin() >= LIKELY
+        let is_it = self.scans < 2 || self.all.first().is_some_and(is_likely);
+        is_it && self.margin() >= LIKELY
     }
 
     /// The place where the robot is, if it can be in no other.
@@ -205,6 +206,24 @@ mod tests {
         drive(&mut hypotheses, &[&[(90.0, 0.3)]], -0.4);
         assert!((hypotheses.all[0].pose_in_world.x() - 8.1).abs() < 1e-12);
         assert_eq!(hypotheses.decided(), None);
+    }
+
+    #[test]
+    fn one_scan_is_enough_for_an_answer_where_it_fits_in_one_place() {
+        let mode = Mode {
+            pose_in_world: SE2::new(1.0, 0.0, 0.0),
+            covariance: covariance(),
+            share: 1.0,
+            second_share: 0.0,
+        };
+        assert!(!Hypotheses::default().agree(&mode));
+        for (places, is_enough) in
+            [(&[(0.0, 0.4)][..], true), (&[(0.0, 0.4), (9.0, 0.3)][..], false)]
+        {
+            let mut hypotheses = Hypotheses::default();
+            drive(&mut hypotheses, &[places], -0.4);
+            assert_eq!(hypotheses.agree(&mode), is_enough, "{places:?}");
+        }
     }
 
     #[test]

@@ -28,6 +28,8 @@
 //!   more than a twentieth.
 //! * It abstains where few of the walls in view are on the map. After a way without them, the
 //!   robot is looked for as at the beginning: see the module `known_walls`.
+//! * Where the scan says that something holds the robot while its wheels turn, every second
+//!   particle stays behind, see the module `held`.
 //! * Modes are weighed and drawn each for itself, so that only the likelihood decides
 //!   between them: see the module `strata`.
 
@@ -64,6 +66,7 @@ use self::mode::Modes;
 use self::recovery::Recovery;
 use self::search::{Outcome, Search};
 use self::sensor::Sensor;
+use crate::held::held;
 use crate::moment::RunClock;
 use crate::tangent::{estimate, placed};
 use crate::{Motion, Odometry, Random};
@@ -235,8 +238,12 @@ impl Mcl {
         if self.asleep {
             return;
         }
-        let motion = self.odometry.take();
-        self.belief.move_by(&motion);
+        let wheels = self.odometry.take();
+        let is_followed = self.is_found && self.belief.scans > 0;
+        let from = self.belief.particles.heaviest().filter(|_| is_followed);
+        let look = |poses: &_| self.sensor.look_at(ranges_m, poses);
+        let motion = from.and_then(|from| held(&from, &wheels, look)).unwrap_or(wheels);
+        self.belief.move_by(&[wheels, motion]);
         self.search.move_by(&motion);
         self.known_walls.move_by(&motion);
         if let Some(hypotheses) = &mut self.hypotheses {

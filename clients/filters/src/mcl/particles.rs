@@ -87,15 +87,23 @@ impl Particles {
         }
     }
 
-    /// Moves each by a separate motion, drawn from what is believed of this
-    /// one (Table 8.2, line 4).
-    pub fn move_by(&mut self, motion: &Motion, random: &mut Random) {
-        let root = root(&motion.covariance);
+    /// The heaviest one.
+    pub fn heaviest(&self) -> Option<SE2> {
+        let weights = self.weights.iter().enumerate();
+        let (k, _) = weights.max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        Some(self.pose(k))
+    }
+
+    /// Moves each by a separate motion, drawn from what is believed of the one and of the
+    /// other in turn (Table 8.2, line 4).
+    pub fn move_by(&mut self, motions: &[Motion; 2], random: &mut Random) {
+        let motions = motions.map(|motion| (motion.now_in_then, root(&motion.covariance)));
         self.normals.resize(3 * self.count(), 0.0);
         random.normals(&mut self.normals);
         let (of_each, _) = self.normals.as_chunks::<3>();
         for (k, z) in of_each.iter().enumerate() {
-            let moved = motion.now_in_then.boxplus(&(root * Vector3::from(*z)));
+            let (now_in_then, root) = &motions[k % 2];
+            let moved = now_in_then.boxplus(&(root * Vector3::from(*z)));
             let (sin, cos) = self.sin_cos[k];
             self.x_m[k] += cos * moved.x() - sin * moved.y();
             self.y_m[k] += sin * moved.x() + cos * moved.y();
@@ -174,19 +182,23 @@ mod tests {
         let start = SE2::new(2.0, 1.0, 3.0);
         let (mut particles, mut random) = (Particles::default(), Random::new(1, 1));
         (0..20_000).for_each(|_| particles.push(&start));
-        particles.move_by(&motion, &mut random);
-        let end = start.compose(&motion.now_in_then);
-        let mut sum = Matrix3::zeros();
+        let half =
+            Motion { now_in_then: SE2::new(0.15, 0.05, 0.2), covariance: motion.covariance * 0.25 };
+        particles.move_by(&[motion, half], &mut random);
+        let mut sums = [Matrix3::zeros(); 2];
         for k in 0..particles.count() {
+            let end = start.compose(&[motion, half][k % 2].now_in_then);
             let tau = particles.pose(k).boxminus(&end);
-            sum += tau * tau.transpose();
+            sums[k % 2] += tau * tau.transpose();
             let (_, sin, cos) = particles.place(k);
             assert_eq!((sin, cos), trig::sin_cos(particles.pose(k).theta()));
         }
-        let found = sum / particles.count() as f64;
-        for i in 0..3 {
-            let ratio = found[(i, i)] / motion.covariance[(i, i)];
-            assert!((ratio - 1.0).abs() < 0.05, "{i}: {ratio}");
+        for (sum, of) in sums.iter().zip([motion, half]) {
+            let found = sum / (0.5 * particles.count() as f64);
+            for i in 0..3 {
+                let ratio = found[(i, i)] / of.covariance[(i, i)];
+                assert!((ratio - 1.0).abs() < 0.05, "{i}: {ratio}");
+            }
         }
     }
 }

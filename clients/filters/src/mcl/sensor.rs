@@ -24,6 +24,7 @@ use rusty_geometry::{SE2, Scan, World, trig};
 
 use super::everywhere::{Everywhere, Fits};
 use super::{FreeSpace, Particles};
+use crate::held::POSES;
 use crate::likelihood_field::Ends;
 use crate::resampling::{effective_size, normalise};
 use crate::{BeamModel, Beams, DistanceField, LikelihoodField, OccupancyMap};
@@ -217,6 +218,17 @@ impl Sensor {
     pub(super) fn on_walls(&self, pose_in_world: &SE2) -> f64 {
         let count = self.blurred_by(WALL_M).on_walls(&self.ends, pose_in_world);
         count as f64 / self.ends.count().max(1) as f64
+    }
+
+    /// ln p of a scan at each of these poses, and of how many beams. `None`: it says nothing.
+    pub fn look_at(
+        &mut self,
+        ranges_m: &[f64],
+        poses: &[SE2; POSES],
+    ) -> Option<([f64; POSES], f64)> {
+        let has_hits = self.take(ranges_m);
+        let log = |pose| self.fields[0].log_likelihood(&self.ends, pose);
+        has_hits.then(|| (poses.each_ref().map(log), self.ends.count() as f64))
     }
 
     /// Likelihood of a beam of this scan under the belief as it is: the geometric

@@ -255,6 +255,31 @@ fn driving_its_errors_are_as_large_as_it_says() {
 }
 
 #[test]
+fn it_stays_where_it_is_while_something_holds_it_and_its_wheels_turn() {
+    for k in 0..8 {
+        let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
+        drive.random = Random::new(k, 97);
+        let options = Options { seed: k, particles: 1000, ..Options::default() };
+        let mut mcl = drive.mcl(Some(drive.truth), &options);
+        (0..10).for_each(|_| drive.step(&mut mcl));
+        for wheels in [[500, 620], [600, 600], [0, 700], [-500, -500]] {
+            let stands = drive.truth;
+            for _ in 0..20 {
+                drive.truth = stands.boxplus(&-odometry_delta(
+                    EncoderCounts::default(),
+                    EncoderCounts { left: wheels[0], right: wheels[1] },
+                    &drive.robot.drive,
+                ));
+                drive.turn_wheels(&mut mcl, wheels);
+                let tau = error(&mcl, &drive.truth).unwrap();
+                assert!(tau.norm() < 0.08, "robot {k}, wheels {wheels:?}: {tau}");
+            }
+            (0..5).for_each(|_| drive.step(&mut mcl));
+        }
+    }
+}
+
+#[test]
 fn few_particles_are_the_fewest_and_more_of_them_are_refused() {
     let options = Options { particles: 500, ..Options::default() };
     assert_eq!((options.least(), Options::default().least()), (500, 1000));

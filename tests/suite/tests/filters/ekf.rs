@@ -105,15 +105,14 @@ fn a_filter_is_as_sure_as_its_data_sheet_lets_it_be() {
 }
 
 #[test]
-fn wheels_that_do_not_fit_its_model_make_it_abstain_and_not_err() {
+fn wheels_that_do_not_fit_its_model_do_not_mislead_it() {
     let place = folder();
-    // The robot drives into walls, where its wheels turn on.
+    // People and walls hold the robot, and its wheels turn on.
     let set = ["--set", "robot.radius_bias_right=0.03", "--ticks", "1500"];
     let args = [&["office", "--seed", "1", "--add", "ekf=ekf", "--without", "logger"][..], &set];
     let report = launch("ekf-lost", place.path(), &args.concat());
     let ekf = score_of(&report, "ekf");
-    let (scored, unscored) = (number(ekf, "scored_ticks"), number(ekf, "unscored_ticks"));
-    assert!(scored > 300.0 && unscored > 100.0, "{ekf}");
+    assert!(number(ekf, "scored_ticks") > 1400.0, "{ekf}");
     let error_m = |name: &str| number(score_of(&report, name), "ate_rmse_m");
-    assert!(error_m("ekf") < 0.3 && error_m("dead-reckoning") > 1.0, "{report}");
+    assert!(error_m("ekf") < 0.05 && error_m("dead-reckoning") > 1.0, "{report}");
 }
