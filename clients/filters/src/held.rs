@@ -31,7 +31,7 @@ const TURNS_RAD: [f64; 9] = [0.0, -0.01, 0.01, -0.02, 0.02, -0.03, 0.03, -0.04, 
 pub(crate) const POSES: usize = SHARES.len() + TURNS_RAD.len();
 /// The pose where the wheels say that the robot is.
 pub(crate) const MOVED: usize = SHARES.len();
-/// How unsure that is, of the way from there to where the wheels went, one deviation.
+/// How unsure a share is, of the way from there to where the wheels went, one deviation.
 const UNSURE: f64 = 0.5;
 /// A shorter way, m, and a smaller turn, rad, cannot be told from none.
 const LEAST_M: f64 = 0.02;
@@ -87,8 +87,8 @@ mod tests {
     use rusty_geometry::Material::Wall;
     use rusty_geometry::{Scan, WallSpec, World, WorldSpec, apartment};
 
-    /// What is believed of a robot whose wheels went `way` from there and that is at `at`, by a
-    /// scan of `beams` beams.
+    /// What is believed of a robot that is at `at` and whose wheels went `way` from `from`, by
+    /// a scan of `beams` beams.
     fn held_at(
         world: &World,
         from: SE2,
