@@ -25,10 +25,10 @@ use crate::Motion;
 
 /// The shares of the way that the robot may have come.
 const SHARES: [f64; 3] = [0.0, 0.25, 0.5];
-/// By which turns the wheels may be off where nothing holds the robot, rad; the first is none.
-const TURNS_RAD: [f64; 9] = [0.0, -0.01, 0.01, -0.02, 0.02, -0.03, 0.03, -0.04, 0.04];
-/// The poses that a scan is asked for: those of `SHARES`, then those of `TURNS_RAD`.
-pub(crate) const POSES: usize = SHARES.len() + TURNS_RAD.len();
+/// Errors of the odometry's heading that are tried where nothing holds the robot, rad.
+const HEADING_ERRORS_RAD: [f64; 9] = [0.0, -0.01, 0.01, -0.02, 0.02, -0.03, 0.03, -0.04, 0.04];
+/// The poses that a scan is asked for: those of `SHARES`, then those of `HEADING_ERRORS_RAD`.
+pub(crate) const POSES: usize = SHARES.len() + HEADING_ERRORS_RAD.len();
 /// The pose where the wheels say that the robot is.
 pub(crate) const MOVED: usize = SHARES.len();
 /// How unsure a share is, of the way from there to where the wheels went, one deviation.
@@ -60,7 +60,7 @@ pub(crate) fn held(
     let moved = from.compose(&motion.now_in_then);
     let pose = |k: usize| match k.checked_sub(SHARES.len()) {
         None => from.boxplus(&(way * SHARES[k])),
-        Some(k) => moved.boxplus(&Vector3::new(0.0, 0.0, TURNS_RAD[k])),
+        Some(k) => moved.boxplus(&Vector3::new(0.0, 0.0, HEADING_ERRORS_RAD[k])),
     };
     let (logs, beams) = look(&std::array::from_fn(pose))?;
     let (held, moved) = logs.split_at(SHARES.len());

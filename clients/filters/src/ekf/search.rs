@@ -168,7 +168,8 @@ impl Watch {
         let of = |pose| self.sum(beams, ranges_m, pose, log);
         let (moved, all) = of(&poses[MOVED]);
         let is_open = all > 0.0 && -moved >= ODDS;
-        is_open.then(|| (poses.each_ref().map(|pose| of(pose).0), all))
+        let log_of = |k| if k == MOVED { moved } else { of(&poses[k]).0 };
+        is_open.then(|| (std::array::from_fn(log_of), all))
     }
 
     /// Sum of what `of` says of the distances from ends to the nearest wall, m, seen from
