@@ -48,7 +48,7 @@ use self::monitor::{Monitor, Verdict};
 use self::search::Watch;
 use self::wheels::WheelErrors;
 use crate::beams::believed_lidar;
-use crate::held::held;
+use crate::held::Holding;
 use crate::line_map::{Gate, LineInnovation, LineMap, MapLine};
 use crate::lines::{Extraction, Segment};
 use crate::motion::Steps;
@@ -126,6 +126,7 @@ pub struct Ekf {
     covariance: Matrix3<f64>,
     /// The believed pose after the last scan.
     scanned_at: SE2,
+    holding: Holding,
     monitor: Monitor,
     /// The constant errors of the wheels, once the innovations call for them.
     wheels: Option<WheelErrors>,
@@ -173,6 +174,7 @@ impl Ekf {
             pose_in_world,
             covariance: options.start.covariance(),
             scanned_at: pose_in_world,
+            holding: Holding::default(),
             monitor: Monitor::default(),
             wheels: None,
             watch,
@@ -231,14 +233,18 @@ impl Ekf {
     /// Predicts anew from the last scan, if this one says that something holds the robot.
     fn hold(&mut self, ranges_m: &[f64]) {
         let Some(watch) = &self.watch else { return };
-        let from = self.scanned_at;
-        let look = |poses: &_| watch.look_at(&self.beams, ranges_m, poses);
-        let now_in_then = from.inverse().compose(&self.pose_in_world);
-        let exactly = Motion { now_in_then, ..Motion::default() };
-        if let Some(motion) = held(&from, &exactly, look) {
+        let (from, exactly) = (self.scanned_at, self.since_scan());
+        let look = |poses: &_, odds| watch.look_at(&self.beams, ranges_m, poses, odds);
+        if let Some(motion) = self.holding.ask(&from, &exactly, look) {
             self.pose_in_world = from.compose(&motion.now_in_then);
             self.covariance += motion.covariance;
         }
+    }
+
+    /// The believed way since the last scan; how unsure it is has been added to the pose.
+    fn since_scan(&self) -> Motion {
+        let now_in_then = self.scanned_at.inverse().compose(&self.pose_in_world);
+        Motion { now_in_then, ..Motion::default() }
     }
 
     /// Tests the innovations. Where they are too large, the constant errors of the wheels
@@ -286,12 +292,22 @@ impl Ekf {
 
     /// The believed pose of the body in the world frame.
     pub fn pose_in_world(&self) -> SE2 {
-        self.pose_in_world
+        self.belief().0
     }
 
     /// Covariance (m, m, rad) of the error τ: truth = [`pose_in_world`](Self::pose_in_world) ⊞ τ.
     pub fn covariance(&self) -> Matrix3<f64> {
-        self.covariance
+        self.belief().1
+    }
+
+    /// Pose and covariance.
+    fn belief(&self) -> (SE2, Matrix3<f64>) {
+        match self.holding.until_next(&self.since_scan()) {
+            None => (self.pose_in_world, self.covariance),
+            Some(motion) => {
+                (self.scanned_at.compose(&motion.now_in_then), self.covariance + motion.covariance)
+            }
+        }
     }
 }
 
@@ -302,7 +318,8 @@ impl Filter for Ekf {
         if self.is_lost() {
             return Reply::Abstain;
         }
-        Estimate { innovation, ..estimate(&self.pose_in_world, &self.covariance) }.into()
+        let (pose_in_world, covariance) = self.belief();
+        Estimate { innovation, ..estimate(&pose_in_world, &covariance) }.into()
     }
 }
 

@@ -246,6 +246,8 @@ fn while_something_holds_the_robot_its_wheels_are_not_believed() {
                     robot.pose = stands;
                 }
             }
+            let off_m = || (robot.pose.translation() - ekf.pose_in_world().translation()).norm();
+            assert!(scan % 20 < 13 || off_m() < 0.03, "seed {seed}, before scan {scan}");
             let ranges_m = robot.look();
             ekf.scan(&ranges_m);
             let tau = robot.pose.boxminus(&ekf.pose_in_world());
@@ -253,4 +255,27 @@ fn while_something_holds_the_robot_its_wheels_are_not_believed() {
             assert!(!ekf.is_lost(), "seed {seed}, scan {scan}");
         }
     }
+}
+
+#[test]
+fn people_in_front_of_the_walls_are_no_reason_to_abstain() {
+    let from = SE2::new(9.6, 2.0, 0.0);
+    let lost = |off_m: f64| {
+        let mut robot = Robot::new(from, 3);
+        let mut ekf = Ekf::new(&start(true, Some(from)), &Options::default()).unwrap();
+        (0..60).any(|scan| {
+            for _ in 0..5 {
+                ekf.advance(robot.drive(Twist { v_m_s: 0.0, omega_rad_s: 0.6 }, 0.02));
+            }
+            let mut ranges_m = robot.look();
+            let seen = ranges_m.iter_mut().filter(|range_m| scan >= 20 && **range_m < 7.9);
+            for (_, range_m) in seen.enumerate().filter(|(beam, _)| !beam.is_multiple_of(4)) {
+                *range_m = (*range_m + off_m).max(0.3);
+            }
+            ekf.scan(&ranges_m);
+            ekf.is_lost()
+        })
+    };
+    assert!(!lost(-0.5));
+    assert!(lost(0.5), "beams through walls");
 }

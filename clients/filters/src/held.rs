@@ -13,10 +13,14 @@
 //! Departures, and why:
 //! * A fault is only believed where the scan is better by its odds, and the weights
 //!   are not divided by how often it is drawn: a scan says more than that.
+//! * A way of few centimetres changes few beams. So the way is that since the last scan that
+//!   was sure, up to 20 cm.
 //! * A heading that is a little off makes a scan fit where the wheels went as badly as a way
 //!   that is too long. So it is compared with the best of some headings there.
 //! * How far the robot came is one of three shares of the way, from the estimate of `ekf` or
 //!   the heaviest particle, and so unsure that the wheels are right by two deviations.
+//! * A robot that is held is as likely to be held at the next scan as not, and until then it is
+//!   believed to be.
 
 use nalgebra::Vector3;
 use rusty_geometry::SE2;
@@ -39,30 +43,84 @@ const LEAST_RAD: f64 = 0.1;
 /// After a longer way, m, or turn, rad, other places of a room may fit as well.
 const MOST_M: f64 = 0.2;
 const MOST_RAD: f64 = 0.4;
-/// It happens in one of a thousand scans: ln of the odds against it.
-pub(crate) const ODDS: f64 = 7.0;
+/// It begins in one of a thousand scans: ln of the odds against it.
+const ODDS: f64 = 7.0;
+/// ln of the odds that a robot which was held is not any more: about even. In doubt the wheels
+/// are right.
+const ODDS_AGAIN: f64 = 0.5;
 /// The most independent beams that a scan is worth here.
 const BEAMS_WORTH: f64 = 70.0;
 
-/// The motion of a robot that is held, if the scan says that it is. `look` gives ln p of the
-/// scan at each of some poses, and of how many beams it is, or nothing if it says nothing.
-pub(crate) fn held(
-    from: &SE2,
-    motion: &Motion,
-    look: impl FnOnce(&[SE2; POSES]) -> Option<([f64; POSES], f64)>,
-) -> Option<Motion> {
-    let way: Vector3<f64> = motion.now_in_then.log();
-    let (way_m, turn_rad) = (way.xy().norm(), way.z.abs());
-    let is_short = way_m < LEAST_M && turn_rad < LEAST_RAD;
-    if is_short || way_m > MOST_M || turn_rad > MOST_RAD {
-        return None;
+/// What the scans said of the way that the wheels went.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Holding {
+    /// By the wheels, the pose at the last scan, seen from the last one that was sure.
+    last_in_sure: SE2,
+    /// The share of the way that the robot came, if it was held at the last scan.
+    share: Option<f64>,
+}
+
+impl Holding {
+    /// The motion since the last scan, if this one says that something holds the robot.
+    ///
+    /// `last` is the pose at the last scan, and `motion` what the wheels say of the way since.
+    /// `look` gives ln p of the scan at each of some poses, and of how many beams, or nothing
+    /// where no other of them can be better than [`MOVED`] by the odds that it is given.
+    pub fn ask(
+        &mut self,
+        last: &SE2,
+        motion: &Motion,
+        look: impl FnOnce(&[SE2; POSES], f64) -> Option<([f64; POSES], f64)>,
+    ) -> Option<Motion> {
+        let mut now_in_sure = self.last_in_sure.compose(&motion.now_in_then);
+        if is_long(&now_in_sure.log()) {
+            *self = Self::default();
+            now_in_sure = motion.now_in_then;
+        }
+        let before = std::mem::replace(&mut self.last_in_sure, now_in_sure);
+        let way = now_in_sure.log();
+        if is_long(&way) {
+            *self = Self::default();
+            return None;
+        }
+        if way.xy().norm() < LEAST_M && way.z.abs() < LEAST_RAD {
+            return None;
+        }
+        let (sure, moved) = (last.compose(&before.inverse()), last.compose(&motion.now_in_then));
+        let pose = |k: usize| match k.checked_sub(SHARES.len()) {
+            None => sure.boxplus(&(way * SHARES[k])),
+            Some(k) => moved.boxplus(&Vector3::new(0.0, 0.0, HEADING_ERRORS_RAD[k])),
+        };
+        let against = if self.share.is_some() { ODDS_AGAIN } else { ODDS };
+        let (logs, beams) = look(&std::array::from_fn(pose), against)?;
+        let (share, better) = best(&logs);
+        let odds = better * (BEAMS_WORTH / beams).min(1.0);
+        if odds <= -against {
+            *self = Self::default();
+        }
+        if odds < against {
+            return None;
+        }
+        *self = Self { share: Some(share), ..Self::default() };
+        let came = part(&Motion { now_in_then: now_in_sure, ..*motion }, share);
+        let now_in_then = before.inverse().compose(&came.now_in_then);
+        Some(Motion { now_in_then, ..came })
     }
-    let moved = from.compose(&motion.now_in_then);
-    let pose = |k: usize| match k.checked_sub(SHARES.len()) {
-        None => from.boxplus(&(way * SHARES[k])),
-        Some(k) => moved.boxplus(&Vector3::new(0.0, 0.0, HEADING_ERRORS_RAD[k])),
-    };
-    let (logs, beams) = look(&std::array::from_fn(pose))?;
+
+    /// What is believed until the next scan, `motion` after the last one by the wheels, of a
+    /// robot that was held.
+    pub fn until_next(&self, motion: &Motion) -> Option<Motion> {
+        Some(part(motion, self.share?))
+    }
+}
+
+/// Whether other places of a room may fit as well at its end.
+fn is_long(way: &Vector3<f64>) -> bool {
+    way.xy().norm() > MOST_M || way.z.abs() > MOST_RAD
+}
+
+/// The likeliest share of the way, and by how much (ln p) it is likelier than the whole.
+fn best(logs: &[f64; POSES]) -> (f64, f64) {
     let (held, moved) = logs.split_at(SHARES.len());
     let moved = moved.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let (mut share, mut best) = (SHARES[0], held[0]);
@@ -71,10 +129,15 @@ pub(crate) fn held(
             (share, best) = (*other, *log);
         }
     }
-    let is_held = (best - moved) * (BEAMS_WORTH / beams).min(1.0) >= ODDS;
+    (share, best - moved)
+}
+
+/// A share of a motion.
+fn part(motion: &Motion, share: f64) -> Motion {
+    let way = motion.now_in_then.log();
     let along = way * (UNSURE * (1.0 - share));
     let covariance = motion.covariance + along * along.transpose();
-    is_held.then(|| Motion { now_in_then: SE2::exp(&(way * share)), covariance })
+    Motion { now_in_then: SE2::exp(&(way * share)), covariance }
 }
 
 #[cfg(test)]
@@ -108,7 +171,7 @@ mod tests {
         ranges_m.iter_mut().for_each(|range_m| *range_m += 0.02 * random.normal());
         let covariance = Matrix3::from_diagonal_element(1e-6);
         let motion = Motion { now_in_then: SE2::exp(&way), covariance };
-        held(&from, &motion, |poses| sensor.look_at(&ranges_m, poses))
+        Holding::default().ask(&from, &motion, |poses, _| sensor.look_at(&ranges_m, poses))
     }
 
     #[test]
@@ -134,6 +197,51 @@ mod tests {
                 assert_eq!(held_at(&world, from, way, &at, beams), None, "{beams}, {off_rad}");
             }
         }
+    }
+
+    /// Scans of constant ln p at the poses of the shares and at those where the wheels went.
+    fn scan(holding: &mut Holding, way_m: f64, held: f64, moved: f64) -> Option<f64> {
+        let now_in_then = SE2::new(way_m, 0.0, 0.0);
+        let motion = Motion { now_in_then, ..Motion::default() };
+        let logs = std::array::from_fn(|k| if k < SHARES.len() { held - k as f64 } else { moved });
+        let motion = holding.ask(&SE2::identity(), &motion, |_, _| Some((logs, 50.0)));
+        motion.map(|motion| motion.now_in_then.x())
+    }
+
+    #[test]
+    fn the_way_is_that_since_the_last_scan_that_was_sure() {
+        let mut holding = Holding::default();
+        assert_eq!(scan(&mut holding, 0.03, 5.0, 0.0), None);
+        assert_eq!(scan(&mut holding, 0.04, 6.0, 0.0), None);
+        // Back to where it was before the first one.
+        let back_m = scan(&mut holding, 0.05, 8.0, 0.0).unwrap();
+        assert!((back_m + 0.07).abs() < 1e-12, "{back_m}");
+        assert_eq!(holding, Holding { share: Some(0.0), ..Holding::default() });
+        // One that was sure that the robot moved, and one after too long a way.
+        for (way_m, moved) in [(0.05, 20.0), (0.17, 0.0)] {
+            let mut holding = Holding::default();
+            assert_eq!(scan(&mut holding, 0.05, 0.0, moved), None);
+            let back_m = scan(&mut holding, way_m, 8.0, 0.0).unwrap();
+            assert!(back_m.abs() < 1e-12, "{back_m}");
+        }
+        assert_eq!(scan(&mut Holding::default(), 0.21, 50.0, 0.0), None);
+    }
+
+    #[test]
+    fn a_robot_that_was_held_is_held_again_at_about_even_odds() {
+        let mut holding = Holding::default();
+        assert_eq!(scan(&mut holding, 0.05, 6.0, 0.0), None);
+        assert!(scan(&mut holding, 0.05, 8.0, 0.0).is_some());
+        assert!(scan(&mut holding, 0.05, 0.6, 0.0).is_some());
+        let covariance = Matrix3::from_diagonal_element(1e-6);
+        let motion = Motion { now_in_then: SE2::new(0.02, 0.0, 0.0), covariance };
+        let until_next = holding.until_next(&motion).unwrap();
+        assert_eq!(until_next.now_in_then, SE2::identity());
+        // By hand: half of 2 cm.
+        assert!((until_next.covariance[(0, 0)] - 1e-6 - 1e-4).abs() < 1e-12);
+        assert_eq!(scan(&mut holding, 0.05, 0.0, 0.6), None);
+        assert_eq!(holding.until_next(&motion), None);
+        assert_eq!(scan(&mut holding, 0.05, 6.0, 0.0), None);
     }
 
     #[test]

@@ -63,6 +63,8 @@ pub struct LikelihoodField {
     /// for all beyond.
     steps: Vec<u8>,
     stride: usize,
+    /// Steps of a part that no scan has seen.
+    unseen: u8,
     /// ln p of no steps.
     base_log: f64,
     /// What a step adds to ln p.
@@ -178,17 +180,18 @@ impl LikelihoodField {
         let (worst, best) = (trig::ln(mixture.floor), trig::ln(mixture.density(0.0)));
         let (base_log, step_log) = (worst, (best - worst).max(1e-9) / 255.0);
         let steps_of = |log: f64| ((log - base_log) / step_log).round() as u8;
-        let unknown = steps_of(-trig::ln(range_max_m));
-        let beyond = if unseen_beyond { unknown } else { 0 };
+        let unseen_steps = steps_of(-trig::ln(range_max_m));
+        let beyond = if unseen_beyond { unseen_steps } else { 0 };
         let stride = field.frame.width + 2 * BORDER;
         let mut steps = vec![beyond; stride * (field.frame.height + 2 * BORDER)];
         for (cell, distance_m) in field.distances_m.iter().enumerate() {
             let (column, row) = (cell % field.frame.width, cell / field.frame.width);
             let by_distance = steps_of(trig::ln(mixture.density(f64::from(*distance_m))));
-            let least = if unseen(cell) { unknown } else { 0 };
+            let least = if unseen(cell) { unseen_steps } else { 0 };
             steps[(row + BORDER) * stride + column + BORDER] = by_distance.max(least);
         }
-        Self { frame: field.frame, steps, stride, base_log, step_log, mixture }
+        let (frame, unseen) = (field.frame, unseen_steps);
+        Self { frame, steps, stride, unseen, base_log, step_log, mixture }
     }
 
     /// σ of a hit in this field, m.
@@ -255,13 +258,52 @@ impl LikelihoodField {
 
     /// How many ends are within two deviations of a wall, seen from a body at `pose`.
     pub fn on_walls(&self, ends: &Ends, pose: &SE2) -> usize {
-        let log = self.log_at_distance(2.0 * self.sigma_m());
-        let least = ((log - self.base_log) / self.step_log * f64::from(PARTS)) as u32;
+        let least = self.least_on_wall();
         let (sin, cos) = trig::sin_cos(pose.theta());
         let mut count = 0;
         let take = |steps| count += usize::from(steps >= least);
         self.visit(ends, &pose.translation(), sin, cos, take);
         count
+    }
+
+    /// Whether a beam from `from` to `to` (world frame, m) met something in front of all walls:
+    /// no part of it is near one, or unseen.
+    pub fn is_in_front(&self, from: &Point2<f64>, to: &Point2<f64>) -> bool {
+        let least = self.least_on_wall().min(u32::from(self.unseen) * PARTS);
+        let way = to - from;
+        let parts = (way.norm() / self.sigma_m()).ceil().max(1.0);
+        let is_free = |k: u32| self.steps_at(&(from + way * (f64::from(k) / parts))) < least;
+        // Its end first: that of most beams is on a wall.
+        (1..=parts as u32).rev().all(is_free)
+    }
+
+    /// Steps within two deviations of a wall, in parts of 256.
+    fn least_on_wall(&self) -> u32 {
+        let log = self.log_at_distance(2.0 * self.sigma_m());
+        ((log - self.base_log) / self.step_log * f64::from(PARTS)) as u32
+    }
+
+    /// The steps of an end at a point, in parts of 256.
+    fn steps_at(&self, point: &Point2<f64>) -> u32 {
+        let view = self.view(&point.coords, 0.0, 1.0);
+        let ((column, right), (row, up)) = (cut(view.x, view.last_x), cut(view.y, view.last_y));
+        self.between((row * view.stride + column) as usize, right, up)
+    }
+
+    /// What a body at `position` (m) with this sine and cosine of its heading sees.
+    fn view(&self, position: &Vector2<f64>, sin: f64, cos: f64) -> View {
+        let per_cell = 1.0 / self.frame.cell_m;
+        let offset = (position - self.frame.origin_m.coords) * per_cell;
+        View {
+            // Half a cell back to its centre, two on for the border.
+            x: (offset.x + 1.5) as f32,
+            y: (offset.y + 1.5) as f32,
+            sin: (sin * per_cell) as f32,
+            cos: (cos * per_cell) as f32,
+            last_x: self.frame.width as f32 + 2.5,
+            last_y: self.frame.height as f32 + 2.5,
+            stride: self.stride as u32,
+        }
     }
 
     /// Tells the steps of every end, in parts of 256.
@@ -274,18 +316,7 @@ impl LikelihoodField {
         cos: f64,
         mut take: impl FnMut(u32),
     ) {
-        let per_cell = 1.0 / self.frame.cell_m;
-        let offset = (position - self.frame.origin_m.coords) * per_cell;
-        let view = View {
-            // Half a cell back to its centre, two on for the border.
-            x: (offset.x + 1.5) as f32,
-            y: (offset.y + 1.5) as f32,
-            sin: (sin * per_cell) as f32,
-            cos: (cos * per_cell) as f32,
-            last_x: self.frame.width as f32 + 2.5,
-            last_y: self.frame.height as f32 + 2.5,
-            stride: self.stride as u32,
-        };
+        let view = self.view(position, sin, cos);
         let (xs, _) = ends.x_m.as_chunks::<TOGETHER>();
         let (ys, _) = ends.y_m.as_chunks::<TOGETHER>();
         let mut left = ends.count;

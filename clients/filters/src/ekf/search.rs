@@ -2,31 +2,34 @@
 //!
 //! The innovations of matched lines cannot show that a filter is lost: a gate lets only
 //! small ones through. The ends of all beams can. The share of those that are near a wall
-//! of the map has a fast and a slow mean, as the likelihood in [`crate::mcl::recovery`].
-//! When the fast one falls below the slow one, the robot is searched for, and while it is
-//! far below, the filter abstains.
+//! of the map, without those in front of it ([`hidden`]), has a fast and a slow mean, as the
+//! likelihood in [`crate::mcl::recovery`]. When the fast one falls below the slow one, the robot
+//! is searched for, and while it is far below, the filter abstains.
 //!
 //! The search is a cloud of particles ([`crate::mcl`]) around the belief, as wide as its
 //! covariance says and a metre more. Its likelihood fields go from coarse to fine, and it
 //! begins everywhere if it fails. The pose that it finds must explain the beams better
 //! than the belief does over ten scans. If it does not, half of the doubt goes.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Point2, Vector3};
 use rusty_clients::ClientError;
 use rusty_contract::Start;
 use rusty_geometry::{EncoderCounts, SE2, World};
 
-use crate::held::{MOVED, ODDS, POSES};
-use crate::mcl::recovery::Recovery;
+use crate::beams::Endpoint;
+use crate::held::{MOVED, POSES};
+use crate::mcl::recovery::{Recovery, hidden};
 use crate::mcl::{self, Mcl, Prepared, is_somewhere};
 use crate::{Beams, OdometryNoise};
 
 /// An end of a beam is explained by a wall that is nearer than this, m.
 const NEAR_M: f64 = 0.15;
 /// σ of such a distance for a robot that is where it believes to be, m.
-const NEAR_STD_M: f64 = 0.05;
-/// At most this many beams of a scan are looked at.
-const MOST_BEAMS: usize = 60;
+const NEAR_STD_M: f64 = 0.04;
+/// At most this many beams of a scan are looked at for the doubt,
+const FEW_BEAMS: usize = 60;
+/// and for what holds the robot.
+const MOST_BEAMS: usize = 180;
 /// A search begins at this doubt, from 0 to 1,
 const DOUBT: f64 = 0.15;
 /// and no answer is given from this one on.
@@ -143,51 +146,55 @@ impl Watch {
         self.compared = (0.0, 0.0, 0);
     }
 
-    /// Share of the beams that met something whose ends are near a wall, seen from
-    /// `pose_in_world`; `None` where none met anything.
+    /// Share of the beams that end near a wall of the map, seen from `pose_in_world`, among those
+    /// that can tell whether the robot is there. `None` where none met anything.
     fn explained(&self, beams: &Beams, ranges_m: &[f64], pose_in_world: &SE2) -> Option<f64> {
-        let is_near = |distance_m: f64| if distance_m < NEAR_M { 1.0 } else { 0.0 };
-        let (near, all) = self.sum(beams, ranges_m, pose_in_world, is_near);
-        (all > 0.0).then(|| near / all)
+        let sensor_in_world = pose_in_world.compose(&beams.sensor_in_body);
+        let sensor = Point2::from(sensor_in_world.translation());
+        let (mut near, mut in_front, mut all) = (0.0, 0.0, 0.0);
+        for end in some(beams, ranges_m, FEW_BEAMS) {
+            all += 1.0;
+            let point = pose_in_world.transform_point(&end.in_body);
+            let direction = (point - sensor) / end.range_m;
+            if self.world.distance_to_nearest(point) < NEAR_M {
+                near += 1.0;
+            } else if self.world.first_wall(sensor, direction, end.range_m).is_none() {
+                in_front += 1.0;
+            }
+        }
+        (all > 0.0).then(|| near / (all - hidden(in_front, all)))
     }
 
     /// ln p of a scan, but for a constant, at each of these poses, and of how many beams;
     /// `None` where none met anything, or where the scan fits where the wheels went so well
-    /// that no other pose can be better by the odds of `held`. An end farther than three
-    /// deviations from all walls is on none of them.
+    /// that no other pose can be better by these odds (ln). An end farther than three deviations
+    /// from all walls is on none of them.
     pub fn look_at(
         &self,
         beams: &Beams,
         ranges_m: &[f64],
         poses: &[SE2; POSES],
+        odds: f64,
     ) -> Option<([f64; POSES], f64)> {
-        let log = |distance_m: f64| {
+        let ends = || some(beams, ranges_m, MOST_BEAMS);
+        let log = |pose: &SE2, end: Endpoint| {
+            let distance_m = self.world.distance_to_nearest(pose.transform_point(&end.in_body));
             let deviations = (distance_m / NEAR_STD_M).min(3.0);
             -0.5 * deviations * deviations
         };
-        let of = |pose| self.sum(beams, ranges_m, pose, log);
-        let (moved, all) = of(&poses[MOVED]);
-        let is_open = all > 0.0 && -moved >= ODDS;
-        let log_of = |k| if k == MOVED { moved } else { of(&poses[k]).0 };
-        is_open.then(|| (std::array::from_fn(log_of), all))
+        let of = |pose| ends().map(|end| log(pose, end)).sum::<f64>();
+        let (moved, all) = (of(&poses[MOVED]), ends().count() as f64);
+        let log_of = |k| if k == MOVED { moved } else { of(&poses[k]) };
+        (all > 0.0 && -moved >= odds).then(|| (std::array::from_fn(log_of), all))
     }
+}
 
-    /// Sum of what `of` says of the distances from ends to the nearest wall, m, seen from
-    /// `pose_in_world`, and the number of ends.
-    fn sum(
-        &self,
-        beams: &Beams,
-        ranges_m: &[f64],
-        pose_in_world: &SE2,
-        of: impl Fn(f64) -> f64,
-    ) -> (f64, f64) {
-        let stride = beams.count().div_ceil(MOST_BEAMS).max(1);
-        let (mut sum, mut all) = (0.0, 0.0);
-        for end in beams.endpoints(ranges_m).filter(|end| end.beam.is_multiple_of(stride)) {
-            let point = pose_in_world.transform_point(&end.in_body);
-            sum += of(self.world.distance_to_nearest(point));
-            all += 1.0;
-        }
-        (sum, all)
-    }
+/// The beams that met something: `most` of the laser's, at equal distances.
+fn some<'a>(
+    beams: &'a Beams,
+    ranges_m: &'a [f64],
+    most: usize,
+) -> impl Iterator<Item = Endpoint> + 'a {
+    let stride = beams.count().div_ceil(most).max(1);
+    beams.endpoints(ranges_m).filter(move |end| end.beam.is_multiple_of(stride))
 }

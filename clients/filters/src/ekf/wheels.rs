@@ -12,9 +12,12 @@
 //! as in the variable state dimension filter of Y. Bar-Shalom, K. Birmiwal (IEEE Trans.
 //! Aerospace and Electronic Systems 18, 1982).
 //!
-//! Departure: the joint covariance is kept as blocks of 3 × 3, so that the block of the
-//! pose is computed as without them. Products of matrices of 6 × 6 would also depend on
-//! the instructions of the processor.
+//! Departures, and why:
+//! * Errors of more than five of the deviations that they had at first are no constant errors
+//!   of wheels, and all are unknown again: a robot that is held looks as if its wheels were tiny.
+//! * The joint covariance is kept as blocks of 3 × 3, so that the block of the pose is computed
+//!   as without them. Products of matrices of 6 × 6 would also depend on the instructions of the
+//!   processor.
 
 use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::SE2;
@@ -25,6 +28,9 @@ use crate::tangent::{right_jacobian, symmetric};
 /// Deviations of a, b and c before anything was learned; c in rad/m. A wheel that is 3 %
 /// too large on a base of 0.16 m has c = 0.19 rad/m.
 const UNKNOWN: [f64; 3] = [0.03, 0.05, 0.2];
+
+/// An error of more than this many of them is not one of the wheels.
+const MOST_DEVIATIONS: f64 = 5.0;
 
 /// a, b and c with their covariance.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,6 +90,9 @@ impl WheelErrors {
         if all.all(|v| v.is_finite()) && covariance.diagonal().min() > 0.0 {
             *self = Self { errors, covariance, cross };
         }
+        if errors.component_div(&Vector3::from(UNKNOWN)).amax() > MOST_DEVIATIONS {
+            *self = Self::unknown();
+        }
     }
 }
 
@@ -116,6 +125,21 @@ mod tests {
         let unknown = &wheels.covariance;
         assert!((wheels.cross - j * unknown).norm() < 1e-6, "{}", wheels.cross);
         assert!((pose - j * unknown * j.transpose()).norm() < 1e-6, "{pose}");
+    }
+
+    #[test]
+    fn what_is_too_much_for_wheels_is_forgotten() {
+        let h = Matrix2x3::new(-1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
+        let of = |off: f64| {
+            let mut wheels = WheelErrors::unknown();
+            let covariance = wheels.predict(&Vector3::new(1.0, 0.0, 0.0));
+            let (nu, r) = (h * Vector3::new(off, 0.0, 0.0), Matrix2::identity() * 1e-8);
+            let innovation = LineInnovation { nu, h, r, s: h * covariance * h.transpose() + r };
+            wheels.correct(&innovation, &covariance);
+            wheels
+        };
+        assert!((of(-0.149).errors.x + 0.149).abs() < 1e-3);
+        assert_eq!(of(-0.151), WheelErrors::unknown());
     }
 
     #[test]

@@ -96,6 +96,21 @@ fn an_end_within_two_deviations_is_on_the_wall() {
 }
 
 #[test]
+fn a_beam_that_comes_to_no_wall_is_in_front_of_it() {
+    let field = LikelihoodField::of_world(&one_wall(), &model(), RANGE_MAX_M, 0.0, 0.01);
+    let from = Point2::new(-1.0, 1.0);
+    for (deviations, is_in_front) in
+        [(-50.0, true), (-4.0, true), (-1.9, false), (0.0, false), (4.0, false), (90.0, false)]
+    {
+        let to = Point2::new(1.0 + deviations * field.sigma_m(), 1.1);
+        assert_eq!(field.is_in_front(&from, &to), is_in_front, "{deviations}");
+    }
+    // Along the wall, and beyond the map.
+    assert!(field.is_in_front(&from, &Point2::new(-1.0, -9.0)));
+    assert!(field.is_in_front(&from, &Point2::new(-900.0, 1.0)));
+}
+
+#[test]
 fn what_nobody_has_seen_is_as_likely_as_anything() {
     let origin_m = Point2::new(0.0, 0.0);
     let frame = GridFrame { origin_m, cell_m: 0.05, width: 40, height: 40 };
@@ -117,6 +132,10 @@ fn what_nobody_has_seen_is_as_likely_as_anything() {
     }
     assert!((at(1.025, 0.025) - by_the_book(0.0, field.sigma_m())).abs() <= half_a_step);
     assert!((at(1.125, 0.025) - by_the_book(0.1, field.sigma_m())).abs() <= half_a_step);
+    // What lies there is in front of no wall.
+    let from = Point2::new(0.5, 0.5);
+    assert!(field.is_in_front(&from, &Point2::new(0.5, 0.8)));
+    assert!(!field.is_in_front(&from, &Point2::new(0.5, 1.5)));
     // Behind a wall as in front of it.
     map.cells[20] = Cell::Free;
     map.cells[790] = Cell::Occupied;

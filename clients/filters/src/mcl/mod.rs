@@ -42,6 +42,7 @@ pub mod mode;
 mod options;
 mod particles;
 mod prepared;
+mod rays;
 pub mod recovery;
 pub mod search;
 pub mod sensor;
@@ -66,7 +67,7 @@ use self::mode::Modes;
 use self::recovery::Recovery;
 use self::search::{Outcome, Search};
 use self::sensor::Sensor;
-use crate::held::held;
+use crate::held::Holding;
 use crate::moment::RunClock;
 use crate::tangent::{estimate, placed};
 use crate::{Motion, Odometry, Random};
@@ -97,6 +98,7 @@ pub struct Mcl {
     space: FreeSpace,
     recovery: Recovery,
     known_walls: KnownWalls,
+    holding: Holding,
     belief: Cloud,
     search: Search,
     /// None while it looks around one place only.
@@ -174,6 +176,7 @@ impl Mcl {
             space,
             recovery: Recovery::trusting(),
             known_walls: KnownWalls::default(),
+            holding: Holding::default(),
             belief: Cloud::new(options.seed, 2),
             search: Search::new(options.seed),
             hypotheses: Some(Hypotheses::default()),
@@ -241,8 +244,16 @@ impl Mcl {
         let wheels = self.odometry.take();
         let is_followed = self.is_found && self.belief.scans > 0;
         let from = self.belief.particles.heaviest().filter(|_| is_followed);
-        let look = |poses: &_| self.sensor.look_at(ranges_m, poses);
-        let motion = from.and_then(|from| held(&from, &wheels, look)).unwrap_or(wheels);
+        let motion = match from {
+            Some(from) => {
+                let look = |poses: &_, _| self.sensor.look_at(ranges_m, poses);
+                self.holding.ask(&from, &wheels, look).unwrap_or(wheels)
+            }
+            None => {
+                self.holding = Holding::default();
+                wheels
+            }
+        };
         self.belief.move_by(&[wheels, motion]);
         self.search.move_by(&motion);
         self.known_walls.move_by(&motion);
@@ -256,7 +267,10 @@ impl Mcl {
         if !self.belief.weigh(&mut self.sensor, ranges_m) {
             return;
         }
-        self.recovery.update(self.belief.beam_likelihood);
+        if let Some(pose) = self.belief.particles.heaviest() {
+            let likelihood = self.belief.beam_likelihood;
+            self.recovery.update(self.sensor.without_hidden(ranges_m, &pose, likelihood));
+        }
         let is_in_doubt = self.recovery.share() > LOST;
         if (is_in_doubt || !self.is_found) && self.compare_places(ranges_m) {
             self.search.give_up();
@@ -352,8 +366,9 @@ impl Mcl {
     /// by the wheels. `None` while there is no idea.
     pub fn answer(&self) -> Option<Estimate> {
         let mode = self.answer.as_ref()?;
-        let motion = self.odometry.so_far();
-        let (pose, covariance) = placed(&mode.pose_in_world, &mode.covariance, motion);
+        let wheels = self.odometry.so_far();
+        let motion = self.holding.until_next(wheels).unwrap_or(*wheels);
+        let (pose, covariance) = placed(&mode.pose_in_world, &mode.covariance, &motion);
         Some(estimate(&pose, &covariance))
     }
 

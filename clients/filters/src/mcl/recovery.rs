@@ -12,6 +12,9 @@
 //! * Over particles it is the mean by their weights *after* the scan: how well
 //!   the belief explains it. The book weighs all alike, wrong ones included. A scan of
 //!   a place that has had one changes no weights; it is a mean by those there are.
+//! * People hide walls. So beams that end in front of all walls of the map do not count
+//!   (Table 8.5, which leaves them out of the likelihoods as well), at most two thirds of a scan:
+//!   in a room that is smaller than the one where it is believed to be, a robot sees no others.
 //! * Where the robot may be anywhere at the beginning, the slow mean begins at
 //!   what the sensor model expects of a right pose. The book begins both with
 //!   what comes first; a filter that settled in a wrong place right away would
@@ -24,6 +27,14 @@
 const ALPHA_SLOW: f64 = 0.002;
 /// How fast the fast mean follows, per scan.
 const ALPHA_FAST: f64 = 0.1;
+
+/// The most beams of a scan that may be of something in front of the walls.
+const MOST_HIDDEN: f64 = 2.0 / 3.0;
+
+/// How many of `all` beams do not count, of which `in_front` end in front of all walls.
+pub(crate) fn hidden(in_front: f64, all: f64) -> f64 {
+    in_front.min(MOST_HIDDEN * all)
+}
 
 /// The two means of Table 8.3.
 #[derive(Clone, Copy, Debug, PartialEq)]

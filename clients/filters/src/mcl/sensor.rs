@@ -16,13 +16,14 @@
 //! *Sequential Monte Carlo Methods in Practice*, 2001). At the top, where a robot
 //! is tracked, none of this takes place.
 
-use core::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::Point2;
 use rusty_geometry::{SE2, Scan, World, trig};
 
 use super::everywhere::{Everywhere, Fits};
+use super::rays::Rays;
+use super::recovery::hidden;
 use super::{FreeSpace, Particles};
 use crate::held::POSES;
 use crate::likelihood_field::Ends;
@@ -97,16 +98,6 @@ pub struct Sensor {
     weighed_by: (f64, f64),
 }
 
-/// The beam model, which needs a ray for every beam and particle.
-#[derive(Clone, Debug)]
-struct Rays {
-    world: World,
-    model: BeamModel,
-    scan: Scan,
-    expected_m: Vec<f64>,
-    ranges_m: Vec<f64>,
-}
-
 /// How a scan is to be made use of.
 #[derive(Clone, Copy, Debug)]
 pub struct Use {
@@ -129,11 +120,7 @@ impl Sensor {
         // In a large world it is less sharp than the laser.
         let mut fields = vec![field(own_m)];
         fields.extend(blurred(fields[0].sigma_m()).map(field));
-        let expected_m = vec![0.0; beams.count()];
-        let rays = how.rays.then(|| {
-            let (world, ranges_m) = (world.clone(), Vec::new());
-            Rays { world, model, scan, expected_m, ranges_m }
-        });
+        let rays = how.rays.then(|| Rays::new(world.clone(), model, scan, beams.count()));
         Self::new(fields, rays, beams, how)
     }
 
@@ -174,20 +161,17 @@ impl Sensor {
     pub fn expected_likelihood(&self) -> f64 {
         trig::exp(match &self.rays {
             None => self.fields[0].expected_log(),
-            Some(rays) => expected_log(&rays.model, self.beams.range_max_m),
+            Some(rays) => rays.expected_log(self.beams.range_max_m),
         })
     }
 
     /// Takes a scan. Says whether it has anything to say: a beam that met
     /// something.
     fn take(&mut self, ranges_m: &[f64]) -> bool {
-        let skip = self.skip;
-        let taken = |beam: usize| beam.is_multiple_of(skip);
-        let hits = self.beams.endpoints(ranges_m).filter(|end| taken(end.beam));
-        self.ends.set(hits.map(|end| end.in_body));
+        let hits = || hits(&self.beams, ranges_m, self.skip);
+        self.ends.set(hits());
         let stride = self.ends.count().div_ceil(FEW).max(1);
-        let hits = self.beams.endpoints(ranges_m).filter(|end| taken(end.beam));
-        self.few.set(hits.step_by(stride).map(|end| end.in_body));
+        self.few.set(hits().step_by(stride));
         self.ends.count() > 0
     }
 
@@ -218,6 +202,34 @@ impl Sensor {
     pub(super) fn on_walls(&self, pose_in_world: &SE2) -> f64 {
         let count = self.blurred_by(WALL_M).on_walls(&self.ends, pose_in_world);
         count as f64 / self.ends.count().max(1) as f64
+    }
+
+    /// Likelihood of a beam of the last scan, without those that end in front of all walls of the
+    /// map ([`hidden`]), seen from here, where it is `likelihood` with them. The beam model
+    /// explains those.
+    pub(super) fn without_hidden(
+        &self,
+        ranges_m: &[f64],
+        pose_in_world: &SE2,
+        likelihood: f64,
+    ) -> f64 {
+        if self.rays.is_some() {
+            return likelihood;
+        }
+        let field = self.blurred_by(WALL_M);
+        let sensor_in_world = pose_in_world.compose(&self.beams.sensor_in_body);
+        let sensor = Point2::from(sensor_in_world.translation());
+        let is_in_front =
+            |end: &Point2<f64>| field.is_in_front(&sensor, &pose_in_world.transform_point(end));
+        let mut in_front = Ends::default();
+        in_front.set(hits(&self.beams, ranges_m, self.skip).filter(is_in_front));
+        if in_front.count() == 0 {
+            return likelihood;
+        }
+        let (all, count) = (self.ends.count() as f64, in_front.count() as f64);
+        let log_of_one = self.fields[0].log_likelihood(&in_front, pose_in_world) / count;
+        let hidden = hidden(count, all);
+        trig::exp((all * trig::ln(likelihood) - hidden * log_of_one) / (all - hidden))
     }
 
     /// ln p of a scan at each of these poses, and of how many beams. `None`: it says nothing.
@@ -319,6 +331,16 @@ impl Sensor {
     }
 }
 
+/// Where every `skip`th beam met something, in the body frame.
+fn hits<'a>(
+    beams: &'a Beams,
+    ranges_m: &'a [f64],
+    skip: usize,
+) -> impl Iterator<Item = Point2<f64>> + 'a {
+    let taken = beams.endpoints(ranges_m).filter(move |end| end.beam.is_multiple_of(skip));
+    taken.map(|end| end.in_body)
+}
+
 /// σ of the lower rungs of a ladder whose highest has this one, m: twice as
 /// much, four times as much and so on. A highest rung that is wide already is the
 /// only one.
@@ -355,49 +377,6 @@ fn look_up(field: &LikelihoodField, ends: &Ends, particles: &Particles, logs: &m
         let (position, sin, cos) = particles.place(k);
         field.log_of_steps(field.steps_of_scan(ends, &position, sin, cos), ends.count())
     }));
-}
-
-impl Rays {
-    /// ln p of the scan for every particle, and of how many beams.
-    fn cast(
-        &mut self,
-        beams: &Beams,
-        skip: usize,
-        ranges_m: &[f64],
-        particles: &Particles,
-        logs: &mut Vec<f64>,
-    ) -> f64 {
-        self.ranges_m.clear();
-        self.ranges_m.extend(ranges_m.iter().take(beams.count()));
-        // What lies beyond the longest range is that, as in all that reads scans.
-        let is_range = |range_m: &f64| *range_m >= 0.0;
-        let taken = self.ranges_m.iter().step_by(skip).filter(|r| is_range(r)).count();
-        let range_max_m = beams.range_max_m;
-        logs.clear();
-        for k in 0..particles.count() {
-            let sensor = particles.pose(k).compose(&beams.sensor_in_body);
-            self.scan.take(&self.world, &sensor, range_max_m);
-            self.scan.write_distances_m(&mut self.expected_m);
-            let pairs = self.ranges_m.iter().zip(&self.expected_m).step_by(skip);
-            let known = pairs.filter(|(range_m, _)| is_range(range_m));
-            let log = |(range_m, expected_m): (&f64, &f64)| {
-                let density = self.model.density(*range_m, *expected_m, range_max_m);
-                trig::ln(density.max(1e-12))
-            };
-            logs.push(known.map(log).sum());
-        }
-        taken.max(1) as f64
-    }
-}
-
-/// ln p of a beam on average at the right pose, by the beam model: of hits, which
-/// are normal, of readings of nothing, and of those that lie anywhere.
-fn expected_log(model: &BeamModel, range_max_m: f64) -> f64 {
-    let BeamModel { z_hit, z_max, z_short, z_rand, sigma_hit_m, .. } = *model;
-    let ln = |p: f64| trig::ln(p.max(1e-12));
-    let peak = z_hit / ((2.0 * PI).sqrt() * sigma_hit_m);
-    let strange = z_short + z_rand;
-    z_hit * (ln(peak) - 0.5) + z_max * ln(z_max) + strange * ln(strange / range_max_m)
 }
 
 #[cfg(test)]

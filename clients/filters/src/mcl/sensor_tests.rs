@@ -119,8 +119,37 @@ fn the_beam_model_expects_what_it_finds() {
         };
         sum += trig::ln(model.density(range_m, expected_m, range_max_m));
     }
-    let (found, said) = (sum / f64::from(count), expected_log(&model, range_max_m));
+    let said = trig::ln(sensor(model, how(true)).expected_likelihood());
+    let found = sum / f64::from(count);
     assert!((found - said).abs() < 0.02, "{found} for {said}");
+}
+
+#[test]
+fn what_is_in_front_of_the_walls_does_not_make_a_scan_less_likely() {
+    let mut sensor = sensor(sheet(), how(false));
+    let (here, particles) = (SE2::new(HERE[0], HERE[1], HERE[2]), around(0.002));
+    let mut known = |ranges_m: &[f64]| {
+        let likelihood = sensor.beam_likelihood(ranges_m, &particles).unwrap();
+        (likelihood, sensor.without_hidden(ranges_m, &here, likelihood))
+    };
+    let clear = ranges_m();
+    let (likelihood, of_clear) = known(&clear);
+    assert_eq!(of_clear, likelihood);
+    // People half a metre in front of the robot; the others see the same as before.
+    let person = |beam: &usize| !beam.is_multiple_of(3) && clear[*beam] > 0.8;
+    let crowd: Vec<f64> =
+        (0..180).map(|beam| if person(&beam) { 0.5 } else { clear[beam] }).collect();
+    let (with, without) = known(&crowd);
+    assert!(with < 0.2 * likelihood, "{with} of {likelihood}");
+    assert!((without / likelihood - 1.0).abs() < 0.1, "{without} of {likelihood}");
+    // Through a wall.
+    let through: Vec<f64> =
+        (0..180).map(|beam| clear[beam] + if person(&beam) { 0.5 } else { 0.0 }).collect();
+    let (with, without) = known(&through);
+    assert!(without < 0.3 * likelihood, "{without} of {likelihood}, {with}");
+    // Where all are in front, a third of them counts.
+    let (with, without) = known(&[0.15; 180]);
+    assert!((without / with - 1.0).abs() < 1e-9, "{without} of {with}");
 }
 
 #[test]

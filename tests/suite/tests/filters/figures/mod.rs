@@ -82,7 +82,7 @@ const KEYS: [&str; 6] = ["filter", "estimator", "scenario", "identity", "α of `
 const MEASURED: [&str; 4] = ["a scan", "a reading", "first scan", "memory"];
 
 /// Beginnings of names on the page, and the names in the commands.
-const NAMES: [(&str, &str); 19] = [
+const NAMES: [(&str, &str); 21] = [
     ("view of 20°", "fov_rad=0.35"),
     ("view of 40°", "fov_rad=0.7"),
     ("view of 57°", "fov_rad=1.0"),
@@ -90,6 +90,8 @@ const NAMES: [(&str, &str); 19] = [
     ("20 beams", "beams=20"),
     ("`office`, right wheel", "radius_bias_right=0.03"),
     ("`office`, slip", "slip_std=0.1"),
+    ("Apartment, 5 people", "people=5"),
+    ("Apartment, 20 people", "people=20"),
     ("global", "global.toml"),
     ("fastslam, variant 1", "fastslam-1"),
     ("fastslam, variant 2", "fastslam"),
