@@ -29,7 +29,7 @@ const NEAR_STD_M: f64 = 0.04;
 /// At most this many beams of a scan are looked at for the doubt,
 const FEW_BEAMS: usize = 60;
 /// and for what holds the robot.
-const MOST_BEAMS: usize = 180;
+const MOST_BEAMS: usize = 90;
 /// A search begins at this doubt, from 0 to 1,
 const DOUBT: f64 = 0.15;
 /// and no answer is given from this one on.
