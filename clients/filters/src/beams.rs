@@ -82,6 +82,15 @@ impl Beams {
             },
         )
     }
+
+    /// The same of every `stride`th beam only.
+    pub fn every<'a>(
+        &'a self,
+        stride: usize,
+        ranges_m: &'a [f64],
+    ) -> impl Iterator<Item = Endpoint> + 'a {
+        self.endpoints(ranges_m).filter(move |end| end.beam.is_multiple_of(stride))
+    }
 }
 
 #[cfg(test)]

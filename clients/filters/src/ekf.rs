@@ -302,7 +302,7 @@ impl Ekf {
 
     /// Pose and covariance.
     fn belief(&self) -> (SE2, Matrix3<f64>) {
-        match self.holding.until_next(&self.since_scan()) {
+        match self.holding.until_next(|| self.since_scan()) {
             None => (self.pose_in_world, self.covariance),
             Some(motion) => {
                 (self.scanned_at.compose(&motion.now_in_then), self.covariance + motion.covariance)

@@ -107,10 +107,10 @@ impl Holding {
         Some(Motion { now_in_then, ..came })
     }
 
-    /// What is believed until the next scan, `motion` after the last one by the wheels, of a
-    /// robot that was held.
-    pub fn until_next(&self, motion: &Motion) -> Option<Motion> {
-        Some(part(motion, self.share?))
+    /// What is believed until the next scan of a robot that was held, where `wheels` gives the
+    /// motion since the last one.
+    pub fn until_next(&self, wheels: impl FnOnce() -> Motion) -> Option<Motion> {
+        self.share.map(|share| part(&wheels(), share))
     }
 }
 
@@ -235,12 +235,12 @@ mod tests {
         assert!(scan(&mut holding, 0.05, 0.6, 0.0).is_some());
         let covariance = Matrix3::from_diagonal_element(1e-6);
         let motion = Motion { now_in_then: SE2::new(0.02, 0.0, 0.0), covariance };
-        let until_next = holding.until_next(&motion).unwrap();
+        let until_next = holding.until_next(|| motion).unwrap();
         assert_eq!(until_next.now_in_then, SE2::identity());
         // By hand: half of 2 cm.
         assert!((until_next.covariance[(0, 0)] - 1e-6 - 1e-4).abs() < 1e-12);
         assert_eq!(scan(&mut holding, 0.05, 0.0, 0.6), None);
-        assert_eq!(holding.until_next(&motion), None);
+        assert_eq!(holding.until_next(|| motion), None);
         assert_eq!(scan(&mut holding, 0.05, 6.0, 0.0), None);
     }
 

@@ -189,12 +189,11 @@ impl Watch {
     }
 }
 
-/// The beams that met something: `most` of the laser's, at equal distances.
+/// At most `most` of the laser's beams, of those the ones that met something.
 fn some<'a>(
     beams: &'a Beams,
     ranges_m: &'a [f64],
     most: usize,
 ) -> impl Iterator<Item = Endpoint> + 'a {
-    let stride = beams.count().div_ceil(most).max(1);
-    beams.endpoints(ranges_m).filter(move |end| end.beam.is_multiple_of(stride))
+    beams.every(beams.count().div_ceil(most).max(1), ranges_m)
 }

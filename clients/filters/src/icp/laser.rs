@@ -83,14 +83,13 @@ impl Laser {
     /// What a scan met, in the order of the beams, without those in between.
     pub fn rays(&self, ranges_m: &[f64]) -> Vec<Ray> {
         let from = self.view.viewpoint;
-        let met = self.beams.endpoints(ranges_m);
-        met.filter(|end| end.beam.is_multiple_of(self.stride))
-            .map(|end| Ray {
-                beam: end.beam / self.stride,
-                point: end.in_body,
-                direction: (end.in_body - from) / end.range_m,
-            })
-            .collect()
+        let met = self.beams.every(self.stride, ranges_m);
+        met.map(|end| Ray {
+            beam: end.beam / self.stride,
+            point: end.in_body,
+            direction: (end.in_body - from) / end.range_m,
+        })
+        .collect()
     }
 
     /// Returns the number of matched beams.

@@ -367,7 +367,7 @@ impl Mcl {
     pub fn answer(&self) -> Option<Estimate> {
         let mode = self.answer.as_ref()?;
         let wheels = self.odometry.so_far();
-        let motion = self.holding.until_next(wheels).unwrap_or(*wheels);
+        let motion = self.holding.until_next(|| *wheels).unwrap_or(*wheels);
         let (pose, covariance) = placed(&mode.pose_in_world, &mode.covariance, &motion);
         Some(estimate(&pose, &covariance))
     }

@@ -168,7 +168,7 @@ impl Sensor {
     /// Takes a scan. Says whether it has anything to say: a beam that met
     /// something.
     fn take(&mut self, ranges_m: &[f64]) -> bool {
-        let hits = || hits(&self.beams, ranges_m, self.skip);
+        let hits = || self.beams.every(self.skip, ranges_m).map(|end| end.in_body);
         self.ends.set(hits());
         let stride = self.ends.count().div_ceil(FEW).max(1);
         self.few.set(hits().step_by(stride));
@@ -221,8 +221,9 @@ impl Sensor {
         let sensor = Point2::from(sensor_in_world.translation());
         let is_in_front =
             |end: &Point2<f64>| field.is_in_front(&sensor, &pose_in_world.transform_point(end));
+        let ends = self.beams.every(self.skip, ranges_m).map(|end| end.in_body);
         let mut in_front = Ends::default();
-        in_front.set(hits(&self.beams, ranges_m, self.skip).filter(is_in_front));
+        in_front.set(ends.filter(is_in_front));
         if in_front.count() == 0 {
             return likelihood;
         }
@@ -329,16 +330,6 @@ impl Sensor {
         let (exponent, worth) = self.weighed_by;
         (Rung { logs: &self.logs, exponent, worth }, &self.prior)
     }
-}
-
-/// Where every `skip`th beam met something, in the body frame.
-fn hits<'a>(
-    beams: &'a Beams,
-    ranges_m: &'a [f64],
-    skip: usize,
-) -> impl Iterator<Item = Point2<f64>> + 'a {
-    let taken = beams.endpoints(ranges_m).filter(move |end| end.beam.is_multiple_of(skip));
-    taken.map(|end| end.in_body)
 }
 
 /// σ of the lower rungs of a ladder whose highest has this one, m: twice as
