@@ -17,8 +17,8 @@
 //!   was sure, up to 20 cm.
 //! * A heading that is a little off makes a scan fit where the wheels went as badly as a way
 //!   that is too long. So it is compared with the best of some headings there.
-//! * How far the robot came is one of three shares of the way, from the estimate of `ekf` or
-//!   the heaviest particle, and so unsure that the wheels are right by two deviations.
+//! * How far the robot came is one of three shares of the way, from the estimate of the filter,
+//!   and so unsure that the wheels are right by two deviations.
 //! * A robot that is held is as likely to be held at the next scan as not, and until then it is
 //!   believed to be.
 

@@ -132,6 +132,8 @@ impl Cloud {
             self.draw_apart(least, most);
             return;
         }
+        self.particles.sort();
+        let weights = &self.particles.weights;
         low_variance(weights, weights.len(), self.draws.uniform(), &mut self.drawn);
         // Spread as those that are kept will be: that is what their bins are of.
         self.particles.draw(&self.drawn, self.spread, &mut self.draws, &mut self.trial);
@@ -163,6 +165,8 @@ impl Cloud {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{Matrix3, Vector3};
+    use rusty_geometry::trig;
 
     #[test]
     fn bins_are_counted_where_those_that_are_kept_come_to_lie() {
@@ -206,5 +210,40 @@ mod tests {
         assert!(cloud.is_same_place());
         (0..3).for_each(|_| cloud.move_by(&by(0.004, 0.0)));
         assert!(!cloud.is_same_place());
+    }
+
+    #[test]
+    fn a_direction_that_no_scan_sees_keeps_its_spread() {
+        let motion = Motion {
+            now_in_then: SE2::identity(),
+            covariance: Matrix3::from_diagonal(&Vector3::new(1e-10, 1e-6, 1e-4)),
+        };
+        for seed in 0..5 {
+            let mut cloud = Cloud::new(seed, 2);
+            let far = Matrix3::from_diagonal(&Vector3::new(0.0025, 1e-6, 1e-6));
+            let start = SE2::new(3.0, 1.0, 0.7);
+            cloud.particles.push_normal(&start, &far, 1000, &mut Random::new(seed, 9));
+            cloud.particles.level();
+            for _ in 0..200 {
+                cloud.move_by(&[motion; 2]);
+                // A tenth of them have a heading that fits.
+                for k in 0..cloud.particles.count() {
+                    let off = (cloud.particles.theta_rad[k] - 0.7) / 0.001;
+                    cloud.particles.weights[k] *= trig::exp(-0.5 * off * off);
+                }
+                crate::resampling::normalise(&mut cloud.particles.weights);
+                cloud.draw(&Options::default());
+            }
+            let along_m: Vec<f64> =
+                cloud.particles.poses().map(|pose| pose.boxminus(&start).x).collect();
+            let mean = |of: &dyn Fn(f64) -> f64| {
+                along_m.iter().map(|x_m| of(*x_m)).sum::<f64>() / along_m.len() as f64
+            };
+            let mean_m = mean(&|x_m| x_m);
+            let deviation_m = mean(&|x_m| (x_m - mean_m) * (x_m - mean_m)).sqrt();
+            // Drawn by chance, they are all in one place.
+            assert!(mean_m.abs() < 0.06, "{seed}: {mean_m}");
+            assert!((0.015..0.09).contains(&deviation_m), "{seed}: {deviation_m}");
+        }
     }
 }

@@ -32,8 +32,10 @@
 //!   particle stays behind, see the module `held`.
 //! * Modes are weighed and drawn each for itself, so that only the likelihood decides
 //!   between them: see the module `strata`.
+//! * Particles that fit lie evenly in the directions that no scan sees: see the module `even`.
 
 mod cloud;
+mod even;
 pub mod everywhere;
 mod free_space;
 mod hypotheses;
@@ -104,8 +106,10 @@ pub struct Mcl {
     /// None while it looks around one place only.
     hypotheses: Option<Hypotheses>,
     modes: Modes,
-    /// The heaviest mode after the last scan, if that is an answer.
-    answer: Option<Mode>,
+    /// The heaviest mode after the last scan,
+    mode: Option<Mode>,
+    /// and whether that is an answer.
+    is_known: bool,
     /// Whether the last search found another place that explains the scans as well.
     is_contested: bool,
     /// Whether it was told where it is, or knows it from scans of several places.
@@ -181,7 +185,8 @@ impl Mcl {
             search: Search::new(options.seed),
             hypotheses: Some(Hypotheses::default()),
             modes: Modes::default(),
-            answer: None,
+            mode: None,
+            is_known: false,
             is_contested: false,
             is_found: initial.is_some(),
             clock: RunClock::default(),
@@ -214,8 +219,9 @@ impl Mcl {
             let mean = initial.compose(&motion.now_in_then);
             let covariance = motion.propagate(&before);
             particles.push_normal(&mean, &covariance, most, &mut self.places);
-            self.answer =
+            self.mode =
                 Some(Mode { pose_in_world: mean, covariance, share: 1.0, second_share: 0.0 });
+            self.is_known = true;
         } else {
             self.space.fill(particles, most, &mut self.places);
             self.recovery = Recovery::lost(self.sensor.expected_likelihood());
@@ -233,7 +239,8 @@ impl Mcl {
         self.recovery = Recovery::lost(self.sensor.expected_likelihood());
         self.known_walls = KnownWalls::default();
         self.hypotheses = None;
-        self.answer = None;
+        self.mode = None;
+        self.is_known = false;
     }
 
     /// Takes a scan at the end of the tick that was advanced to last.
@@ -243,11 +250,10 @@ impl Mcl {
         }
         let wheels = self.odometry.take();
         let is_followed = self.is_found && self.belief.scans > 0;
-        let from = self.belief.particles.heaviest().filter(|_| is_followed);
-        let motion = match from {
+        let motion = match self.mode.filter(|_| is_followed) {
             Some(from) => {
                 let look = |poses: &_, _| self.sensor.look_at(ranges_m, poses);
-                self.holding.ask(&from, &wheels, look).unwrap_or(wheels)
+                self.holding.ask(&from.pose_in_world, &wheels, look).unwrap_or(wheels)
             }
             None => {
                 self.holding = Holding::default();
@@ -260,7 +266,7 @@ impl Mcl {
         if let Some(hypotheses) = &mut self.hypotheses {
             hypotheses.move_by(&motion);
         }
-        if let Some(mode) = &mut self.answer {
+        if let Some(mode) = &mut self.mode {
             mode.covariance = motion.propagate(&mode.covariance);
             mode.pose_in_world = mode.pose_in_world.compose(&motion.now_in_then);
         }
@@ -281,9 +287,9 @@ impl Mcl {
             self.search.give_up();
             self.is_contested = false;
         }
-        let heaviest = self.modes.heaviest(&self.belief.particles);
-        if let Some(mode) = &heaviest {
-            self.look_for_walls(mode);
+        self.mode = self.modes.heaviest(&self.belief.particles);
+        if let Some(mode) = self.mode {
+            self.look_for_walls(&mode);
         }
         let trusted = 1.0 - self.recovery.share();
         let known = |mode: &Mode| {
@@ -294,7 +300,7 @@ impl Mcl {
         // A filter that began lost compares all places before it answers.
         let places = self.hypotheses.as_ref().filter(|_| !self.is_found);
         let agrees = |mode: &Mode| places.is_none_or(|places| places.agree(mode));
-        self.answer = heaviest.filter(known).filter(agrees);
+        self.is_known = self.mode.as_ref().is_some_and(|mode| known(mode) && agrees(mode));
         self.belief.draw(&self.options);
     }
 
@@ -354,7 +360,14 @@ impl Mcl {
         let outcome = search.scan(belief, sensor, ranges_m, space, options);
         match outcome {
             Outcome::Looking | Outcome::Rival => {}
-            Outcome::Found => self.recovery.found(belief.beam_likelihood),
+            Outcome::Found => {
+                self.recovery.found(belief.beam_likelihood);
+                // It may only resemble a place that is not on the map: then all places are
+                // compared before the next answer.
+                let place = self.modes.heaviest(&belief.particles);
+                let share = place.map_or(0.0, |mode| sensor.on_walls(&mode.pose_in_world));
+                self.is_found &= known_walls::is_found(share, None);
+            }
             Outcome::Nothing => self.recovery.allay(),
         }
         if outcome != Outcome::Looking {
@@ -365,7 +378,7 @@ impl Mcl {
     /// Where the robot is and how sure that is: after the last scan, carried on
     /// by the wheels. `None` while there is no idea.
     pub fn answer(&self) -> Option<Estimate> {
-        let mode = self.answer.as_ref()?;
+        let mode = self.mode.as_ref().filter(|_| self.is_known)?;
         let wheels = self.odometry.so_far();
         let motion = self.holding.until_next(|| *wheels).unwrap_or(*wheels);
         let (pose, covariance) = placed(&mode.pose_in_world, &mode.covariance, &motion);

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rusty_geometry::{SE2, trig, wrap_angle};
 
+use super::even::{EvenNormals, order};
 use crate::{Motion, Random};
 
 /// Weighted poses of the body in the world frame.
@@ -18,7 +19,7 @@ pub struct Particles {
     pub weights: Vec<f64>,
     /// Sine and cosine of each heading: a scan asks for them again and again.
     sin_cos: Vec<(f64, f64)>,
-    normals: Vec<f64>,
+    normals: EvenNormals,
 }
 
 impl Particles {
@@ -94,13 +95,23 @@ impl Particles {
         Some(self.pose(k))
     }
 
+    /// Puts them in order along the longest axis of their positions.
+    pub fn sort(&mut self) {
+        fn permute<T: Copy>(values: &mut Vec<T>, order: &[u32]) {
+            *values = order.iter().map(|k| values[*k as usize]).collect();
+        }
+        let order = order(&self.x_m, &self.y_m, &self.weights);
+        for values in [&mut self.x_m, &mut self.y_m, &mut self.theta_rad, &mut self.weights] {
+            permute(values, &order);
+        }
+        permute(&mut self.sin_cos, &order);
+    }
+
     /// Moves each by a separate motion, drawn from what is believed of the one and of the
-    /// other in turn (Table 8.2, line 4).
+    /// other in turn (Table 8.2, line 4). The errors of neighbours lie evenly.
     pub fn move_by(&mut self, motions: &[Motion; 2], random: &mut Random) {
-        let motions = motions.map(|motion| (motion.now_in_then, root(&motion.covariance)));
-        self.normals.resize(3 * self.count(), 0.0);
-        random.normals(&mut self.normals);
-        let (of_each, _) = self.normals.as_chunks::<3>();
+        let motions = motions.map(|motion| (motion.now_in_then, by_heading(&motion.covariance)));
+        let of_each = self.normals.draw(self.x_m.len(), random);
         for (k, z) in of_each.iter().enumerate() {
             let (now_in_then, root) = &motions[k % 2];
             let moved = now_in_then.boxplus(&(root * Vector3::from(*z)));
@@ -140,6 +151,13 @@ impl Particles {
     }
 }
 
+/// An upper triangular root of a covariance (m, m, rad): the heading depends on the last
+/// number alone, the most even one.
+fn by_heading(covariance: &Matrix3<f64>) -> Matrix3<f64> {
+    let swap = Matrix3::new(0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0);
+    swap * root(&(swap * covariance * swap)) * swap
+}
+
 /// A lower triangular root of a covariance. One that is not of full rank (the
 /// robot stood still) has zeros there.
 pub(crate) fn root(covariance: &Matrix3<f64>) -> Matrix3<f64> {
@@ -170,6 +188,9 @@ mod tests {
             let covariance = l * l.transpose();
             let root = root(&covariance);
             assert!((root * root.transpose() - covariance).norm() < 1e-12, "{covariance}");
+            let root = by_heading(&covariance);
+            assert!((root * root.transpose() - covariance).norm() < 1e-12, "{covariance}");
+            assert_eq!((root[(2, 0)], root[(2, 1)]), (0.0, 0.0));
         }
     }
 
