@@ -7,7 +7,6 @@
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng, SeedableRng};
 use rusty_geometry::normal;
-use rusty_geometry::normals::standard_normals;
 
 /// The part of the key that is not the seed: the same seed in a filter and in
 /// the world gives numbers that have nothing to do with each other.
@@ -17,7 +16,6 @@ const DOMAIN: [u8; 24] = *b"rusty-filters, form one.";
 #[derive(Debug)]
 pub struct Random {
     rng: ChaCha8Rng,
-    words: Vec<u64>,
 }
 
 impl Random {
@@ -30,7 +28,7 @@ impl Random {
         domain.copy_from_slice(&DOMAIN);
         let mut rng = ChaCha8Rng::from_seed(key);
         rng.set_stream(purpose);
-        Self { rng, words: Vec::new() }
+        Self { rng }
     }
 
     /// A number of [0, 1), all multiples of 2⁻⁵³ equally likely.
@@ -42,30 +40,11 @@ impl Random {
     pub fn normal(&mut self) -> f64 {
         normal::standard_normal(self.rng.next_u64())
     }
-
-    /// Many standard normal numbers: those that as many calls of
-    /// [`normal`](Self::normal) would give, in less time.
-    pub fn normals(&mut self, numbers: &mut [f64]) {
-        self.words.clear();
-        self.words.extend((0..numbers.len()).map(|_| self.rng.next_u64()));
-        standard_normals(&self.words, numbers);
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn many_at_once_are_one_after_the_other() {
-        let (mut one, mut many) = (Random::new(7, 2), Random::new(7, 2));
-        let mut numbers = [0.0; 500];
-        many.normals(&mut numbers);
-        for number in numbers {
-            assert_eq!(number.to_bits(), one.normal().to_bits());
-        }
-        assert_eq!(one.uniform(), many.uniform());
-    }
 
     #[test]
     fn seeds_and_purposes_are_apart() {

@@ -28,6 +28,8 @@ use crate::Random;
 /// 2⁶⁴ / φ, 2⁶⁴ / φ² and 2⁶⁴ / φ³: integers modulo 2⁶⁴ are exact.
 const STEPS: [u64; 3] = [0xd1b5_4a32_d192_ed03, 0xabc9_8388_fb8f_ac03, 0x8cb9_2ba7_2f3d_8dd7];
 
+const TWO_TO_64: f64 = 18_446_744_073_709_551_616.0;
+
 /// Triples of standard normal numbers that lie evenly.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EvenNormals {
@@ -38,8 +40,7 @@ pub(super) struct EvenNormals {
 impl EvenNormals {
     /// `count` triples, each of which alone is random.
     pub fn draw(&mut self, count: usize, random: &mut Random) -> &[[f64; 3]] {
-        let mut point = [0; 3].map(|_: u64| (random.uniform() * (1_u64 << 53) as f64) as u64);
-        point.iter_mut().for_each(|word| *word <<= 11);
+        let mut point = STEPS.map(|_| (random.uniform() * TWO_TO_64) as u64);
         self.words.clear();
         for _ in 0..count {
             self.words.extend(point);
@@ -79,7 +80,7 @@ mod tests {
         let mut share = 1.0;
         for step in STEPS {
             share /= phi;
-            let found = step as f64 / 18_446_744_073_709_551_616.0;
+            let found = step as f64 / TWO_TO_64;
             assert!((found - share).abs() < 1e-15, "{found} for {share}");
             assert_eq!(step % 2, 1);
         }
