@@ -2,11 +2,15 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Once};
 use std::time::{Duration, Instant};
 
 use rusty_contract::RunName;
 use rusty_link::Domain;
 use serde_json::Value;
+use signal_hook::consts::SIGINT;
+use signal_hook::flag::register_conditional_shutdown;
 
 use crate::{Folder, WATCHDOG, arg, binary, folder, fresh_run, participants};
 
@@ -57,6 +61,15 @@ pub struct Process {
     what: String,
 }
 
+/// Lets programs that are started from now on end by SIGINT, also where these tests run in
+/// the background of a shell, which ignores it: a program inherits that, but no handler.
+fn heed_interrupts() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        register_conditional_shutdown(SIGINT, 130, Arc::new(AtomicBool::new(true))).unwrap();
+    });
+}
+
 fn collect(mut pipe: impl std::io::Read + Send + 'static) -> std::thread::JoinHandle<String> {
     std::thread::spawn(move || {
         let mut text = Vec::new();
@@ -73,6 +86,7 @@ impl Process {
 
     /// Starts any command.
     pub fn spawn(command: &mut Command) -> Self {
+        heed_interrupts();
         let what = format!("{command:?}");
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap_or_else(|e| panic!("{what}: {e}"));
