@@ -25,6 +25,8 @@ use crate::tangent;
 const MAX_BYTES: u64 = 1 << 30;
 /// Longest offset, s: stamps that carry the time of day differ by 2·10⁹ from those of a run.
 const MOST_OFFSET_S: f64 = 1e10;
+/// The farthest pose, m: farther than any place on Earth. Figures square it.
+const MOST_COORDINATE_M: f64 = 1e8;
 
 /// Answer with the poses of a file in TUM format
 ///
@@ -171,6 +173,12 @@ fn parse(line: &str) -> Result<(f64, Estimate), String> {
         })?;
     }
     let [time_s, x_m, y_m, _, qx, qy, qz, qw, covariance @ ..] = numbers;
+    if x_m.abs().max(y_m.abs()) > MOST_COORDINATE_M {
+        return Err(format!(
+            "tx = {x_m}, ty = {y_m} is farther than {MOST_COORDINATE_M} m away; take the origin of \
+             the file off"
+        ));
+    }
     let squared = qw * qw + qx * qx + qy * qy + qz * qz;
     // Files round to a few digits.
     if (squared - 1.0).abs() > 0.05 {

@@ -18,6 +18,7 @@ use rusty_contract::{
     BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport, errln, outln,
 };
 use rusty_contract::{WeightedPose, output};
+use rusty_geometry::place;
 use rusty_metrics::{Given, Goals, Held, Meter, Moment, Planned, Yardstick};
 use rusty_plot::png;
 
@@ -250,7 +251,8 @@ impl Scorer {
         let beside = beside.filter(|path| path.is_file());
         match (map, beside) {
             (Some(path), _) => {
-                let world = rusty_floorplan::read_unchecked(path);
+                let built_in = path.to_str().and_then(place).map(|place| Ok(place.spec().clone()));
+                let world = built_in.unwrap_or_else(|| rusty_floorplan::read_unchecked(path));
                 self.keeper.set_world(world.map_err(|e| ClientError::Unusable(e.to_string()))?);
             }
             (None, Some(path)) => match rusty_floorplan::read_unchecked(&path) {

@@ -310,7 +310,8 @@ impl Scenario {
             if !self.kidnappings.is_empty() {
                 let problem = "does not say which robot is carried away";
                 let remedy = "write [[robot.kidnapping]] behind the robot's [[robot]]";
-                return Err(FieldError::new("kidnapping", "", problem, remedy).into());
+                let tick = self.kidnappings[0].tick;
+                return Err(FieldError::new("kidnapping[0].tick", tick, problem, remedy).into());
             }
             let nowhere = WorldSpec {
                 name: "none".to_owned(),

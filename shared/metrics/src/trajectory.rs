@@ -2,8 +2,9 @@
 //! (RPE) per tick and per metre.
 //!
 //! Source: M. Grupp, *evo* (Python package, 1.38.1): `evo_ape --align_origin` and
-//! `evo_rpe` with `--delta 1 --delta_unit f` and `--delta 1 --delta_unit m`, for
-//! `trans_part` and `angle_rad`. A step per metre follows the *estimate*'s path.
+//! `evo_rpe` with `--delta 1 --delta_unit f` and `--delta 1 --delta_unit m
+//! --pairs_from_reference`, for `trans_part` and `angle_rad`. A step per metre follows the
+//! true path: an estimator could make its own as long as it likes, by shaking.
 
 use rusty_contract::score::{PoseErrors, RelativeErrors};
 use rusty_geometry::{SE2, trig};
@@ -44,7 +45,7 @@ impl FromOrigin {
 pub(super) struct Relative {
     last: Option<Scored>,
     per_tick: PoseSeries,
-    /// Where the step under way began, and how far the estimate has come since.
+    /// Where the step under way began, and how far the robot has come since.
     begin: Option<Scored>,
     path_m: f64,
     per_metre: PoseSeries,
@@ -71,7 +72,7 @@ impl Relative {
         self.per_tick.push(error_m, error_rad);
         // As numpy takes a length: where a path is a metre to the last bit,
         // another way of rounding would end the step elsewhere.
-        let step_m = scored.estimate.translation() - last.estimate.translation();
+        let step_m = scored.truth.translation() - last.truth.translation();
         self.path_m += (step_m.x * step_m.x + step_m.y * step_m.y).sqrt();
         if self.path_m >= METRE {
             let (error_m, error_rad) = relative_error(&begin, scored);
@@ -94,4 +95,31 @@ pub fn relative_error(i: &Scored, j: &Scored) -> (f64, f64) {
     let believed_motion = i.estimate.inverse() * j.estimate;
     let error = true_motion.inverse() * believed_motion;
     (trig::hypot(error.x(), error.y()), error.theta().abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Odometry that is 5 % long, shaken by as much to the left and right in turns.
+    fn of_shaken(by_m: f64) -> RelativeErrors {
+        let mut relative = Relative::expecting(1000);
+        for tick in 0..1000_u32 {
+            let x_m = 0.01 * f64::from(tick);
+            let y_m = if tick % 2 == 0 { by_m } else { -by_m };
+            let estimate = SE2::new(1.05 * x_m, y_m, 0.0);
+            let truth = SE2::new(x_m, 0.0, 0.0);
+            relative.push(&Scored { tick: tick as usize, truth, estimate });
+        }
+        relative.errors()
+    }
+
+    #[test]
+    fn who_shakes_walks_no_metre_more() {
+        for by_m in [0.0, 0.27] {
+            let found = of_shaken(by_m).per_metre.unwrap();
+            assert_eq!(found.translation_m.count, 9);
+            assert!(found.translation_m.rmse > 0.049, "{found:?}");
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 mod changes;
 
-pub use changes::change_config;
+pub use changes::{change_config, check_options};
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -152,7 +152,10 @@ pub fn load_unchecked(which: &str, changes: &[String]) -> Result<Loaded, SetupEr
 fn hint(which: &str, error: &std::io::Error) -> String {
     match error.kind() {
         ErrorKind::NotFound => {}
-        ErrorKind::InvalidData => return "; save it as UTF-8".to_owned(),
+        ErrorKind::InvalidData => {
+            let remedy = "save it as UTF-8, or use `sim-server replay` if it is a log";
+            return format!("; {remedy}");
+        }
         _ => return String::new(),
     }
     let names = BUILT_IN.map(|(name, _)| name);

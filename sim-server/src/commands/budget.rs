@@ -58,6 +58,8 @@ pub struct BudgetArgs {
 const MOST_SEEDS: u64 = 10_000_000;
 
 pub fn run(args: &BudgetArgs) -> Result<Exit> {
+    let given = [("seed", "--seeds", true), ("ticks", "--ticks", args.ticks.is_some())];
+    scenario_file::check_options(&args.changes, &given)?;
     let mut loaded = scenario_file::load(&args.scenario, &args.changes)?;
     loaded.scenario.ticks = args.ticks.unwrap_or(loaded.scenario.ticks);
     let config = loaded.config_with(rusty_floorplan::read)?;
@@ -66,6 +68,11 @@ pub fn run(args: &BudgetArgs) -> Result<Exit> {
                       \"straight\", v_m_s = 0.5 }'";
         let problem = "needs a client to drive it, and none takes part here";
         return Err(FieldError::new("script.kind", "driver", problem, remedy).into());
+    }
+    if let Some(first) = config.kidnappings.first() {
+        let remedy = "leave it out by --set 'kidnapping=[]'";
+        let problem = "carries the robot, which is no error of its wheels";
+        return Err(FieldError::new("kidnapping[0].tick", first.tick, problem, remedy).into());
     }
     if args.seeds.count() > MOST_SEEDS {
         let remedy = format!("use at most {MOST_SEEDS}");

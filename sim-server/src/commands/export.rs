@@ -26,7 +26,7 @@ the figures of score.json. Recordings with repeated timestamps are an exception:
 evo pairs by time and takes the first.
   sim-server export tum runs/NAME/run.log -o tum
   evo_ape tum tum/truth.tum tum/dead-reckoning.tum
-  evo_rpe tum tum/truth.tum tum/dead-reckoning.tum --delta 1 --delta_unit m
+  evo_rpe tum tum/truth.tum tum/dead-reckoning.tum --delta 1 --delta_unit m --pairs_from_reference
 
 A log without true poses (e.g. a blind log) has no truth.tum, and all its estimates
 are written. This is reported on stderr; the exit code is 0, because nothing of

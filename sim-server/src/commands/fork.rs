@@ -45,6 +45,9 @@ pub struct ForkArgs {
 
 pub fn run(args: &ForkArgs) -> Result<Exit> {
     let before = LogReader::open(&args.log)?.header().clone();
+    let given =
+        [("seed", "--seed", args.seed.is_some()), ("ticks", "--ticks", args.ticks.is_some())];
+    scenario_file::check_options(&args.changes, &given)?;
     let mut after = scenario_file::change_config(&before.config, &args.changes)?;
     after.seed = args.seed.unwrap_or(after.seed);
     after.ticks = args.ticks.unwrap_or(after.ticks);
@@ -81,7 +84,25 @@ fn check(args: &ForkArgs, before: &RunConfig, after: &RunConfig) -> Result<(), F
             "give more --ticks, or fork earlier",
         ));
     }
-    Ok(())
+    check_past(args.at, before, after)
+}
+
+/// Refuses to change what happened before the fork, which the branch repeats.
+fn check_past(at: u64, before: &RunConfig, after: &RunConfig) -> Result<(), FieldError> {
+    let carried = |config: &RunConfig| {
+        config.kidnappings.iter().filter(|k| k.tick < at).cloned().collect::<Vec<_>>()
+    };
+    let changed = |config: &RunConfig| {
+        config.events.iter().filter(|e| e.tick() < at).cloned().collect::<Vec<_>>()
+    };
+    let field = match () {
+        () if carried(before) != carried(after) => "kidnapping",
+        () if changed(before) != changed(after) => "event",
+        () => return Ok(()),
+    };
+    let problem = format!("changes what was before tick {at}, where the branch begins");
+    let remedy = "repeat the entries of the log before it (`info --json`), and change later ones";
+    Err(FieldError::new("--set", field, problem, remedy))
 }
 
 /// The same error about the first field that differs, where it is about a table.

@@ -30,6 +30,9 @@ pub fn serve(args: &LaunchArgs) -> Result<Exit> {
 
 fn simulate(args: &LaunchArgs, starting: Starting) -> Result<Exit> {
     let LaunchArgs { scenario: which, run } = args;
+    let given =
+        [("seed", "--seed", which.seed.is_some()), ("ticks", "--ticks", which.ticks.is_some())];
+    scenario_file::check_options(&which.changes, &given)?;
     let mut loaded = scenario_file::load_unchecked(&which.scenario, &which.changes)?;
     let scenario = &mut loaded.scenario;
     scenario.seed = which.seed.unwrap_or(scenario.seed);

@@ -194,13 +194,14 @@ fn page(fit: &BeamFit, sheet: &LidarSheet, scans: u64, verbose: bool) -> String 
         table.row(&[&name, &figure(value), &figure(std_error), &figure(sheet)]);
     }
     lines.push(table.to_string());
-    lines.push(format!(
-        "for mcl: --sigma-m {:.4} --z-short {:.4} --z-max {:.4} --z-rand {:.4}",
+    // As above: no reading says what it is.
+    let sigma = fit.sigma_hit_m.std_error.map_or_else(String::new, |_| {
         // The least that `mcl` takes.
-        fit.sigma_hit_m.value.max(0.001),
-        fit.z_short.value,
-        fit.z_max.value,
-        fit.z_rand.value
+        format!(" --sigma-m {:.4}", fit.sigma_hit_m.value.max(0.001))
+    });
+    lines.push(format!(
+        "for mcl:{sigma} --z-short {:.4} --z-max {:.4} --z-rand {:.4}",
+        fit.z_short.value, fit.z_max.value, fit.z_rand.value
     ));
     lines.join("\n")
 }

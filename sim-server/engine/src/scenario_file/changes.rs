@@ -1,5 +1,7 @@
 //! Changes of the form `robot.slip_std=0.05`: the option `--set`.
 
+use std::collections::BTreeSet;
+
 use rusty_contract::scenario::has_null;
 use rusty_contract::suggest::for_message;
 use rusty_contract::{FieldError, JsonTree, RunConfig};
@@ -8,12 +10,41 @@ use serde_json::{Map, Value};
 /// The most parts of a `--set` key; no field lies deeper.
 const MAX_KEY_PARTS: usize = 16;
 
-/// Applies `key=value` changes to the configuration of a run.
+/// Fields that have another name in a run's configuration than in a scenario.
+const RENAMED: [(&str, &str); 4] = [
+    ("kidnapping", "kidnappings"),
+    ("event", "events"),
+    ("patch", "patches"),
+    ("walker", "walkers"),
+];
+
+/// Applies `key=value` changes, in the words of a scenario, to the configuration of a run.
 ///
 /// # Errors
 /// [`FieldError`] names the change that cannot be made.
 pub fn change_config(config: &RunConfig, changes: &[String]) -> Result<RunConfig, FieldError> {
-    changed(config, changes)
+    let of_config = |change: &String| {
+        let (key, value) = change.split_once('=').unwrap_or((change, ""));
+        let renamed = RENAMED.iter().find(|(name, _)| *name == key.trim());
+        renamed.map_or_else(|| change.clone(), |(_, name)| format!("{name}={value}"))
+    };
+    changed(config, &changes.iter().map(of_config).collect::<Vec<_>>())
+}
+
+/// Refuses a change of a field for which an option was given as well: each of `given` is
+/// the key, the option, and whether it was given.
+///
+/// # Errors
+/// [`FieldError`] names both.
+pub fn check_options(changes: &[String], given: &[(&str, &str, bool)]) -> Result<(), FieldError> {
+    for (key, option, _) in given.iter().filter(|(.., is_given)| *is_given) {
+        let is_of_it = |change: &&String| change.split('=').next().map(str::trim) == Some(*key);
+        if let Some(change) = changes.iter().find(is_of_it) {
+            let problem = format!("is set by {option} as well");
+            return Err(FieldError::new("--set", change, problem, "leave out one of both"));
+        }
+    }
+    Ok(())
 }
 
 /// Returns an unchecked copy with the changes, which are made in JSON: the integers of TOML
@@ -32,7 +63,12 @@ where
     // earlier one: `script.kind`, then `script.v_m_s`.
     let mut wrong: Option<FieldError> = None;
     let mut problem = String::new();
+    let mut keys = BTreeSet::new();
     for change in changes {
+        let key = change.split('=').next().unwrap_or_default().trim();
+        if !keys.insert(key) {
+            return Err(FieldError::new("--set", change, "sets a field again", "give it once"));
+        }
         if whole.is_null() {
             whole = original.to_tree().map_err(|e| error(change, &e))?;
         }
@@ -135,7 +171,6 @@ mod tests {
         };
         assert_eq!(seed(&["seed=18446744073709551615", "ticks=5"]), u64::MAX);
         assert_eq!(seed(&["ticks=5", "seed=9223372036854775808"]), 1 << 63);
-        assert_eq!(seed(&["seed=18446744073709551615", "seed = 7"]), 7);
         let config = load("apartment", &[]).unwrap().config().unwrap();
         let change = |text: &str| change_config(&config, &[text.to_owned()]).unwrap().seed;
         assert_eq!((change("seed = 18446744073709551615"), change("seed=7")), (u64::MAX, 7));
@@ -183,6 +218,25 @@ mod tests {
             let error = set(text).unwrap_err().to_string();
             assert!(error.contains(text) && error.contains("finite"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_field_is_set_once() {
+        let changes = ["robot.slip_std=0.1", "robot.slip_std =0.2"].map(str::to_owned);
+        let error = load("apartment", &changes).unwrap_err().to_string();
+        assert!(error.contains(&changes[1]) && error.contains("again"), "{error}");
+        let changes = ["ticks=50".to_owned()];
+        let given = |ticks: bool| [("seed", "--seed", true), ("ticks", "--ticks", ticks)];
+        assert_eq!(check_options(&changes, &given(false)), Ok(()));
+        let error = check_options(&changes, &given(true)).unwrap_err();
+        assert!(error.to_string().contains("--ticks") && error.value == "ticks=50", "{error}");
+    }
+
+    #[test]
+    fn a_configuration_takes_the_names_of_a_scenario() {
+        let config = load("apartment", &[]).unwrap().config().unwrap();
+        let text = "kidnapping=[{tick=5,to={x_m=3,y_m=1,theta_rad=0}}]".to_owned();
+        assert_eq!(change_config(&config, &[text]).unwrap().kidnappings[0].tick, 5);
     }
 
     #[test]

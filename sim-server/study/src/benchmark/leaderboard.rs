@@ -32,6 +32,8 @@ pub struct Standing {
     pub answered: Option<f64>,
     /// Whether the kernel confined it.
     pub confined: bool,
+    /// Whether it could read files that were named for it.
+    pub with_files: bool,
     /// Runs that failed.
     pub failed: usize,
     /// Runs without a figure that did not fail.
@@ -127,6 +129,7 @@ fn standing(
         },
         answered: answered(suite, result, entry, track),
         confined: result.confined,
+        with_files: result.entries.iter().any(|e| e.name == entry && !e.files.is_empty()),
         failed,
         without,
         compute_p99_s: rusty_metrics::percentile(&mut compute, 0.5),
@@ -163,8 +166,9 @@ impl fmt::Display for LeaderboardText<'_> {
             };
             let error = s.relative_error.map_or("–".to_owned(), |e| format!("{e:.3}"));
             let answered = s.answered.map_or("–".to_owned(), |a| format!("{:.0} %", 100.0 * a));
-            let entry = if s.confined { "" } else { " (unconfined)" };
-            let entry = format!("{}{entry}", s.entry);
+            let confined = if s.confined { "" } else { " (unconfined)" };
+            let files = if s.with_files { " (with files)" } else { "" };
+            let entry = format!("{}{confined}{files}", s.entry);
             let compute =
                 s.compute_p99_s.map_or("–".to_owned(), |t| format!("{:.3} ms", 1e3 * t));
             table.row(&[

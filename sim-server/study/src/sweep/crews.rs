@@ -150,10 +150,7 @@ impl<'p> Crews<'p> {
     ) -> Result<(AtWork, RunReport, AnswerDigests), SweepError> {
         let (cell, seed) = self.plan.place(run);
         let AtWork { crew, rules, out, first, remarks } = at_work;
-        // What an earlier run wrote is not of this one.
-        for file in ["score.json", "run.log"] {
-            let _ = fs::remove_file(out.join(file));
-        }
+        clear(&out, &crew.stayed(&rules.roster));
         let mut config = self.plan.cells[cell].config.clone();
         config.seed = seed;
         let header = simulated_header(config, rules.roster.clone(), on_loss);
@@ -188,8 +185,8 @@ impl<'p> Crews<'p> {
             Err(SweepError::CarriedOver { names, seed, cell: cell.clone(), found })
         };
         if let Some((tick, mut names)) = first.digests.first_difference(&digests) {
-            names.retain(|name| first.stayed.iter().any(|stayed| stayed == name));
             // Others may answer at random: their processes are new ones in each run.
+            names.retain(|name| self.plan.all_alike || first.stayed.iter().any(|s| s == name));
             if !names.is_empty() {
                 return differ(names, format!("another answer at tick {tick}"));
             }
@@ -240,7 +237,7 @@ impl Maker for Crews<'_> {
         let record = report.record(self.plan, run, &at_work.out);
         let stayed = at_work.crew.stayed(&at_work.rules.roster);
         let is_whole = record.lost.is_none();
-        if is_first && is_whole && !stayed.is_empty() {
+        if is_first && is_whole && (self.plan.all_alike || !stayed.is_empty()) {
             at_work.first = Some(First { run, digests, record: record.clone(), stayed });
         }
         self.at_work = Some(at_work);
@@ -253,6 +250,18 @@ impl Maker for Crews<'_> {
 
     fn finish(&mut self) -> Result<(), SweepError> {
         self.end()
+    }
+}
+
+/// Removes what earlier runs wrote, which a program that starts anew could read. Those that
+/// stay keep their folders, and what they print.
+fn clear(out: &Path, stayed: &[String]) {
+    for entry in fs::read_dir(out).into_iter().flatten().flatten() {
+        let (name, path) = (entry.file_name(), entry.path());
+        let is_of = |stays: &String| name == **stays || name == *format!("{stays}.txt");
+        if !stayed.iter().any(is_of) {
+            let _ = fs::remove_file(&path).or_else(|_| fs::remove_dir_all(&path));
+        }
     }
 }
 

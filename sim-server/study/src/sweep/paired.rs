@@ -117,7 +117,9 @@ impl fmt::Display for CellPair {
             number(self.paired.means[1]),
             self.paired.pairs
         )?;
-        if self.paired.pairs < 2 {
+        if self.paired.pairs == 0 {
+            write!(f, "  no seed has this figure in both")?;
+        } else if self.paired.pairs == 1 {
             write!(f, "  one pair has no interval: sweep more seeds")?;
         } else {
             let [paired, unpaired] =

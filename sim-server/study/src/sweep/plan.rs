@@ -52,6 +52,8 @@ pub struct Plan {
     pub worlds: Vec<Sim>,
     /// The runs that are made: all of them, or those of one shard.
     pub runs: Range<u64>,
+    /// Whether participants of a new process must answer alike, too, in a repeated run.
+    pub all_alike: bool,
 }
 
 impl Plan {
@@ -65,7 +67,7 @@ impl Plan {
     }
 
     /// As [`new`](Self::new) with client processes, and with `roster` in place of the
-    /// scenario's participants. Of several robots the first has it, and the others must
+    /// scenario's participants, who must all answer a repeated run alike. Of several robots the first has it, and the others must
     /// move by themselves.
     ///
     /// # Errors
@@ -95,7 +97,8 @@ impl Plan {
         let count = request.seeds.count().checked_mul(cells.len() as u64);
         match count {
             Some(count) if count <= MOST_RUNS => {
-                Ok(Self { request, cells, rosters, worlds, runs: 0..count })
+                let all_alike = own.is_some();
+                Ok(Self { request, cells, rosters, worlds, runs: 0..count, all_alike })
             }
             _ => {
                 let problem = format!("makes more than {MOST_RUNS} runs");

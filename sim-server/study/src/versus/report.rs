@@ -100,9 +100,10 @@ impl Outcome {
             Some(Better::B) => format!("{b} is better"),
             None => format!("no difference shown at {} %", per_cent_of(level)),
         };
+        let means = if pairs > 0 { ", over which the means are" } else { "" };
         format!(
             "{}: {verdict}: {}; {a} alone came to it in {only_a} {}, {b} alone in {only_b}, both \
-             in {pairs}, over which the means are",
+             in {pairs}{means}",
             self.metric.words(),
             self.won(names, many),
             self.samples

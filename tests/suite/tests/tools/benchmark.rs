@@ -375,3 +375,11 @@ fn options_that_cannot_be_used_are_refused_before_the_first_run() {
     let file = place.write("x.json", "{}");
     sim_server(&["benchmark", "report", &file]).expect(2).says("x.json");
 }
+
+#[test]
+fn a_filter_that_uses_the_clock_is_named() {
+    if kernel_can() {
+        let ended = run(&folder().at("r.json"), &series_client("--mode clock"), &["--jobs", "1"]);
+        ended.expect(4).says("mine, seed");
+    }
+}

@@ -78,6 +78,16 @@ fn a_program_that_takes_part_in_one_run_is_started_again_for_each() {
 }
 
 #[test]
+fn what_a_program_wrote_in_one_run_is_not_there_in_the_next() {
+    let place = folder();
+    let reads = ["--mode", "reads", "--once", "{out}/notes"];
+    let rows =
+        same_as_launches(&place, &scenario(&place, &[("stays", &[]), ("reads", &reads)]), &[]);
+    let errors = rows.numbers("ate_rmse_m");
+    assert!(errors.chunks(2).all(|pair| pair[0] == pair[1]), "{errors:?}");
+}
+
+#[test]
 fn a_filter_that_carries_state_over_is_named() {
     let place = folder();
     let scenario = scenario(&place, &[("honest", &[]), ("carrier", &["--mode", "carries"])]);

@@ -7,6 +7,7 @@ The same as `evo_ape tum` and `evo_rpe tum` with their options for translation
   none      evo_ape                       origin     evo_ape --align_origin
   se2       evo_ape --align
   per_tick  evo_rpe --delta 1 -u f        per_metre  evo_rpe --delta 1 -u m
+evo_rpe has --pairs_from_reference.
 """
 
 import copy
@@ -43,7 +44,11 @@ def absolute(truth, estimate, align):
 
 def relative(truth, estimate, unit):
     return {
-        name: statistics(metrics.RPE(relation, delta=1.0, delta_unit=unit), truth, estimate)
+        name: statistics(
+            metrics.RPE(relation, delta=1.0, delta_unit=unit, pairs_from_reference=True),
+            truth,
+            estimate,
+        )
         for name, relation in RELATIONS.items()
     }
 
