@@ -251,8 +251,10 @@ impl Scorer {
         let beside = beside.filter(|path| path.is_file());
         match (map, beside) {
             (Some(path), _) => {
-                let built_in = path.to_str().and_then(place).map(|place| Ok(place.spec().clone()));
-                let world = built_in.unwrap_or_else(|| rusty_floorplan::read_unchecked(path));
+                let world = match path.to_str().and_then(place) {
+                    Some(built_in) => Ok(built_in.spec().clone()),
+                    None => rusty_floorplan::read_unchecked(path),
+                };
                 self.keeper.set_world(world.map_err(|e| ClientError::Unusable(e.to_string()))?);
             }
             (None, Some(path)) => match rusty_floorplan::read_unchecked(&path) {
