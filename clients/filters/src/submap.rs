@@ -83,20 +83,12 @@ pub struct Placement {
     pub pose: SE2,
     /// Mean likelihood of its ends, 0 to 1.
     pub score: f64,
-    /// What its distance from the guess takes off the score.
-    pub cost: f64,
 }
 
 impl Placement {
     /// Whether it scores at least this much more than another solution, if there is one.
     pub fn leads(&self, other: Option<&Self>, by: f64) -> bool {
         other.is_none_or(|other| other.score <= self.score - by)
-    }
-
-    /// The same of what is left of the scores so far from the guess.
-    pub fn leads_here(&self, other: Option<&Self>, by: f64) -> bool {
-        let left = |placement: &Self| placement.score - placement.cost;
-        other.is_none_or(|other| left(other) <= left(self) - by)
     }
 }
 
@@ -208,8 +200,7 @@ impl Submap {
         while let Some(Branch { level, turn, offset, .. }) = heap.pop() {
             if level == 0 {
                 let pose = window.at(turn, offset);
-                let (score, cost) = (self.mean(of(turn), offset), window.cost(0, turn, offset));
-                let placement = Placement { pose, score, cost };
+                let placement = Placement { pose, score: self.mean(of(turn), offset) };
                 match found[0] {
                     None => found[0] = Some(placement),
                     Some(best) if is_other(&best.pose, &pose) => {

@@ -27,9 +27,8 @@ const LOOP_SHARE: f64 = 0.5;
 /// A search begins only where the graph is not this sure (m, rad).
 const SURE_M: f64 = 0.15;
 const SURE_RAD: f64 = 0.15;
-/// Half of the window of a search: in deviations, at least and at most (m, rad). Rooms
-/// repeat: where a smaller window misses the true place, another may win in it.
-const WINDOW_STD: f64 = 5.0;
+/// Half of the window of a search: in deviations, at least and at most (m, rad).
+const WINDOW_STD: f64 = 3.0;
 const WINDOW_M: [f64; 2] = [0.5, 6.0];
 const WINDOW_RAD: [f64; 2] = [0.1, 0.8];
 /// Key scans before and after an old one that are in its submap.
@@ -125,7 +124,7 @@ impl Slam {
         let map = Submap::new(self.tracker.laser(), scans, Unseen::Misses);
         let [best, other] = map.search(rays, window);
         let best = best.filter(|best| best.score >= FITS_SCORE)?;
-        if !best.leads_here(other.as_ref(), LEAD_SCORE) {
+        if !best.leads(other.as_ref(), LEAD_SCORE) {
             return None;
         }
         let apart = |k: usize| in_map(k).inverse() * best.pose;

@@ -125,7 +125,7 @@ fn nothing_seen_finds_nothing() {
 
 #[test]
 fn a_pose_leads_where_no_other_one_scores_nearly_as_much() {
-    let of = |score: f64| Placement { pose: SE2::identity(), score, cost: 0.0 };
+    let of = |score: f64| Placement { pose: SE2::identity(), score };
     assert!(of(0.5).leads(None, 0.1) && of(0.5).leads(Some(&of(0.375)), 0.125));
     assert!(!of(0.5).leads(Some(&of(0.45)), 0.1) && !of(0.5).leads(Some(&of(0.7)), 0.1));
 }
