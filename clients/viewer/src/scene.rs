@@ -85,18 +85,18 @@ impl Scene {
         };
         let seed = header.seed();
         let robot = config.fleet.as_ref().map(|fleet| format!(", robot {}", fleet.name));
+        let viewer = rusty_contract::Participant::new("view", Role::Estimator);
+        let of_start = Self::of_start(&Start::new(header, 0, &viewer), mode);
+        let hidden = header.is_blind() && header.known_world().is_none();
         Self {
             scenario: config.scenario.clone() + &robot.unwrap_or_default(),
             seed: seed.map(|seed| seed.to_string()),
             truth: true,
-            bounds_m: config.world.bounds,
+            bounds_m: if hidden { of_start.bounds_m } else { config.world.bounds },
             walls: walls(&config.world),
             kidnapped_at: header.kidnappings().map(|k| k.tick).collect(),
             estimators: header.answering().enumerate().map(named).collect(),
-            ..Self::of_start(
-                &Start::new(header, 0, &rusty_contract::Participant::new("view", Role::Estimator)),
-                mode,
-            )
+            ..of_start
         }
     }
 

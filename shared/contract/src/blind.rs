@@ -13,7 +13,7 @@
 //! | `lidar`, `sensors` | as at the start; with the figures of their data sheets, unless a participant that answers was given the true ones |
 //! | `script`        | an empty list: a plan says where the robot was to be              |
 //! | `start`         | the origin, unless a participant that answers was told the initial pose |
-//! | `world`         | no walls, unless a participant that answers was given the map           |
+//! | `world`         | no walls, unless a participant that answers was given the map, and there is one |
 //!
 //! Name of the scenario, roster with its commands, time step and number of ticks
 //! stay. So do the commands as applied: they are in the frames. With a script that
@@ -68,7 +68,7 @@ pub fn blind_header(
         Source::Blind { .. } => return header.clone(),
     };
     let start_known = told.initial_pose == Access::Given;
-    let world_known = told.map == Access::Given;
+    let world_known = told.map == Access::Given && header.known_world().is_some();
     let mut config = header.config.clone();
     config.seed = 0;
     let figures_known =
@@ -155,6 +155,26 @@ mod tests {
         assert!(!json.contains("0.375") && !json.contains("9876543210"), "{json}");
         let json = serde_json::to_string(&forked).unwrap();
         assert_eq!(serde_json::from_str::<LogHeader>(&json).unwrap(), forked);
+    }
+
+    /// The bounds of a recording are those of its true path.
+    #[test]
+    fn of_a_recording_nobody_is_told_how_far_its_path_went() {
+        let mut recorded = header();
+        recorded.source = Source::Recorded {
+            format: "carmen".to_owned(),
+            file: "x.log".to_owned(),
+            remarks: Vec::new(),
+            findings: Vec::new(),
+        };
+        assert!(told(&recorded).map.is_some(), "these walls are told");
+        recorded.config.world.walls.clear();
+        recorded.config.world.landmarks.clear();
+        recorded.config.world.bounds = [-17.625, 2.0, 3.0, 4.0];
+        assert_eq!(told(&recorded).map, None);
+        let blinded = blind(&recorded);
+        assert_eq!(told(&blinded), told(&recorded));
+        assert!(!serde_json::to_string(&blinded).unwrap().contains("17.625"));
     }
 
     #[test]

@@ -2,14 +2,18 @@
 
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use clap::{Args, Subcommand};
 use rusty_contract::config::check_seconds;
 use rusty_contract::control::{ControlReply, ControlRequest};
 use rusty_contract::{Exit, RunName, errln, outln};
 use rusty_engine::run::Pace;
+use rusty_link::LinkError;
 
 use super::arguments::Output;
+
+/// How long the state is waited for where the reply to a step did not come.
+const STATUS_TIME: Duration = Duration::from_secs(2);
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
@@ -63,7 +67,14 @@ pub fn run(args: &ControlArgs) -> Result<Exit> {
         ControlVerb::Pace { pace: Pace::Factor(factor) } => ControlRequest::Pace(Some(factor)),
         ControlVerb::Stop => ControlRequest::Stop,
     };
-    match rusty_link::control(&args.run, request, Duration::from_secs_f64(args.timeout))? {
+    let timeout = Duration::from_secs_f64(args.timeout);
+    let reply = match rusty_link::control(&args.run, request, timeout) {
+        Err(error @ LinkError::NoAnswer { .. }) if matches!(request, ControlRequest::Step(_)) => {
+            return Err(still_stepping(args).unwrap_or_else(|| error.into()));
+        }
+        reply => reply?,
+    };
+    match reply {
         ControlReply::Status(status) => Output { json: args.json }.print_with(&status, || {
             let how = match args.request {
                 ControlVerb::Stop => "stopping",
@@ -80,4 +91,16 @@ pub fn run(args: &ControlArgs) -> Result<Exit> {
         ControlReply::Start(_) => {}
     }
     Ok(Exit::Done)
+}
+
+/// Steps that take longer than the reply may: what there is to say if the server runs.
+fn still_stepping(args: &ControlArgs) -> Option<anyhow::Error> {
+    let status = rusty_link::control(&args.run, ControlRequest::Status, STATUS_TIME).ok()?;
+    let ControlReply::Status(status) = status else { return None };
+    let (run, done, ticks, seconds) = (&status.run, status.ticks_done, status.ticks, args.timeout);
+    Some(anyhow!(
+        "not complete within {seconds} s; the steps go on, with {done} of {ticks} ticks \
+         done; `sim-server control {run} status` tells when they are, a larger --timeout waits \
+         for it"
+    ))
 }

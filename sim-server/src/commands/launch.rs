@@ -86,4 +86,37 @@ fn warn_of_no_effect(header: &LogHeader) {
             errln!("event at tick {tick}: there is no box {number} to remove then");
         }
     }
+    warn_of_outside(&header.config);
+}
+
+/// Warns of people, boxes and patches that lie outside the world, where nothing meets them.
+fn warn_of_outside(config: &RunConfig) {
+    let [x_min, y_min, x_max, y_max] = config.world.bounds;
+    let tell = |what: String, points: &[[f64; 2]]| {
+        let all = |is_out: &dyn Fn(&[f64; 2]) -> bool| points.iter().all(is_out);
+        let outside = all(&|p| p[0] < x_min)
+            || all(&|p| p[0] > x_max)
+            || all(&|p| p[1] < y_min)
+            || all(&|p| p[1] > y_max);
+        if outside {
+            errln!(
+                "{what} lies outside the world: x is {x_min} to {x_max} m there, y {y_min} to \
+                 {y_max} m"
+            );
+        }
+    };
+    for (i, walker) in config.walkers.iter().enumerate() {
+        for (k, point) in walker.waypoints.iter().enumerate() {
+            tell(format!("walker[{i}].waypoints[{k}] = {point:?}"), &[*point]);
+        }
+    }
+    for event in &config.events {
+        if let Event::PutBox { number, at, .. } = event {
+            let at = [at.x(), at.y()];
+            tell(format!("box {number} at {at:?}"), &[at]);
+        }
+    }
+    for (i, patch) in config.patches.iter().enumerate() {
+        tell(format!("patch[{i}]"), &patch.corners);
+    }
 }

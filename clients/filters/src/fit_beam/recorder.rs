@@ -126,7 +126,10 @@ fn plan(brief: &Brief, lidar: &LidarConfig) -> Result<Expected, ClientError> {
         let remedy = "give a map with --map, or the --key-file of a blind log";
         ClientError::Unusable(format!("the log's floor plan cannot be used: {why}; {remedy}"))
     };
-    let spec = brief.header.known_world().ok_or_else(|| unusable("it is hidden".to_owned()))?;
+    let header = &brief.header;
+    let is_recording = header.is_recording() && !header.is_blind();
+    let why = if is_recording { "a recording has no walls" } else { "it is hidden" };
+    let spec = header.known_world().ok_or_else(|| unusable(why.to_owned()))?;
     let world = World::new(spec.clone()).map_err(|e| unusable(e.to_string()))?;
     if world.is_open() {
         return Err(unusable("it has no walls".to_owned()));

@@ -102,7 +102,8 @@ impl fmt::Display for Finding {
             Self::BackwardStamps { backwards, ticks, max_s, line } => write!(
                 f,
                 "{backwards} of {ticks} stamps are earlier than the one before, by up to \
-                 {max_s:.3} s (line {line}): sort the recording by time"
+                 {max_s:.3} s (line {line}): sort the recording by time, before anything \
+                 corrects its poses"
             ),
             Self::NoOdometry { missing, intervals, line, turn_rad, distance_m, gap_s } => {
                 write!(

@@ -203,11 +203,14 @@ impl LogHeader {
         simulated.then_some(self.config.start)
     }
 
-    /// The walls, if this log may say so.
+    /// The walls, if this log may say so. A recording without any has none to tell: its
+    /// bounds are those of the true path.
     #[must_use]
     pub fn known_world(&self) -> Option<&WorldSpec> {
         let hidden = matches!(self.source, Source::Blind { world_known: false, .. });
-        (!hidden).then_some(&self.config.world)
+        let world = &self.config.world;
+        let is_empty = world.walls.is_empty() && world.landmarks.is_empty();
+        (!(hidden || self.is_recording() && is_empty)).then_some(world)
     }
 
     /// Returns which figures of its sensors a participant is told. The holder of a key

@@ -2,6 +2,7 @@
 
 use std::io::{BufWriter, Write};
 use std::path::Path;
+use std::rc::Rc;
 
 use rusty_contract::log::{LogError, LogWriter, TickRef, Trailer};
 use rusty_contract::output::same_file;
@@ -55,9 +56,12 @@ pub fn import_carmen(
     let mut progress = Progress::new(progress);
     let preview = Preview::read(input, &mut progress)?;
     progress.pass(preview.lines);
-    let has_echoes = preview.has_echoes();
-    let open = || Ok(Box::new(Recording::open(input, has_echoes)?) as Box<dyn Events>);
-    import(input, output, options, Before::Carmen(preview), &open, &mut progress)
+    let (has_echoes, detached) = (preview.has_echoes(), Rc::from(preview.detached()));
+    let open = || {
+        let recording = Recording::open(input, has_echoes, Rc::clone(&detached))?;
+        Ok(Box::new(recording) as Box<dyn Events>)
+    };
+    import(input, output, options, Before::Carmen(Box::new(preview)), &open, &mut progress)
 }
 
 /// Imports a recording whose kind is known, and which `open` opens again for each pass.

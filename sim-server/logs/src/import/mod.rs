@@ -6,7 +6,7 @@
 //! each laser scan a tick with ranges and, as truth, its corrected pose.
 //!
 //! In reading order: `lines` (gzip, long lines), `carmen` (one line), `preview`
-//! (echoes, flat stamps), `recording` (readings, scans, and echoes that are
+//! (echoes, flat stamps), `detached` (echoes whose scan was deleted), `recording` (readings, scans, and echoes that are
 //! neither), `wheels` (counts from poses), `ranges` (codes for no return),
 //! `survey` (what must be known before the first tick), `judge` (findings),
 //! `plan` (header and remarks), `convert` (writing), [`report`], [`error`]; then [`ros`]
@@ -27,6 +27,7 @@ pub mod ros;
 
 mod carmen;
 mod convert;
+mod detached;
 mod findings;
 mod judge;
 mod lines;

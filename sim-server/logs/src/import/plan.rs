@@ -171,6 +171,7 @@ fn report(
         scans: survey.scans,
         scans_with_odometry: survey.scans_with_odometry,
         anchors: survey.anchors,
+        detached: survey.detached,
         ticks: survey.tick_count(),
         beams: survey.beams as u32,
         dt_s: config.dt_s,
@@ -203,7 +204,15 @@ fn remarks(survey: &Survey, drive: &Drive) -> Vec<String> {
         list.push(format!(
             "{} of {} scans are echoed by an ODOM line with the corrected pose: these lines are \
              no readings, the odometry is the chain of increments between them",
-            survey.anchors, survey.scans
+            survey.anchors - survey.detached,
+            survey.scans
+        ));
+    }
+    if survey.detached > 0 {
+        list.push(format!(
+            "{} further ODOM lines belong to scans that are not here, or to scans whose echo is \
+             not: the odometry goes on from their poses, and they are no readings either",
+            survey.detached
         ));
     }
     list.push("the commands are unknown; every frame says zero".to_owned());

@@ -14,7 +14,8 @@
 //!
 //! * the stamp of such a line cannot be its time: the writer never set it, so
 //!   it is 0 or the bits that happened to lie there (1.08499e-42, or the range
-//!   of some beam). One such line is enough;
+//!   of some beam). One such line is enough, as is one with a `NEFF` line behind it
+//!   (see `detached`);
 //! * or most scans whose pose differs from the `ODOM` line before them are
 //!   repeated, and either the stamps stand still, so that they decide nothing,
 //!   or the steps into these scans are far more sideways than the other steps:
@@ -27,17 +28,11 @@ use std::path::Path;
 
 use super::Progress;
 use super::carmen::{Message, Triple, parse};
+use super::detached::{Detached, is_time_near};
 use super::error::ImportError;
 use super::lines::Lines;
 use super::recording::se2;
 
-/// Largest difference by which a stamp may be earlier than its scan's. In the log of
-/// the Intel Research Lab real stamps fall back by up to 0.9 s.
-const BEFORE_SCAN_S: f64 = 1.0;
-/// Largest difference by which a stamp may be later than its scan's.
-const AFTER_SCAN_S: f64 = 3600.0;
-/// StampIntervals nearer to zero are not times, unless the scan's is the same.
-const TINY_S: f64 = 1e-9;
 /// Ratio of mean sideways motion from which steps into scans are corrections.
 /// Measured on four logs with echoes: 4.7 to 134.
 const SIDEWAYS_RATIO: f64 = 3.0;
@@ -65,7 +60,7 @@ impl Params {
     }
 }
 
-/// StampIntervals and how many of their intervals have length 0.
+/// Stamps and how many of their intervals have length 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct StampIntervals {
     last_s: Option<f64>,
@@ -120,6 +115,7 @@ pub(super) struct Preview {
     corrections: Steps,
     /// Steps between other `ODOM` lines.
     others: Steps,
+    detached: Detached,
 }
 
 impl Preview {
@@ -127,25 +123,38 @@ impl Preview {
     pub(super) fn read(path: &Path, progress: &mut Progress<'_>) -> Result<Self, ImportError> {
         let (mut lines, mut ranges_m) = (Lines::open(path)?, Vec::new());
         let mut preview = Self::default();
+        let mut is_behind_odom = false;
         while lines.advance()? {
             let line = lines.line;
             progress.at(line);
+            let was_behind_odom = std::mem::take(&mut is_behind_odom);
             match parse(&lines.path, line, &lines.text, &mut ranges_m)? {
                 Message::Param { name, value } => preview.params.set(name, value),
-                Message::Odom { pose, stamps } => preview.odom(pose, stamps.measured_s),
+                Message::Odom { pose, stamps } => {
+                    preview.odom(pose, stamps.measured_s, line);
+                    is_behind_odom = true;
+                }
                 Message::Flaser { pose, stamps, .. } => {
                     preview.scan = Some((pose, stamps.measured_s));
                     preview.scan_stamps.see(stamps.measured_s);
+                    preview.detached.scan(stamps.measured_s);
                 }
-                Message::Blank | Message::Other(_) => {}
+                Message::Other("NEFF") if was_behind_odom => preview.detached.mark(),
+                Message::Blank => is_behind_odom = was_behind_odom,
+                Message::Other(_) => {}
             }
         }
         preview.lines = lines.line;
         Ok(preview)
     }
 
-    fn odom(&mut self, pose: Triple, stamp_s: f64) {
+    fn odom(&mut self, pose: Triple, stamp_s: f64, line: u64) {
         let before = self.odometry.replace(pose);
+        if self.scan.is_some_and(|(scan, _)| scan == pose) {
+            self.detached.echo();
+        } else {
+            self.detached.reading(stamp_s, line);
+        }
         match (self.scan.take(), before) {
             (Some((scan, scan_s)), _) if pose == scan && !is_time_near(stamp_s, scan_s) => {
                 self.stray = true;
@@ -171,7 +180,13 @@ impl Preview {
     pub(super) fn has_echoes(&self) -> bool {
         let most = 2 * self.corrections.number > self.moved;
         let far_m = SIDEWAYS_RATIO * self.others.mean_m();
-        self.stray || most && (self.flat().is_some() || self.corrections.mean_m() > far_m)
+        let sure = self.stray || self.detached.is_marked();
+        sure || most && (self.flat().is_some() || self.corrections.mean_m() > far_m)
+    }
+
+    /// The lines of further `ODOM` messages from which the odometry goes on, in order.
+    pub(super) fn detached(&self) -> Vec<u64> {
+        self.detached.lines(self.has_echoes(), self.flat().is_none())
     }
 
     /// The stamps of the scans (without scans: of the readings), if most of them
@@ -181,11 +196,4 @@ impl Preview {
             if self.scan_stamps.intervals > 0 { self.scan_stamps } else { self.reading_stamps };
         (2 * stamps.standing > stamps.intervals).then_some(stamps)
     }
-}
-
-/// Whether a reading right after a scan can have this stamp.
-fn is_time_near(stamp_s: f64, scan_s: f64) -> bool {
-    let tiny = stamp_s.abs() < TINY_S && stamp_s != scan_s;
-    let near = stamp_s >= scan_s - BEFORE_SCAN_S && stamp_s <= scan_s + AFTER_SCAN_S;
-    near && !tiny
 }

@@ -12,6 +12,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::rc::Rc;
 
 use rusty_geometry::SE2;
 
@@ -82,18 +83,25 @@ pub(super) struct Recording {
     /// First pose of the scan before, until an `ODOM` line follows.
     fresh_scan: Option<Triple>,
     has_echoes: bool,
+    /// Further anchors: their lines, in order.
+    detached: Rc<[u64]>,
     skipped: BTreeMap<String, u64>,
     two_times: u64,
 }
 
 impl Recording {
-    /// Opens a log, plain or gzip; `has_echoes` is what its preview decided.
-    pub(super) fn open(path: &Path, has_echoes: bool) -> Result<Self, ImportError> {
+    /// Opens a log, plain or gzip; `has_echoes` and `detached` are what its preview decided.
+    pub(super) fn open(
+        path: &Path,
+        has_echoes: bool,
+        detached: Rc<[u64]>,
+    ) -> Result<Self, ImportError> {
         Ok(Self {
             lines: Lines::open(path)?,
             ranges_m: Vec::new(),
             fresh_scan: None,
             has_echoes,
+            detached,
             skipped: BTreeMap::new(),
             two_times: 0,
         })
@@ -101,7 +109,8 @@ impl Recording {
 
     fn odom(&mut self, pose: Triple, stamps: Stamps) -> Result<Event<'static>, ImportError> {
         let (stamp_s, line) = (stamps.measured_s, self.lines.line);
-        if self.fresh_scan.take() == Some(pose) && self.has_echoes {
+        let is_echo = self.fresh_scan.take() == Some(pose) && self.has_echoes;
+        if is_echo || self.detached.binary_search(&line).is_ok() {
             return Ok(Event::Anchor { pose: se2(pose), line });
         }
         if !stamp_s.is_finite() {

@@ -21,6 +21,9 @@ pub struct ImportReport {
     pub scans_with_odometry: u64,
     /// `ODOM` lines that echo the corrected pose of the scan before them.
     pub anchors: u64,
+    /// Those of them that are not the echo of a scan before them: their scan, or the echo
+    /// of the scan before them, was deleted.
+    pub detached: u64,
     /// Ticks of the run log: readings and scans.
     pub ticks: u64,
     /// Ranges per scan; 0 without scans.
@@ -72,7 +75,14 @@ impl fmt::Display for ImportReport {
         writeln!(f, "odometry   {readings} readings, {:.2} m driven", self.distance_m)?;
         match self.beams {
             0 => writeln!(f, "scans      none")?,
-            n => writeln!(f, "scans      {} of {n} beams, {} echoed", self.scans, self.anchors)?,
+            n => {
+                let echoed = self.anchors - self.detached;
+                writeln!(f, "scans      {} of {n} beams, {echoed} echoed", self.scans)?;
+            }
+        }
+        if self.detached > 0 {
+            let detached = self.detached;
+            writeln!(f, "deleted    scans or echoes: {detached} ODOM lines show it, no readings")?;
         }
         writeln!(
             f,

@@ -32,7 +32,7 @@ pub(super) struct Told {
 /// What is known before the events are read, by the kind of recording.
 #[derive(Debug)]
 pub(super) enum Before {
-    Carmen(Preview),
+    Carmen(Box<Preview>),
     Ros(Told),
 }
 
@@ -48,6 +48,8 @@ pub(super) struct Survey {
     pub(super) lines: u64,
     pub(super) readings: u64,
     pub(super) anchors: u64,
+    /// Those of them that are not the echo of a scan before them.
+    pub(super) detached: u64,
     pub(super) scans: u64,
     /// Scans with a separate odometry pose.
     pub(super) scans_with_odometry: u64,
@@ -79,6 +81,7 @@ pub(super) fn look(
 ) -> Result<Survey, ImportError> {
     let mut survey = match before {
         Before::Carmen(preview) => Survey {
+            detached: preview.detached().len() as u64,
             params: preview.params,
             flat: preview.flat(),
             ranges: Ranges::new(preview.params.laser_max_m),

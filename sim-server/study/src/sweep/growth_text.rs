@@ -61,7 +61,10 @@ impl fmt::Display for GrowthText<'_> {
 }
 
 fn text(exponent: Option<Exponent>) -> String {
-    exponent.map_or_else(|| "– (no spread)".to_owned(), |exponent| exponent.to_string())
+    exponent.map_or_else(
+        || "– (too few distances, or no spread)".to_owned(),
+        |exponent| exponent.to_string(),
+    )
 }
 
 fn range(exponent: Option<Exponent>) -> String {

@@ -38,6 +38,18 @@ fn pauses_and_steps_change_no_bit() {
     after.verifies(0);
 }
 
+/// Steps that last longer than their reply may wait are no fault of the server.
+#[test]
+fn steps_that_last_long_go_on_behind_the_time_limit() {
+    let live = under_control("long", &[&RUN, &["--paused", "--pace", "0.5"]]);
+    let long = ["control", live.run.as_str(), "--timeout", "0.3", "step", "290"];
+    sim_server(&long).expect(1).says("the steps go on").says("of 300 ticks");
+    control(&live, &["pace", "max"]);
+    until("the steps are complete", || control(&live, &["status"])["ticks_done"] == 290);
+    control(&live, &["resume"]);
+    live.ends_with(0);
+}
+
 #[test]
 fn a_run_at_its_own_pace_can_be_paused_and_goes_on() {
     let calm = launch("calm", folder().path(), &RUN);

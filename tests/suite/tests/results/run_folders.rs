@@ -272,10 +272,15 @@ fn what_a_scenario_plans_in_vain_is_named_and_happens_to_nobody() {
     let planned = "[[event]]\nkind = \"put-box\"\ntick = 2\nnumber = 4\n\
                    at = { x_m = 8.0, y_m = 2.0, theta_rad = 0.0 }\nsize_m = [0.2, 0.2]\n\
                    [[event]]\nkind = \"remove-box\"\ntick = 5\nnumber = 3\n\
-                   [[event]]\nkind = \"remove-box\"\ntick = 30\nnumber = 4\n";
+                   [[event]]\nkind = \"remove-box\"\ntick = 30\nnumber = 4\n\
+                   [[walker]]\nwaypoints = [[1.5, 2.5], [75.0, 2.5]]\n\
+                   [[patch]]\ncorners = [[-9.0, 0.0], [-8.0, 0.0], [-8.0, 9.0]]\nslip_std = 0.3\n";
     fs::write(&file, planned).unwrap();
     let ended =
         run_to("vain", &place.at("vain"), &["launch", arg(&file), "--ticks", "20"]).expect(0);
-    ended.says("no box 3").says("event at tick 30");
-    assert!(!ended.stderr.contains("no box 4"), "{}", ended.stderr);
+    let ended = ended.says("no box 3").says("event at tick 30");
+    ended.says("walker[0].waypoints[1] = [75.0, 2.5]").says("patch[0] lies");
+    for sound in ["no box 4", "waypoints[0]", "box 4 at"] {
+        assert!(!ended.stderr.contains(sound), "{}", ended.stderr);
+    }
 }

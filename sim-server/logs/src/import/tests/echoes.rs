@@ -34,10 +34,16 @@ fn corrected(stamp_s: impl Fn(usize) -> f64, echo_s: impl Fn(usize, f64) -> f64)
 }
 
 fn assert_echoes(imported: &Imported) {
+    assert_eq!(imported.report.scans, SCANS as u64);
+    assert_steps(imported, SCANS * READINGS);
+}
+
+/// The wheels made `steps` steps of a reading each, and all other lines are anchors.
+fn assert_steps(imported: &Imported, steps: usize) {
     let report = &imported.report;
-    assert_eq!((report.anchors, report.scans), (SCANS as u64, SCANS as u64));
-    assert_eq!(report.readings, (1 + SCANS * READINGS) as u64);
-    assert!((report.distance_m - 0.1 * (SCANS * READINGS) as f64).abs() < 1e-9, "{report:?}");
+    let lines = (1 + SCANS * READINGS + SCANS) as u64;
+    assert!(report.readings + report.anchors <= lines, "{report:?}");
+    assert!((report.distance_m - 0.1 * steps as f64).abs() < 1e-9, "{report:?}");
     assert!(report.lateral_max_m < 1e-9, "{report:?}");
     // A step is a reading's, or nothing.
     for pair in imported.ticks.windows(2) {
@@ -69,6 +75,59 @@ fn where_one_stamp_is_stray() {
 fn where_the_stamps_are_those_of_the_scans() {
     let stamp_s = |line| 100.0 + line as f64;
     assert_echoes(&import_text(&corrected(stamp_s, |_, scan_s| scan_s)).unwrap());
+}
+
+/// The recording without the lines that `lost` names by their number behind a scan
+/// (0: the scan, 1: its echo) and by the number of the scan; with `NEFF` lines behind
+/// the echoes if `marks`.
+fn without(text: &str, marks: bool, lost: impl Fn(usize, usize) -> bool) -> String {
+    let (mut kept, mut scan, mut behind) = (String::new(), 0, 9);
+    for line in text.lines() {
+        (scan, behind) =
+            if line.starts_with("FLASER") { (scan + 1, 0) } else { (scan, behind + 1) };
+        if behind > 1 || !lost(behind, scan) {
+            kept += &format!("{line}\n");
+        }
+        if behind == 1 && marks {
+            kept += "NEFF 29.5\n\n";
+        }
+    }
+    kept
+}
+
+#[test]
+fn where_scans_or_their_echoes_were_deleted() {
+    let (time_s, steps) = (|line| 100.0 + line as f64, SCANS * READINGS);
+    // Of nine scans in ten only the echo is left.
+    let thin = |behind, scan| behind == 0 && scan % 10 != 0;
+    for stray_s in [0.0, 4.6e-86, f64::INFINITY, 7.25] {
+        let text = corrected(time_s, |_, _| stray_s);
+        let imported = import_text(&without(&text, false, thin)).unwrap();
+        assert_eq!((imported.report.scans, imported.report.anchors), (2, SCANS as u64));
+        assert_steps(&imported, steps);
+    }
+    // No stamp tells, but the line behind the echo does.
+    let flat = corrected(|_| 0.0, |_, _| 0.0);
+    assert_steps(&import_text(&without(&flat, true, thin)).unwrap(), steps);
+    assert_steps(&import_text(&without(&flat, true, |behind, _| behind == 0)).unwrap(), steps);
+    // The line before the mark may be a reading: a step is given up before and behind it.
+    let text = corrected(time_s, |_, scan_s| scan_s);
+    assert_steps(&import_text(&without(&text, true, |_, scan| scan == 7)).unwrap(), steps - 2);
+    // An echo is missing.
+    let text = corrected(time_s, |_, _| 0.0);
+    for marks in [false, true] {
+        let lost = |behind, scan| behind == 1 && scan == 7;
+        assert_steps(&import_text(&without(&text, marks, lost)).unwrap(), steps - 1);
+    }
+}
+
+#[test]
+fn a_clock_that_is_set_or_rests_takes_nothing_from_the_odometry() {
+    // Back by 90 s, ahead by two hours: at the 40th line, between two scans.
+    for jump_s in [-90.0, 7200.0] {
+        let stamp_s = |line| 100.0 + line as f64 + if line < 38 { 0.0 } else { jump_s };
+        assert_echoes(&import_text(&corrected(stamp_s, |_, _| 0.0)).unwrap());
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use rusty_contract::log::Finding;
 use rusty_geometry::{SE2, odometry_delta};
 
 use super::super::wheels::WHEELS;
-use super::{Imported, import_file};
+use super::{Imported, import_file, import_text};
 
 /// The folder of the logs, next to the repository.
 const DATA: &str = "../../../shared/data";
@@ -133,6 +133,35 @@ fn intel_is_imported_whole() {
     assert_eq!(imported.header.config.scenario, "intel-corrected");
     assert_eq!(report.findings, []);
     assert_kept(&imported, &path, 0.0);
+}
+
+/// Nine scans of ten are deleted, their echoes stay: the wheels are those of the whole
+/// recording.
+#[test]
+fn deleted_scans_leave_the_odometry_as_it_is() {
+    // Whether to keep the marks behind the echoes, where stamps tell the time.
+    for (name, times) in
+        [("intel", true), ("freiburg-101", true), ("edmonton", true), ("csail", false)]
+    {
+        let Some(path) = log(&format!("{name}-corrected.log.gz")) else {
+            return;
+        };
+        let file = std::fs::File::open(&path).unwrap();
+        let lines: Vec<String> =
+            BufReader::new(GzDecoder::new(file)).lines().map(Result::unwrap).collect();
+        let mut scans = 0;
+        let kept = lines.iter().filter(|line| {
+            scans += usize::from(line.starts_with("FLASER"));
+            !(line.starts_with("FLASER") && scans % 10 != 0 || times && line.starts_with("NEFF"))
+        });
+        let text: String = kept.flat_map(|line| [line, "\n"]).collect();
+        let (whole, thin) = (import_log(&path), import_text(&text).unwrap());
+        assert_eq!(thin.report.scans, whole.report.scans / 10, "{name}");
+        assert_eq!(thin.report.readings, whole.report.readings, "{name}");
+        assert_eq!(thin.report.anchors, whole.report.anchors, "{name}");
+        let counts = |imported: &Imported| imported.ticks.last().unwrap().ticks;
+        assert_eq!(counts(&thin), counts(&whole), "{name}");
+    }
 }
 
 #[test]
