@@ -20,10 +20,12 @@
 //!   *Graduated non-convexity for robust spatial perception*, RA-L 5 (2020)), with this
 //!   scaling in place of their loss.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::SE2;
 
-use crate::sparse::{BlockMatrix, Cholesky};
+use crate::sparse::{BlockMatrix, Cholesky, Pattern};
 use crate::tangent::{right_jacobian_inverse, symmetric};
 
 /// Steps at most.
@@ -106,14 +108,15 @@ impl Constraint {
 pub struct PoseGraph {
     poses: Vec<SE2>,
     constraints: Vec<Constraint>,
-    /// The factorised information of all poses but the first.
+    /// The factorised information of all poses but the first, and where its blocks are.
     factor: Option<Cholesky>,
+    pattern: Option<Arc<Pattern>>,
 }
 
 impl PoseGraph {
     /// A graph of one pose.
     pub fn new(first: SE2) -> Self {
-        Self { poses: vec![first], constraints: Vec::new(), factor: None }
+        Self { poses: vec![first], constraints: Vec::new(), factor: None, pattern: None }
     }
 
     /// The poses, world frame.
@@ -147,7 +150,7 @@ impl PoseGraph {
         let Constraint { from, to, .. } = constraint;
         assert!(from != to && from.max(to) < self.poses.len(), "{from} to {to}");
         self.constraints.push(constraint);
-        self.factor = None;
+        (self.factor, self.pattern) = (None, None);
     }
 
     /// Moves the poses to where they fit best. Returns the number of steps, 30 where
@@ -161,7 +164,7 @@ impl PoseGraph {
         let mut suspect_chi2 = SUSPECT_CHI2.max(worst);
         for step in 1..=MOST_STEPS {
             let (matrix, mut tau) = self.system(suspect_chi2);
-            let Some(factor) = Cholesky::of(&matrix) else {
+            let Some(factor) = self.factorise(&matrix) else {
                 self.poses = before;
                 return None;
             };
@@ -253,10 +256,16 @@ impl PoseGraph {
         (sum / (EXPECTED_CHI2 * degrees.max(PRIOR_DEGREES))).max(1.0)
     }
 
+    /// Factorises, where the blocks are as in the matrix before.
+    fn factorise(&mut self, matrix: &BlockMatrix) -> Option<Cholesky> {
+        let pattern = self.pattern.get_or_insert_with(|| Arc::new(Pattern::of(matrix)));
+        Cholesky::with(Arc::clone(pattern), matrix)
+    }
+
     /// The factorised information at these poses.
     fn factored(&mut self) -> Option<&Cholesky> {
         if self.factor.is_none() {
-            self.factor = Cholesky::of(&self.system(SUSPECT_CHI2).0);
+            self.factor = self.factorise(&self.system(SUSPECT_CHI2).0);
         }
         self.factor.as_ref()
     }

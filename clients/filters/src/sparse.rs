@@ -13,6 +13,7 @@
 //! always last, because its covariance then is (L Lᵀ)⁻¹ of that block alone.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -48,21 +49,127 @@ impl BlockMatrix {
     }
 }
 
+/// Where the blocks of L are: of all matrices with blocks at the same places.
+#[derive(Debug, Default)]
+pub struct Pattern {
+    /// Which block of A comes `k`-th.
+    order: Vec<usize>,
+    /// The rows of each column of L below its diagonal, in that order.
+    rows: Vec<Vec<usize>>,
+}
+
+impl Pattern {
+    /// That of a matrix.
+    pub fn of(matrix: &BlockMatrix) -> Self {
+        let blocks = matrix.blocks();
+        let mut beside = Neighbours::of(matrix);
+        // By degree and number, so that the next is always the first. The last block is
+        // not among them, and stays last.
+        let mut remaining: BTreeSet<(usize, usize)> =
+            (0..blocks.saturating_sub(1)).map(|k| (beside.degrees[k], k)).collect();
+        let (mut order, mut rows) = (Vec::with_capacity(blocks), Vec::with_capacity(blocks));
+        while let Some((_, block)) = remaining.pop_first() {
+            let neighbours = beside.list(block);
+            for one in &neighbours {
+                let before = beside.degrees[*one];
+                let degree = beside.eliminate(block, *one);
+                if degree != before && remaining.remove(&(before, *one)) {
+                    remaining.insert((degree, *one));
+                }
+            }
+            order.push(block);
+            rows.push(neighbours);
+        }
+        if blocks > 0 {
+            order.push(blocks - 1);
+            rows.push(Vec::new());
+        }
+        let mut place = vec![0; blocks];
+        order.iter().enumerate().for_each(|(k, block)| place[*block] = k);
+        for column in &mut rows {
+            column.iter_mut().for_each(|row| *row = place[*row]);
+            column.sort_unstable();
+        }
+        Self { order, rows }
+    }
+}
+
+/// Which blocks a block meets, a bit each: eliminating a block joins those that it meets,
+/// 64 at a time.
+struct Neighbours {
+    words: usize,
+    bits: Vec<u64>,
+    /// How many there are.
+    degrees: Vec<usize>,
+}
+
+impl Neighbours {
+    fn of(matrix: &BlockMatrix) -> Self {
+        let blocks = matrix.blocks();
+        let words = blocks.div_ceil(64);
+        let (bits, degrees) = (vec![0; words * blocks], vec![0; blocks]);
+        let mut beside = Self { words, bits, degrees };
+        for (j, column) in matrix.below.iter().enumerate() {
+            for i in column.keys() {
+                for (one, other) in [(*i, j), (j, *i)] {
+                    beside.bits[one * words + other / 64] |= 1 << (other % 64);
+                    beside.degrees[one] += 1;
+                }
+            }
+        }
+        beside
+    }
+
+    fn list(&self, block: usize) -> Vec<usize> {
+        let mut list = Vec::with_capacity(self.degrees[block]);
+        let row = &self.bits[block * self.words..][..self.words];
+        for (word, mut bits) in row.iter().copied().enumerate() {
+            while bits != 0 {
+                list.push(64 * word + bits.trailing_zeros() as usize);
+                bits &= bits - 1;
+            }
+        }
+        list
+    }
+
+    /// Takes `block` from those that `one` meets and joins the rest that `block` meets.
+    /// Returns how many they are.
+    fn eliminate(&mut self, block: usize, one: usize) -> usize {
+        let words = self.words;
+        for word in 0..words {
+            self.bits[one * words + word] |= self.bits[block * words + word];
+        }
+        let row = &mut self.bits[one * words..][..words];
+        for gone in [block, one] {
+            row[gone / 64] &= !(1 << (gone % 64));
+        }
+        self.degrees[one] = row.iter().map(|bits| bits.count_ones() as usize).sum();
+        self.degrees[one]
+    }
+}
+
 /// The factorisation P A Pᵀ = L Lᵀ.
 #[derive(Clone, Debug)]
 pub struct Cholesky {
-    /// Which block of A comes `k`-th.
-    order: Vec<usize>,
-    /// Blocks of L on the diagonal, in that order.
+    pattern: Arc<Pattern>,
+    /// Blocks of L on the diagonal, in the order of the pattern.
     diagonal: Vec<Matrix3<f64>>,
-    /// Of each column of L the blocks below the diagonal, by row.
-    columns: Vec<Vec<(usize, Matrix3<f64>)>>,
+    /// Of each column of L the blocks below the diagonal, as in the pattern.
+    columns: Vec<Vec<Matrix3<f64>>>,
 }
 
 impl Cholesky {
     /// Factorises; `None` where the matrix is not positive definite.
     pub fn of(matrix: &BlockMatrix) -> Option<Self> {
-        let (order, mut columns) = eliminated(matrix);
+        Self::with(Arc::new(Pattern::of(matrix)), matrix)
+    }
+
+    /// Factorises a matrix of this pattern; `None` where it has another one, or is not
+    /// positive definite.
+    pub fn with(pattern: Arc<Pattern>, matrix: &BlockMatrix) -> Option<Self> {
+        let Pattern { order, rows } = &*pattern;
+        let mut columns: Vec<Vec<Matrix3<f64>>> =
+            rows.iter().map(|rows| vec![Matrix3::zeros(); rows.len()]).collect();
         let mut place = vec![0; order.len()];
         order.iter().enumerate().for_each(|(k, block)| place[*block] = k);
         let mut diagonal = vec![Matrix3::zeros(); order.len()];
@@ -73,49 +180,51 @@ impl Cholesky {
             for (row, block) in &matrix.below[j] {
                 let (a, b) = (place[*row], place[j]);
                 let block = if a > b { *block } else { block.transpose() };
-                let column = &mut columns[a.min(b)];
-                let at = column.binary_search_by_key(&a.max(b), |(row, _)| *row).ok()?;
-                column[at].1 = block;
+                let at = rows[a.min(b)].binary_search(&a.max(b)).ok()?;
+                columns[a.min(b)][at] = block;
             }
         }
         for k in 0..order.len() {
             work[k] = matrix.diagonal[order[k]];
-            columns[k].iter().for_each(|(row, block)| work[*row] = *block);
+            rows[k].iter().zip(&columns[k]).for_each(|(row, block)| work[*row] = *block);
             for (column, at) in std::mem::take(&mut left[k]) {
-                let column = &columns[column];
-                let of_k = column[at].1.transpose();
-                column[at..].iter().for_each(|(row, block)| work[*row] -= block * of_k);
+                let blocks = &columns[column][at..];
+                let of_k = blocks[0].transpose();
+                let met = rows[column][at..].iter().zip(blocks);
+                met.for_each(|(row, block)| work[*row] -= block * of_k);
             }
             diagonal[k] = work[k].cholesky()?.unpack();
-            for (at, (row, block)) in columns[k].iter_mut().enumerate() {
+            for (at, (row, block)) in rows[k].iter().zip(&mut columns[k]).enumerate() {
                 *block = diagonal[k].solve_lower_triangular(&work[*row].transpose())?.transpose();
                 left[*row].push((k, at));
             }
         }
-        Some(Self { order, diagonal, columns })
+        Some(Self { pattern, diagonal, columns })
     }
 
     /// Solves A x = b, in place.
     pub fn solve(&self, b: &mut [Vector3<f64>]) {
-        let mut x: Vec<Vector3<f64>> = self.order.iter().map(|block| b[*block]).collect();
+        let Pattern { order, rows } = &*self.pattern;
+        let mut x: Vec<Vector3<f64>> = order.iter().map(|block| b[*block]).collect();
         for (k, column) in self.columns.iter().enumerate() {
             let found = self.diagonal[k].solve_lower_triangular_unchecked(&x[k]);
             x[k] = found;
-            column.iter().for_each(|(row, block)| x[*row] -= block * found);
+            rows[k].iter().zip(column).for_each(|(row, block)| x[*row] -= block * found);
         }
         for (k, column) in self.columns.iter().enumerate().rev() {
             let mut rest = x[k];
-            column.iter().for_each(|(row, block)| rest -= block.transpose() * x[*row]);
+            let met = rows[k].iter().zip(column);
+            met.for_each(|(row, block)| rest -= block.transpose() * x[*row]);
             x[k] = self.diagonal[k].tr_solve_lower_triangular_unchecked(&rest);
         }
-        self.order.iter().zip(&x).for_each(|(block, x)| b[*block] = *x);
+        order.iter().zip(&x).for_each(|(block, x)| b[*block] = *x);
     }
 
     /// A column of blocks of A⁻¹.
     pub fn inverse_column(&self, block: usize) -> Vec<Matrix3<f64>> {
-        let mut column = vec![Matrix3::zeros(); self.order.len()];
+        let mut column = vec![Matrix3::zeros(); self.pattern.order.len()];
         for axis in 0..3 {
-            let mut unit = vec![Vector3::zeros(); self.order.len()];
+            let mut unit = vec![Vector3::zeros(); self.pattern.order.len()];
             unit[block][axis] = 1.0;
             self.solve(&mut unit);
             column.iter_mut().zip(&unit).for_each(|(c, x)| c.set_column(axis, x));
@@ -133,52 +242,6 @@ impl Cholesky {
     pub fn filled(&self) -> usize {
         self.columns.iter().map(Vec::len).sum()
     }
-}
-
-/// A column of L before it is computed: the rows that it will have.
-type Column = Vec<(usize, Matrix3<f64>)>;
-
-/// The order of elimination, and the rows that each column of L will have.
-fn eliminated(matrix: &BlockMatrix) -> (Vec<usize>, Vec<Column>) {
-    let blocks = matrix.blocks();
-    let mut beside: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); blocks];
-    for (j, column) in matrix.below.iter().enumerate() {
-        for i in column.keys() {
-            beside[*i].insert(j);
-            beside[j].insert(*i);
-        }
-    }
-    // By degree and number, so that the next is always the first.
-    let mut remaining: BTreeSet<(usize, usize)> =
-        (0..blocks.saturating_sub(1)).map(|k| (beside[k].len(), k)).collect();
-    let mut order = Vec::with_capacity(blocks);
-    let mut rows: Vec<BTreeSet<usize>> = Vec::with_capacity(blocks);
-    while let Some((_, block)) = remaining.pop_first() {
-        let neighbours = std::mem::take(&mut beside[block]);
-        for one in &neighbours {
-            let before = beside[*one].len();
-            beside[*one].remove(&block);
-            beside[*one].extend(neighbours.iter().filter(|other| *other != one));
-            // The last block is not among them, and stays last.
-            if remaining.remove(&(before, *one)) {
-                remaining.insert((beside[*one].len(), *one));
-            }
-        }
-        order.push(block);
-        rows.push(neighbours);
-    }
-    if blocks > 0 {
-        order.push(blocks - 1);
-        rows.push(BTreeSet::new());
-    }
-    let mut place = vec![0; blocks];
-    order.iter().enumerate().for_each(|(k, block)| place[*block] = k);
-    let columns = rows.iter().map(|rows| {
-        let mut column: Column = rows.iter().map(|row| (place[*row], Matrix3::zeros())).collect();
-        column.sort_unstable_by_key(|(row, _)| *row);
-        column
-    });
-    (order, columns.collect())
 }
 
 #[cfg(test)]
@@ -269,7 +332,7 @@ mod tests {
             expected.push(block);
         }
         expected.push(29);
-        assert_eq!(Cholesky::of(&matrix).unwrap().order, expected);
+        assert_eq!(Pattern::of(&matrix).order, expected);
     }
 
     #[test]
