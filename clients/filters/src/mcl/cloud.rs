@@ -121,15 +121,16 @@ impl Cloud {
         self.since.translation().norm() < SAME_PLACE_M && self.since.theta().abs() < SAME_PLACE_RAD
     }
 
-    /// Draws the next generation, if the weights call for one.
-    pub fn draw(&mut self, options: &Options) {
+    /// Draws the next generation, if the weights call for one. While it is not known where
+    /// the robot is, those that survive tell nothing of its wheels.
+    pub fn draw(&mut self, options: &Options, is_known: bool) {
         let (least, most) = (options.least() as usize, options.particles as usize);
         let weights = &self.particles.weights;
         if effective_size(weights) >= WORTH * weights.len() as f64 {
             return;
         }
         if self.strata.find(&self.particles) {
-            self.draw_apart(least, most);
+            self.draw_apart(least, most, is_known);
             return;
         }
         self.particles.sort();
@@ -141,11 +142,11 @@ impl Cloud {
         let count = needed.max(least).min(most);
         low_variance(weights, count, self.draws.uniform(), &mut self.drawn);
         self.particles.draw(&self.drawn, self.spread, &mut self.draws, &mut self.trial);
-        self.particles.set(&self.trial);
+        self.particles.set(&self.trial, &self.drawn, is_known);
     }
 
     /// The same where the belief has several places: from each for itself.
-    fn draw_apart(&mut self, least: usize, most: usize) {
+    fn draw_apart(&mut self, least: usize, most: usize, is_known: bool) {
         let Self { particles, strata, bins, drawn, heavy, trial, draws, spread, .. } = self;
         let weights = &particles.weights;
         if strata.effective_size(weights) >= WORTH * weights.len() as f64 {
@@ -157,7 +158,7 @@ impl Cloud {
         let needed = sample_size(bins.fill(trial.iter().copied()), EPSILON, QUANTILE);
         strata.draw(weights, needed.max(least).min(most), draws.uniform(), drawn, heavy);
         particles.draw(drawn, *spread, draws, trial);
-        particles.set(trial);
+        particles.set(trial, drawn, is_known);
         particles.weights.clone_from(heavy);
     }
 }
@@ -180,11 +181,11 @@ mod tests {
         let options = Options { particles: 50_000, particles_min: Some(10), ..Options::default() };
         let (mut few, mut many) = (cloud, Cloud::new(1, 2));
         many.particles = few.particles.clone();
-        few.draw(&options);
+        few.draw(&options, true);
         // Two bins: 1 degree of freedom, χ² of 99 % is 6.6, over 2ε.
         assert_eq!(few.particles.count(), sample_size(2, EPSILON, QUANTILE));
         many.spread = (0.1, 0.1);
-        many.draw(&options);
+        many.draw(&options, true);
         // As many as the occupied bins ask for, or a little less: a larger
         // sample reaches a few bins more.
         let bins = many.bins.fill(many.particles.poses());
@@ -232,7 +233,7 @@ mod tests {
                     cloud.particles.weights[k] *= trig::exp(-0.5 * off * off);
                 }
                 crate::resampling::normalise(&mut cloud.particles.weights);
-                cloud.draw(&Options::default());
+                cloud.draw(&Options::default(), true);
             }
             let along_m: Vec<f64> =
                 cloud.particles.poses().map(|pose| pose.boxminus(&start).x).collect();
@@ -244,6 +245,38 @@ mod tests {
             // Drawn by chance, they are all in one place.
             assert!(mean_m.abs() < 0.06, "{seed}: {mean_m}");
             assert!((0.015..0.09).contains(&deviation_m), "{seed}: {deviation_m}");
+        }
+    }
+
+    #[test]
+    fn wheels_that_say_too_much_are_found_out() {
+        for seed in 0..5 {
+            let mut cloud = Cloud::new(seed, 2);
+            let near = Matrix3::from_diagonal(&Vector3::new(0.0025, 1e-6, 1e-6));
+            cloud.particles.push_normal(&SE2::identity(), &near, 1000, &mut Random::new(seed, 9));
+            cloud.particles.level();
+            let wheels = Motion {
+                now_in_then: SE2::new(0.52, 0.0, 0.0),
+                covariance: Matrix3::from_diagonal(&Vector3::new(1e-6, 1e-10, 1e-6)),
+            };
+            for scan in 1..=100 {
+                cloud.move_by(&[wheels; 2]);
+                // Half a metre more, seen with a deviation of 0.1 m.
+                for k in 0..cloud.particles.count() {
+                    let off = (cloud.particles.x_m[k] - 0.5 * f64::from(scan)) / 0.1;
+                    cloud.particles.weights[k] *= trig::exp(-0.5 * off * off);
+                }
+                crate::resampling::normalise(&mut cloud.particles.weights);
+                cloud.draw(&Options::default(), true);
+            }
+            let found_m = cloud.particles.scaled(&wheels).now_in_then.x();
+            assert!((found_m - 0.5).abs() < 0.005, "{seed}: {found_m}");
+            // While the robot is not found, nothing is kept of that.
+            cloud.particles.weights[..500].fill(0.0);
+            crate::resampling::normalise(&mut cloud.particles.weights);
+            cloud.draw(&Options { particles: 400, ..Options::default() }, false);
+            let found_m = cloud.particles.scaled(&wheels).now_in_then.x();
+            assert!((found_m - 0.52).abs() < 0.001, "{seed}: {found_m}");
         }
     }
 }

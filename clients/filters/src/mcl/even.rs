@@ -52,6 +52,15 @@ impl EvenNormals {
     }
 }
 
+/// The `k`-th of normal numbers of which any few in a row lie evenly: the sequence of 1/φ
+/// with φ² = φ + 1.
+pub(super) fn even_normal(k: usize) -> f64 {
+    let word = (k as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(1 << 63);
+    let mut number = [0.0];
+    standard_normals(&[word], &mut number);
+    number[0]
+}
+
 /// The numbers of weighted positions in their order along the longest axis.
 pub(super) fn order(x_m: &[f64], y_m: &[f64], weights: &[f64]) -> Vec<u32> {
     let all = || x_m.iter().zip(y_m).zip(weights);

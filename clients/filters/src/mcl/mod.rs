@@ -33,6 +33,8 @@
 //! * Modes are weighed and drawn each for itself, so that only the likelihood decides
 //!   between them: see the module `strata`.
 //! * Particles that fit lie evenly in the directions that no scan sees: see the module `even`.
+//! * Each particle has a scale of the wheels' distances as well, so that worn wheels do not lead
+//!   them astray along a corridor.
 
 mod cloud;
 mod even;
@@ -249,19 +251,18 @@ impl Mcl {
             return;
         }
         let wheels = self.odometry.take();
+        let scaled = self.belief.particles.scaled(&wheels);
         let is_followed = self.is_found && self.belief.scans > 0;
-        let motion = match self.mode.filter(|_| is_followed) {
-            Some(from) => {
-                let look = |poses: &_, _| self.sensor.look_at(ranges_m, poses);
-                self.holding.ask(&from.pose_in_world, &wheels, look).unwrap_or(wheels)
-            }
-            None => {
-                self.holding = Holding::default();
-                wheels
-            }
+        let held = if let Some(from) = self.mode.filter(|_| is_followed) {
+            let look = |poses: &_, _| self.sensor.look_at(ranges_m, poses);
+            self.holding.ask(&from.pose_in_world, &scaled, look)
+        } else {
+            self.holding = Holding::default();
+            None
         };
-        self.belief.move_by(&[wheels, motion]);
-        self.search.move_by(&motion);
+        let motion = held.unwrap_or(scaled);
+        self.belief.move_by(&[wheels, held.unwrap_or(wheels)]);
+        self.search.move_by(&held.unwrap_or(wheels));
         self.known_walls.move_by(&motion);
         if let Some(hypotheses) = &mut self.hypotheses {
             hypotheses.move_by(&motion);
@@ -301,7 +302,7 @@ impl Mcl {
         let places = self.hypotheses.as_ref().filter(|_| !self.is_found);
         let agrees = |mode: &Mode| places.is_none_or(|places| places.agree(mode));
         self.is_known = self.mode.as_ref().is_some_and(|mode| known(mode) && agrees(mode));
-        self.belief.draw(&self.options);
+        self.belief.draw(&self.options, self.is_known);
     }
 
     /// Counts the beams that end on known walls. A robot that went on without them may be
@@ -362,11 +363,11 @@ impl Mcl {
             Outcome::Looking | Outcome::Rival => {}
             Outcome::Found => {
                 self.recovery.found(belief.beam_likelihood);
-                // It may only resemble a place that is not on the map: then all places are
-                // compared before the next answer.
-                let place = self.modes.heaviest(&belief.particles);
-                let share = place.map_or(0.0, |mode| sensor.on_walls(&mode.pose_in_world));
-                self.is_found &= known_walls::is_found(share, None);
+                // Another place may only resemble that of the robot: all places are compared
+                // before the next answer.
+                let found = self.modes.heaviest(&belief.particles);
+                let is_at = |before: &Mode| found.is_some_and(|f| before.is_at(&f.pose_in_world));
+                self.is_found &= self.mode.as_ref().is_some_and(is_at);
             }
             Outcome::Nothing => self.recovery.allay(),
         }
@@ -379,8 +380,8 @@ impl Mcl {
     /// by the wheels. `None` while there is no idea.
     pub fn answer(&self) -> Option<Estimate> {
         let mode = self.mode.as_ref().filter(|_| self.is_known)?;
-        let wheels = self.odometry.so_far();
-        let motion = self.holding.until_next(|| *wheels).unwrap_or(*wheels);
+        let wheels = self.belief.particles.scaled(self.odometry.so_far());
+        let motion = self.holding.until_next(|| wheels).unwrap_or(wheels);
         let (pose, covariance) = placed(&mode.pose_in_world, &mode.covariance, &motion);
         Some(estimate(&pose, &covariance))
     }
@@ -403,7 +404,7 @@ impl Filter for Mcl {
     }
 
     fn belief(&self, poses: &mut Vec<WeightedPose>) -> Option<BeliefKind> {
-        let since = self.odometry.so_far().now_in_then;
+        let since = self.belief.particles.scaled(self.odometry.so_far()).now_in_then;
         let particles = &self.belief.particles;
         poses.extend(particles.poses().zip(&particles.weights).map(|(pose, &weight)| {
             let now = pose.compose(&since);

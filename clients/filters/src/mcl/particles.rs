@@ -3,8 +3,13 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rusty_geometry::{SE2, trig, wrap_angle};
 
-use super::even::{EvenNormals, order};
+use super::even::{EvenNormals, even_normal, order};
 use crate::{Motion, Random};
+
+/// How far the metres of the robot's way per metre of its wheels may be from 1: one deviation,
+const SCALE_STD: f64 = 0.02;
+/// and by how much that changes on a metre.
+const SCALE_DRIFT: f64 = 0.002;
 
 /// Weighted poses of the body in the world frame.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +20,9 @@ pub struct Particles {
     pub y_m: Vec<f64>,
     /// World frame, rad, in (−π, π].
     pub theta_rad: Vec<f64>,
+    /// Metres of way per metre that the wheels say. A particle keeps its own, so that a
+    /// robot whose wheels are worn leaves those behind that believe them.
+    scales: Vec<f64>,
     /// They add up to 1.
     pub weights: Vec<f64>,
     /// Sine and cosine of each heading: a scan asks for them again and again.
@@ -54,12 +62,14 @@ impl Particles {
         self.x_m.clear();
         self.y_m.clear();
         self.theta_rad.clear();
+        self.scales.clear();
         self.weights.clear();
         self.sin_cos.clear();
     }
 
-    /// Adds one, which weighs nothing yet.
+    /// Adds one, which weighs nothing yet. Those of any few in a row have even scales.
     pub fn push(&mut self, pose: &SE2) {
+        self.scales.push(1.0 + SCALE_STD * even_normal(self.scales.len()));
         self.x_m.push(pose.x());
         self.y_m.push(pose.y());
         self.theta_rad.push(pose.theta());
@@ -101,23 +111,29 @@ impl Particles {
             *values = order.iter().map(|k| values[*k as usize]).collect();
         }
         let order = order(&self.x_m, &self.y_m, &self.weights);
-        for values in [&mut self.x_m, &mut self.y_m, &mut self.theta_rad, &mut self.weights] {
+        let Self { x_m, y_m, theta_rad, scales, weights, .. } = self;
+        for values in [x_m, y_m, theta_rad, scales, weights] {
             permute(values, &order);
         }
         permute(&mut self.sin_cos, &order);
     }
 
     /// Moves each by a separate motion, drawn from what is believed of the one and of the
-    /// other in turn (Table 8.2, line 4). The errors of neighbours lie evenly.
+    /// other in turn (Table 8.2, line 4), times its scale. The errors of neighbours lie evenly.
     pub fn move_by(&mut self, motions: &[Motion; 2], random: &mut Random) {
         let motions = motions.map(|motion| (motion.now_in_then, by_heading(&motion.covariance)));
+        let drift = SCALE_DRIFT * motions[0].0.translation().norm().sqrt();
+        if drift > 0.0 {
+            self.scales.iter_mut().for_each(|scale| *scale += drift * random.normal());
+        }
         let of_each = self.normals.draw(self.x_m.len(), random);
         for (k, z) in of_each.iter().enumerate() {
             let (now_in_then, root) = &motions[k % 2];
             let moved = now_in_then.boxplus(&(root * Vector3::from(*z)));
             let (sin, cos) = self.sin_cos[k];
-            self.x_m[k] += cos * moved.x() - sin * moved.y();
-            self.y_m[k] += sin * moved.x() + cos * moved.y();
+            let scale = self.scales[k];
+            self.x_m[k] += scale * (cos * moved.x() - sin * moved.y());
+            self.y_m[k] += scale * (sin * moved.x() + cos * moved.y());
             self.theta_rad[k] = wrap_angle(self.theta_rad[k] + moved.theta());
             self.sin_cos[k] = trig::sin_cos(self.theta_rad[k]);
         }
@@ -143,11 +159,26 @@ impl Particles {
         }));
     }
 
-    /// Forgets all, and takes these instead, equally heavy.
-    pub fn set(&mut self, poses: &[SE2]) {
+    /// Forgets all, and takes these instead, equally heavy; with the scales of those that
+    /// they are `of`, if these are known.
+    pub fn set(&mut self, poses: &[SE2], of: &[u32], are_known: bool) {
+        let scales: Vec<f64> = of.iter().map(|k| self.scales[*k as usize]).collect();
         self.clear();
         poses.iter().for_each(|pose| self.push(pose));
+        if are_known {
+            self.scales = scales;
+        }
         self.level();
+    }
+
+    /// The motion that the wheels say, as long as it is believed to be.
+    pub fn scaled(&self, wheels: &Motion) -> Motion {
+        let of_each = self.weights.iter().zip(&self.scales);
+        // They add up to 1, and there may be none.
+        let scale = 1.0 + of_each.map(|(weight, scale)| weight * (scale - 1.0)).sum::<f64>();
+        let way = wheels.now_in_then;
+        let now_in_then = SE2::new(scale * way.x(), scale * way.y(), way.theta());
+        Motion { now_in_then, ..*wheels }
     }
 }
 
@@ -216,8 +247,13 @@ mod tests {
         }
         for (sum, of) in sums.iter().zip([motion, half]) {
             let found = sum / (0.5 * particles.count() as f64);
+            let (way, mut expected) = (of.now_in_then, of.covariance);
+            // The scales: a tangent vector ends where the motion ends.
+            let of_scale = SE2::new(way.x() * 1.001, way.y() * 1.001, way.theta());
+            let by_scale = of_scale.boxminus(&way) * (1e3 * SCALE_STD);
+            expected += by_scale * by_scale.transpose();
             for i in 0..3 {
-                let ratio = found[(i, i)] / of.covariance[(i, i)];
+                let ratio = found[(i, i)] / expected[(i, i)];
                 assert!((ratio - 1.0).abs() < 0.05, "{i}: {ratio}");
             }
         }

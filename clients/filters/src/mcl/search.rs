@@ -99,7 +99,7 @@ impl Search {
                 (false, false) => Outcome::Nothing,
             };
         }
-        cloud.draw(options);
+        cloud.draw(options, false);
         Outcome::Looking
     }
 }

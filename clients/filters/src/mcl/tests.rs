@@ -130,8 +130,11 @@ fn between_scans_the_wheels_carry_the_answer_on() {
     mcl.advance(1.0, ticks);
     let after = mcl.answer().unwrap();
     let step = odometry_delta(was, ticks, &drive.robot.drive);
-    let said = before.pose_in_world.boxplus(&step);
+    // As far as the wheels say, times what was learned of them.
+    let wheels = Motion { now_in_then: SE2::identity().boxplus(&step), ..Motion::default() };
+    let said = before.pose_in_world * mcl.particles().scaled(&wheels).now_in_then;
     assert!(after.pose_in_world.boxminus(&said).norm() < 1e-12);
+    assert!(after.pose_in_world.boxminus(&before.pose_in_world.boxplus(&step)).norm() < 0.02);
     let (a, b) = (before.covariance.unwrap(), after.covariance.unwrap());
     assert!(b[0] > a[0] && b[8] > a[8], "{a:?}, {b:?}");
     let p = Matrix3::from_row_slice(&b);
