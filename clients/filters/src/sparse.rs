@@ -52,8 +52,9 @@ impl BlockMatrix {
 /// Where the blocks of L are: of all matrices with blocks at the same places.
 #[derive(Debug, Default)]
 pub struct Pattern {
-    /// Which block of A comes `k`-th.
+    /// Which block of A comes `k`-th, and where each comes.
     order: Vec<usize>,
+    place: Vec<usize>,
     /// The rows of each column of L below its diagonal, in that order.
     rows: Vec<Vec<usize>>,
 }
@@ -62,17 +63,17 @@ impl Pattern {
     /// That of a matrix.
     pub fn of(matrix: &BlockMatrix) -> Self {
         let blocks = matrix.blocks();
-        let mut beside = Neighbours::of(matrix);
+        let mut adjacent = Neighbours::of(matrix);
         // By degree and number, so that the next is always the first. The last block is
         // not among them, and stays last.
         let mut remaining: BTreeSet<(usize, usize)> =
-            (0..blocks.saturating_sub(1)).map(|k| (beside.degrees[k], k)).collect();
+            (0..blocks.saturating_sub(1)).map(|k| (adjacent.degrees[k], k)).collect();
         let (mut order, mut rows) = (Vec::with_capacity(blocks), Vec::with_capacity(blocks));
         while let Some((_, block)) = remaining.pop_first() {
-            let neighbours = beside.list(block);
+            let neighbours = adjacent.list(block);
             for one in &neighbours {
-                let before = beside.degrees[*one];
-                let degree = beside.eliminate(block, *one);
+                let before = adjacent.degrees[*one];
+                let degree = adjacent.eliminate(block, *one);
                 if degree != before && remaining.remove(&(before, *one)) {
                     remaining.insert((degree, *one));
                 }
@@ -90,7 +91,7 @@ impl Pattern {
             column.iter_mut().for_each(|row| *row = place[*row]);
             column.sort_unstable();
         }
-        Self { order, rows }
+        Self { order, place, rows }
     }
 }
 
@@ -108,16 +109,16 @@ impl Neighbours {
         let blocks = matrix.blocks();
         let words = blocks.div_ceil(64);
         let (bits, degrees) = (vec![0; words * blocks], vec![0; blocks]);
-        let mut beside = Self { words, bits, degrees };
+        let mut adjacent = Self { words, bits, degrees };
         for (j, column) in matrix.below.iter().enumerate() {
             for i in column.keys() {
                 for (one, other) in [(*i, j), (j, *i)] {
-                    beside.bits[one * words + other / 64] |= 1 << (other % 64);
-                    beside.degrees[one] += 1;
+                    adjacent.bits[one * words + other / 64] |= 1 << (other % 64);
+                    adjacent.degrees[one] += 1;
                 }
             }
         }
-        beside
+        adjacent
     }
 
     fn list(&self, block: usize) -> Vec<usize> {
@@ -160,18 +161,17 @@ pub struct Cholesky {
 
 impl Cholesky {
     /// Factorises; `None` where the matrix is not positive definite.
-    pub fn of(matrix: &BlockMatrix) -> Option<Self> {
+    #[cfg(test)]
+    pub(crate) fn of(matrix: &BlockMatrix) -> Option<Self> {
         Self::with(Arc::new(Pattern::of(matrix)), matrix)
     }
 
     /// Factorises a matrix of this pattern; `None` where it has another one, or is not
     /// positive definite.
     pub fn with(pattern: Arc<Pattern>, matrix: &BlockMatrix) -> Option<Self> {
-        let Pattern { order, rows } = &*pattern;
+        let Pattern { order, place, rows } = &*pattern;
         let mut columns: Vec<Vec<Matrix3<f64>>> =
             rows.iter().map(|rows| vec![Matrix3::zeros(); rows.len()]).collect();
-        let mut place = vec![0; order.len()];
-        order.iter().enumerate().for_each(|(k, block)| place[*block] = k);
         let mut diagonal = vec![Matrix3::zeros(); order.len()];
         // The column at work, and of each row the columns to its left that meet it.
         let mut work = vec![Matrix3::zeros(); order.len()];
@@ -204,7 +204,7 @@ impl Cholesky {
 
     /// Solves A x = b, in place.
     pub fn solve(&self, b: &mut [Vector3<f64>]) {
-        let Pattern { order, rows } = &*self.pattern;
+        let Pattern { order, rows, .. } = &*self.pattern;
         let mut x: Vec<Vector3<f64>> = order.iter().map(|block| b[*block]).collect();
         for (k, column) in self.columns.iter().enumerate() {
             let found = self.diagonal[k].solve_lower_triangular_unchecked(&x[k]);
@@ -313,21 +313,21 @@ mod tests {
         // Of every block that is left, asked anew each time.
         let loops = [(0, 29), (3, 17), (17, 25), (4, 28), (9, 21), (3, 28)];
         let (matrix, _) = matrix(30, &loops);
-        let mut beside = vec![BTreeSet::new(); 30];
+        let mut adjacent = vec![BTreeSet::new(); 30];
         for (j, column) in matrix.below.iter().enumerate() {
             for i in column.keys() {
-                beside[*i].insert(j);
-                beside[j].insert(*i);
+                adjacent[*i].insert(j);
+                adjacent[j].insert(*i);
             }
         }
         let mut left: Vec<usize> = (0..29).collect();
         let mut expected = Vec::new();
-        while let Some(block) = left.iter().copied().min_by_key(|k| beside[*k].len()) {
+        while let Some(block) = left.iter().copied().min_by_key(|k| adjacent[*k].len()) {
             left.retain(|k| *k != block);
-            let neighbours = std::mem::take(&mut beside[block]);
+            let neighbours = std::mem::take(&mut adjacent[block]);
             for one in &neighbours {
-                beside[*one].extend(neighbours.iter().filter(|other| *other != one));
-                beside[*one].remove(&block);
+                adjacent[*one].extend(neighbours.iter().filter(|other| *other != one));
+                adjacent[*one].remove(&block);
             }
             expected.push(block);
         }

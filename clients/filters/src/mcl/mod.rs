@@ -261,8 +261,9 @@ impl Mcl {
             None
         };
         let motion = held.unwrap_or(scaled);
-        self.belief.move_by(&[wheels, held.unwrap_or(wheels)]);
-        self.search.move_by(&held.unwrap_or(wheels));
+        let of_particles = held.unwrap_or(wheels);
+        self.belief.move_by(&[wheels, of_particles]);
+        self.search.move_by(&of_particles);
         self.known_walls.move_by(&motion);
         if let Some(hypotheses) = &mut self.hypotheses {
             hypotheses.move_by(&motion);

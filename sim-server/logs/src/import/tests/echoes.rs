@@ -34,7 +34,9 @@ fn corrected(stamp_s: impl Fn(usize) -> f64, echo_s: impl Fn(usize, f64) -> f64)
 }
 
 fn assert_echoes(imported: &Imported) {
-    assert_eq!(imported.report.scans, SCANS as u64);
+    let report = &imported.report;
+    assert_eq!((report.anchors, report.scans), (SCANS as u64, SCANS as u64));
+    assert_eq!(report.readings, (1 + SCANS * READINGS) as u64);
     assert_steps(imported, SCANS * READINGS);
 }
 
