@@ -124,9 +124,11 @@ impl Play {
     }
 }
 
-/// SIGKILL leaves no time for a further step.
+/// SIGKILL leaves no time for a further step. That there is something to sweep is
+/// seen here: after the death any start of any run may sweep it.
 fn die_if(cli: &Cli, mode: &str) {
     if cli.mode == mode {
+        assert!(!Domain::traces(&cli.run).is_empty(), "{mode}");
         rusty_tests::send_signal(std::process::id(), Signal::KILL);
     }
 }
