@@ -10,6 +10,10 @@
 //!   ([`super::everywhere`]), not a door or a corner.
 //! * Where the particles are is a hypothesis as well, on the map or not: a robot in a room that
 //!   is not on the map is not taken to the place of the map that is most like it.
+//! * A corridor that is not on the map is like others that are, and in the long run one of them
+//!   is likelier than all other places. But there, other places fit one scan of three better,
+//!   and at the place where the robot is none does. So the last scans decide as well, but not
+//!   where the wheels took a robot that had left the map.
 //! * Scans of one place err alike, so that one scan of each place counts; and it is worth at
 //!   most [`BEAMS_WORTH`] beams and a factor of 20. What is not on the map is in all
 //!   scans of a room, and a hypothesis survives it.
@@ -18,7 +22,7 @@ use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::SE2;
 
 use super::Mode;
-use super::everywhere::{Fits, is_near};
+use super::everywhere::{Fit, Fits, is_near};
 use super::sensor::BEAMS_WORTH;
 use crate::Motion;
 
@@ -33,9 +37,13 @@ const DEEPEST: f64 = 15.0;
 const MARGIN: f64 = 8.0;
 /// one that is answered by this,
 const LIKELY: f64 = 3.0;
-/// and one that is found has fitted this many scans, the last ones without a gap.
+/// and no other place fits any of this many last scans better than one that is found.
 const SCANS: u32 = 5;
-const LAST_SCANS: u32 = 4;
+/// Where the wheels took a robot that was found before, this many scans have to fit,
+const SCANS_HERE: u32 = 4;
+/// and this is where they took it, m and rad.
+const HERE_M: f64 = 3.0;
+const HERE_RAD: f64 = 0.5;
 /// The most hypotheses.
 const MOST: usize = 256;
 /// How near to the robot (m, rad) the pose of a hypothesis is, one deviation.
@@ -48,9 +56,10 @@ struct Hypothesis {
     pose_in_world: SE2,
     /// ln of how likely it is, less that of the first.
     log: f64,
-    /// Number of scans that fitted, and of those since one that did not.
-    fitted: u32,
+    /// Number of scans that fitted since one that did not, and of those since one that fitted
+    /// another place better.
     since: u32,
+    best: u32,
 }
 
 impl Hypothesis {
@@ -66,6 +75,8 @@ pub(super) struct Hypotheses {
     /// Way since the last scan that counted, and the number of those.
     since: SE2,
     scans: u32,
+    /// Whether the robot was found before these scans.
+    was_found: bool,
 }
 
 /// How far the robot may be from a hypothesis: covariance (m, m, rad).
@@ -75,9 +86,9 @@ pub(super) fn covariance() -> Matrix3<f64> {
 }
 
 impl Hypotheses {
-    /// Forgets all.
+    /// Forgets all, for a robot that is found or was.
     pub fn clear(&mut self) {
-        *self = Self::default();
+        *self = Self { was_found: true, ..Self::default() };
     }
 
     /// Moves all with the robot.
@@ -101,22 +112,25 @@ impl Hypotheses {
         let cost = |log: f64| (BEAMS_WORTH * (best.mean_log - log)).min(MOST_COST);
         let lowest = self.all.iter().map(|one| one.log).fold(0.0, f64::min);
         let mut is_taken = vec![false; fits.places.len()];
+        let is_best = |fit: &Fit| u32::from(fit.mean_log >= best.mean_log);
         for one in &mut self.all {
             let mut free = (0..fits.places.len()).filter(|k| !is_taken[*k]);
             if let Some(k) = free.find(|k| one.is_at(&fits.places[*k].pose_in_world)) {
                 is_taken[k] = true;
                 one.pose_in_world = fits.places[k].pose_in_world;
                 one.log -= cost(fits.places[k].mean_log);
-                (one.fitted, one.since) = (one.fitted + 1, one.since + 1);
+                one.since += 1;
+                one.best = (one.best + 1) * is_best(&fits.places[k]);
             } else {
                 one.log -= cost(fits.others_log);
-                one.since = 0;
+                (one.since, one.best) = (0, 0);
             }
         }
         for (fit, _) in fits.places.iter().zip(&is_taken).filter(|(_, is_taken)| !**is_taken) {
             let log = lowest - cost(fit.mean_log);
             let pose_in_world = fit.pose_in_world;
-            self.all.push(Hypothesis { pose_in_world, log, fitted: 1, since: 1 });
+            let best = is_best(fit);
+            self.all.push(Hypothesis { pose_in_world, log, since: 1, best });
         }
         let first = self.all.iter().map(|one| one.log).fold(f64::NEG_INFINITY, f64::max);
         for one in &mut self.all {
@@ -143,17 +157,21 @@ impl Hypotheses {
         is_it && self.margin() >= LIKELY
     }
 
-    /// The place where the robot is, if it can be in no other.
-    pub fn decided(&self) -> Option<SE2> {
-        let is_known = |one: &&Hypothesis| one.fitted >= SCANS && one.since >= LAST_SCANS;
-        let first = self.all.first().filter(is_known)?;
-        (self.margin() >= MARGIN).then_some(first.pose_in_world)
+    /// The place where the robot is, if it can be in no other. `here` is where the wheels took
+    /// it since it was found.
+    pub fn decided(&self, here: Option<SE2>) -> Option<SE2> {
+        let first = self.all.first()?;
+        let is_here = here.filter(|_| self.was_found).is_some_and(|here| {
+            let way = here.inverse().compose(&first.pose_in_world);
+            way.translation().norm() <= HERE_M && way.theta().abs() <= HERE_RAD
+        });
+        let is_known = if is_here { first.since >= SCANS_HERE } else { first.best >= SCANS };
+        (is_known && self.margin() >= MARGIN).then_some(first.pose_in_world)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::everywhere::Fit;
     use super::*;
 
     /// Fits at these distances to the east, m, with ln p of a beam there.
@@ -191,7 +209,7 @@ mod tests {
         drive(&mut hypotheses, &scans[..4], -0.4);
         assert_eq!(hypotheses.all[0].pose_in_world.x(), 4.0);
         assert!((hypotheses.margin() - 2.8).abs() < 1e-9);
-        assert_eq!(hypotheses.decided(), None, "after four scans");
+        assert_eq!(hypotheses.decided(None), None, "after four scans");
         let mut hypotheses = Hypotheses::default();
         drive(&mut hypotheses, &scans, -0.4);
         // By hand: 0.3 · 8 and 0.2 · 8 for the first two scans of the one, and 0, 3, 0.8, 3
@@ -199,13 +217,15 @@ mod tests {
         let (first, second) = (hypotheses.all[0], hypotheses.all[1]);
         assert!((first.pose_in_world.x() - 5.1).abs() < 1e-12, "{first:?}");
         assert!((second.log + 9.8 - 4.0).abs() < 1e-9, "{second:?}");
-        assert_eq!(hypotheses.decided(), None, "{second:?}");
-        drive(&mut hypotheses, &[&[(5.1, 0.3)], &[(5.1, 0.3)]], -0.4);
-        assert!((hypotheses.decided().unwrap().x() - 7.1).abs() < 1e-12);
+        assert_eq!(hypotheses.decided(None), None, "{second:?}");
+        // It was the best of all in three scans.
+        let best: &[(f64, f64)] = &[(5.1, 0.3)];
+        drive(&mut hypotheses, &[best; 2], -0.4);
+        assert!((hypotheses.decided(None).unwrap().x() - 7.1).abs() < 1e-12);
         // A scan that fits it nowhere: it stays the likeliest, and is not sure.
         drive(&mut hypotheses, &[&[(90.0, 0.3)]], -0.4);
         assert!((hypotheses.all[0].pose_in_world.x() - 8.1).abs() < 1e-12);
-        assert_eq!(hypotheses.decided(), None);
+        assert_eq!(hypotheses.decided(None), None);
     }
 
     #[test]
@@ -227,19 +247,45 @@ mod tests {
     }
 
     #[test]
+    fn a_place_that_others_fit_better_now_and_then_is_not_decided() {
+        let apart: &[(f64, f64)] = &[(0.0, 0.3), (200.0, -0.4)];
+        let (better, alone): (&[(f64, f64)], &[(f64, f64)]) =
+            (&[(40.0, 0.35), (0.0, 0.3)], &[(0.0, 0.3)]);
+        let mut scans = vec![apart; 4];
+        scans.push(better);
+        scans.extend([alone; 5]);
+        // By hand: 12 behind before the scan that fits it, and 0.4 less.
+        for (count, margin, is_decided) in [(4, 12.0, false), (5, 11.6, false), (10, 15.0, true)] {
+            let mut hypotheses = Hypotheses::default();
+            drive(&mut hypotheses, &scans[..count], -0.4);
+            assert!(hypotheses.margin() >= margin - 1e-9, "{count}: {}", hypotheses.margin());
+            assert_eq!(hypotheses.decided(None).is_some(), is_decided, "{count}");
+        }
+        let mut hypotheses = Hypotheses::default();
+        drive(&mut hypotheses, &scans[..9], -0.4);
+        assert_eq!(hypotheses.decided(None), None, "{}", hypotheses.margin());
+        // Four scans are enough where the wheels took a robot that was found before.
+        let here = SE2::new(11.0, 0.0, 0.0);
+        assert_eq!(hypotheses.decided(Some(here)), None);
+        hypotheses.was_found = true;
+        assert!(hypotheses.decided(Some(here)).is_some());
+        assert_eq!(hypotheses.decided(Some(SE2::new(13.0, 0.0, 0.0))), None);
+    }
+
+    #[test]
     fn of_two_places_that_look_alike_none_is_decided() {
         let mut hypotheses = Hypotheses::default();
         let alike: &[(f64, f64)] = &[(30.0, 0.31), (0.0, 0.3)];
         drive(&mut hypotheses, &[alike; 60], -0.4);
-        assert_eq!(hypotheses.decided(), None);
+        assert_eq!(hypotheses.decided(None), None);
         // Nor are those that were not listed because there are many.
         let mut hypotheses = Hypotheses::default();
         let mut scans = vec![alike; 4];
         scans.extend([&alike[..1]; 8]);
         drive(&mut hypotheses, &scans, 0.3);
-        assert_eq!(hypotheses.decided(), None);
+        assert_eq!(hypotheses.decided(None), None);
         let mut hypotheses = Hypotheses::default();
         drive(&mut hypotheses, &scans, -0.4);
-        assert!(hypotheses.decided().is_some());
+        assert!(hypotheses.decided(None).is_some());
     }
 }

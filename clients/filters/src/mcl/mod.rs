@@ -329,7 +329,7 @@ impl Mcl {
         let here = self.modes.heaviest(&self.belief.particles);
         let pose_in_world = here.map(|mode| mode.pose_in_world);
         hypotheses.take(&self.sensor.fits(ranges_m, &self.space, pose_in_world));
-        let Some(found) = hypotheses.decided() else { return false };
+        let Some(found) = hypotheses.decided(pose_in_world) else { return false };
         let is_elsewhere = |mode: &Mode| !mode.is_at(&found);
         let share_here =
             here.filter(is_elsewhere).map(|mode| self.sensor.on_walls(&mode.pose_in_world));
