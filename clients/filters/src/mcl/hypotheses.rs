@@ -249,8 +249,8 @@ mod tests {
     #[test]
     fn a_place_that_others_fit_better_now_and_then_is_not_decided() {
         let apart: &[(f64, f64)] = &[(0.0, 0.3), (200.0, -0.4)];
-        let (better, alone): (&[(f64, f64)], &[(f64, f64)]) =
-            (&[(40.0, 0.35), (0.0, 0.3)], &[(0.0, 0.3)]);
+        let better: &[(f64, f64)] = &[(40.0, 0.35), (0.0, 0.3)];
+        let alone: &[(f64, f64)] = &[(0.0, 0.3)];
         let mut scans = vec![apart; 4];
         scans.push(better);
         scans.extend([alone; 5]);
