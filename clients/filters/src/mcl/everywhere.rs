@@ -61,8 +61,13 @@ impl Fits {
 
 /// Whether two poses are one place.
 pub(super) fn is_near(a: &SE2, b: &SE2) -> bool {
+    is_within(a, b, APART_M, APART_RAD)
+}
+
+/// Whether two poses are no farther apart than this (m, rad).
+pub(super) fn is_within(a: &SE2, b: &SE2, most_m: f64, most_rad: f64) -> bool {
     let way = a.inverse().compose(b);
-    way.translation().norm() <= APART_M && way.theta().abs() <= APART_RAD
+    way.translation().norm() <= most_m && way.theta().abs() <= most_rad
 }
 
 /// Poses at one heading: 2^`level` × 2^`level` cells from one on.

@@ -11,9 +11,9 @@
 //! * Where the particles are is a hypothesis as well, on the map or not: a robot in a room that
 //!   is not on the map is not taken to the place of the map that is most like it.
 //! * A corridor that is not on the map is like others that are, and in the long run one of them
-//!   is likelier than all other places. But there, other places fit one scan of three better,
-//!   and at the place where the robot is none does. So the last scans decide as well, but not
-//!   where the wheels took a robot that had left the map.
+//!   is likelier than all other places. But one scan of three fits another place better than
+//!   that one; at the right place, no scan does. So the last scans decide too, except where the
+//!   wheels took a robot that had left the map.
 //! * Scans of one place err alike, so that one scan of each place counts; and it is worth at
 //!   most [`BEAMS_WORTH`] beams and a factor of 20. What is not on the map is in all
 //!   scans of a room, and a hypothesis survives it.
@@ -22,7 +22,7 @@ use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::SE2;
 
 use super::Mode;
-use super::everywhere::{Fit, Fits, is_near};
+use super::everywhere::{Fits, is_near, is_within};
 use super::sensor::BEAMS_WORTH;
 use crate::Motion;
 
@@ -112,7 +112,7 @@ impl Hypotheses {
         let cost = |log: f64| (BEAMS_WORTH * (best.mean_log - log)).min(MOST_COST);
         let lowest = self.all.iter().map(|one| one.log).fold(0.0, f64::min);
         let mut is_taken = vec![false; fits.places.len()];
-        let is_best = |fit: &Fit| u32::from(fit.mean_log >= best.mean_log);
+        let best_since = |before: u32, log: f64| if log >= best.mean_log { before + 1 } else { 0 };
         for one in &mut self.all {
             let mut free = (0..fits.places.len()).filter(|k| !is_taken[*k]);
             if let Some(k) = free.find(|k| one.is_at(&fits.places[*k].pose_in_world)) {
@@ -120,7 +120,7 @@ impl Hypotheses {
                 one.pose_in_world = fits.places[k].pose_in_world;
                 one.log -= cost(fits.places[k].mean_log);
                 one.since += 1;
-                one.best = (one.best + 1) * is_best(&fits.places[k]);
+                one.best = best_since(one.best, fits.places[k].mean_log);
             } else {
                 one.log -= cost(fits.others_log);
                 (one.since, one.best) = (0, 0);
@@ -129,7 +129,7 @@ impl Hypotheses {
         for (fit, _) in fits.places.iter().zip(&is_taken).filter(|(_, is_taken)| !**is_taken) {
             let log = lowest - cost(fit.mean_log);
             let pose_in_world = fit.pose_in_world;
-            let best = is_best(fit);
+            let best = best_since(0, fit.mean_log);
             self.all.push(Hypothesis { pose_in_world, log, since: 1, best });
         }
         let first = self.all.iter().map(|one| one.log).fold(f64::NEG_INFINITY, f64::max);
@@ -161,10 +161,9 @@ impl Hypotheses {
     /// it since it was found.
     pub fn decided(&self, here: Option<SE2>) -> Option<SE2> {
         let first = self.all.first()?;
-        let is_here = here.filter(|_| self.was_found).is_some_and(|here| {
-            let way = here.inverse().compose(&first.pose_in_world);
-            way.translation().norm() <= HERE_M && way.theta().abs() <= HERE_RAD
-        });
+        let is_here = here
+            .filter(|_| self.was_found)
+            .is_some_and(|here| is_within(&here, &first.pose_in_world, HERE_M, HERE_RAD));
         let is_known = if is_here { first.since >= SCANS_HERE } else { first.best >= SCANS };
         (is_known && self.margin() >= MARGIN).then_some(first.pose_in_world)
     }
@@ -172,6 +171,7 @@ impl Hypotheses {
 
 #[cfg(test)]
 mod tests {
+    use super::super::everywhere::Fit;
     use super::*;
 
     /// Fits at these distances to the east, m, with ln p of a beam there.

@@ -354,7 +354,7 @@ fn in_a_large_building_with_things_that_are_not_on_the_map_it_finds_itself() {
         let options = Options { particles: 1000, ..Options::default() };
         let plan = Map::Plan(Box::new(building(true)));
         let mut mcl = Mcl::new(drive.robot, plan, None, &options).unwrap();
-        for _ in 0..400 {
+        for _ in 0..300 {
             drive.turn_wheels(&mut mcl, [560, 560]);
             if let Some(tau) = error(&mcl, &drive.truth) {
                 assert!(tau.norm() < 0.05, "{corridor}: {tau}");
