@@ -32,7 +32,8 @@
 //!   particle stays behind, see the module `held`.
 //! * Modes are weighed and drawn each for itself, so that only the likelihood decides
 //!   between them: see the module `strata`.
-//! * Particles that fit lie evenly in the directions that no scan sees: see the module `even`.
+//! * Particles that fit lie evenly in the directions that no scan sees, and errors of the wheels
+//!   have heavier tails than normal ones: see the module `even`.
 //! * Each particle has a scale of the wheels' distances as well, so that worn wheels do not lead
 //!   them astray along a corridor.
 
@@ -262,7 +263,7 @@ impl Mcl {
         };
         let motion = held.unwrap_or(scaled);
         let of_particles = held.unwrap_or(wheels);
-        self.belief.move_by(&[wheels, of_particles]);
+        self.belief.move_by(&[wheels, of_particles], self.is_known);
         self.search.move_by(&of_particles);
         self.known_walls.move_by(&motion);
         if let Some(hypotheses) = &mut self.hypotheses {

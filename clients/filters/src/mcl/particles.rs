@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rusty_geometry::{SE2, trig, wrap_angle};
 
-use super::even::{EvenNormals, even_normal, order};
+use super::even::{EvenErrors, even_normal, order};
 use crate::{Motion, Random};
 
 /// How far the metres of the robot's way per metre of its wheels may be from 1: one deviation,
@@ -27,7 +27,7 @@ pub struct Particles {
     pub weights: Vec<f64>,
     /// Sine and cosine of each heading: a scan asks for them again and again.
     sin_cos: Vec<(f64, f64)>,
-    normals: EvenNormals,
+    errors: EvenErrors,
 }
 
 impl Particles {
@@ -119,14 +119,15 @@ impl Particles {
     }
 
     /// Moves each by a separate motion, drawn from what is believed of the one and of the
-    /// other in turn (Table 8.2, line 4), times its scale. The errors of neighbours lie evenly.
-    pub fn move_by(&mut self, motions: &[Motion; 2], random: &mut Random) {
+    /// other in turn (Table 8.2, line 4), times its scale. The errors of neighbours lie evenly,
+    /// and are heavy-tailed or normal (see the module `even`).
+    pub fn move_by(&mut self, motions: &[Motion; 2], are_heavy: bool, random: &mut Random) {
         let motions = motions.map(|motion| (motion.now_in_then, by_heading(&motion.covariance)));
         let drift = SCALE_DRIFT * motions[0].0.translation().norm().sqrt();
         if drift > 0.0 {
             self.scales.iter_mut().for_each(|scale| *scale += drift * random.normal());
         }
-        let of_each = self.normals.draw(self.x_m.len(), random);
+        let of_each = self.errors.draw(self.x_m.len(), are_heavy, random);
         for (k, z) in of_each.iter().enumerate() {
             let (now_in_then, root) = &motions[k % 2];
             let moved = now_in_then.boxplus(&(root * Vector3::from(*z)));
@@ -227,35 +228,42 @@ mod tests {
 
     #[test]
     fn particles_move_as_the_motion_is_believed() {
-        let motion = Motion {
-            now_in_then: SE2::new(0.3, 0.1, 0.4),
-            covariance: Matrix3::from_diagonal(&Vector3::new(1e-4, 4e-4, 9e-4)),
-        };
+        let covariance = Matrix3::from_diagonal(&Vector3::new(1e-4, 4e-4, 9e-4));
+        // One tells the errors, the other the scales.
+        let turn = Motion { now_in_then: SE2::new(0.0, 0.0, 0.4), covariance };
+        let way = Motion { now_in_then: SE2::new(0.3, 0.1, 0.4), ..Motion::default() };
         let start = SE2::new(2.0, 1.0, 3.0);
         let (mut particles, mut random) = (Particles::default(), Random::new(1, 1));
         (0..20_000).for_each(|_| particles.push(&start));
-        let half =
-            Motion { now_in_then: SE2::new(0.15, 0.05, 0.2), covariance: motion.covariance * 0.25 };
-        particles.move_by(&[motion, half], &mut random);
-        let mut sums = [Matrix3::zeros(); 2];
+        particles.move_by(&[turn, way], true, &mut random);
+        let (mut stds, mut by_scale) = (Vec::new(), Matrix3::zeros());
         for k in 0..particles.count() {
-            let end = start.compose(&[motion, half][k % 2].now_in_then);
+            let end = start.compose(&[turn, way][k % 2].now_in_then);
             let tau = particles.pose(k).boxminus(&end);
-            sums[k % 2] += tau * tau.transpose();
+            if k % 2 == 0 {
+                stds.push(tau.component_div(&covariance.diagonal().map(f64::sqrt)));
+            } else {
+                by_scale += tau * tau.transpose() / (0.5 * particles.count() as f64);
+            }
             let (_, sin, cos) = particles.place(k);
             assert_eq!((sin, cos), trig::sin_cos(particles.pose(k).theta()));
         }
-        for (sum, of) in sums.iter().zip([motion, half]) {
-            let found = sum / (0.5 * particles.count() as f64);
-            let (way, mut expected) = (of.now_in_then, of.covariance);
-            // The scales: a tangent vector ends where the motion ends.
-            let of_scale = SE2::new(way.x() * 1.001, way.y() * 1.001, way.theta());
-            let by_scale = of_scale.boxminus(&way) * (1e3 * SCALE_STD);
-            expected += by_scale * by_scale.transpose();
-            for i in 0..3 {
-                let ratio = found[(i, i)] / expected[(i, i)];
-                assert!((ratio - 1.0).abs() < 0.05, "{i}: {ratio}");
+        for i in 0..3 {
+            // Tables of Student's t with two degrees of freedom, times √π/2.
+            for (bound, share) in [(0.7236, 0.5), (2.5878, 0.1), (5.6171, 0.024)] {
+                let beyond = stds.iter().filter(|off| off[i].abs() > bound).count();
+                let ratio = beyond as f64 / stds.len() as f64 / share;
+                assert!((ratio - 1.0).abs() < 0.05, "{i}, {bound}: {ratio}");
             }
         }
+        // A tangent vector ends where the motion ends.
+        let to = way.now_in_then;
+        let of_scale = SE2::new(to.x() * 1.001, to.y() * 1.001, to.theta());
+        let expected = of_scale.boxminus(&to) * (1e3 * SCALE_STD);
+        for i in 0..2 {
+            let ratio = by_scale[(i, i)] / (expected[i] * expected[i]);
+            assert!((ratio - 1.0).abs() < 0.05, "{i}: {ratio}");
+        }
+        assert!(by_scale[(2, 2)] < 1e-20, "{by_scale}");
     }
 }

@@ -63,7 +63,7 @@ impl Search {
 
     /// Moves the strangers with the robot.
     pub fn move_by(&mut self, motion: &Motion) {
-        self.cloud.move_by(&[*motion; 2]);
+        self.cloud.move_by(&[*motion; 2], false);
     }
 
     /// Takes a scan that the belief has been weighed by.

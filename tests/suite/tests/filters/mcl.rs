@@ -145,10 +145,10 @@ fn on_grids_of_recordings_it_is_nowhere_else() {
     // The number of answers with the first seed, and of those within 0.5 m.
     let rows = [
         ("freiburg-101", "Freiburg", Some(462.0), [82, 82]),
-        ("csail", "CSAIL", Some(120.0), [83, 83]),
+        ("csail", "CSAIL", Some(120.0), [85, 84]),
         ("edmonton", "Edmonton", Some(370.0), [24, 24]),
         ("freiburg-101", "Freiburg", None, [285, 285]),
-        ("csail", "CSAIL", None, [395, 395]),
+        ("csail", "CSAIL", None, [401, 401]),
         ("edmonton", "Edmonton", None, [336, 336]),
     ];
     let seeds = crate::drivers::seeds(1);
