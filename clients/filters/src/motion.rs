@@ -71,13 +71,6 @@ impl OdometryNoise {
         (turn, self.alpha3 * trans_m + self.alpha4 * rot_rad)
     }
 
-    /// The same noise, all variances times `factor`.
-    pub fn times(&self, factor: f64) -> Self {
-        let [alpha1, alpha2, alpha3, alpha4] =
-            [self.alpha1, self.alpha2, self.alpha3, self.alpha4].map(|alpha| alpha * factor);
-        Self { alpha1, alpha2, alpha3, alpha4 }
-    }
-
     /// Covariance (m, m, rad) of the error of one tick's motion `step` (the
     /// twist of an arc), in the tangent space at its end.
     pub fn of_step(&self, step: &Vector3<f64>) -> Matrix3<f64> {

@@ -7,8 +7,9 @@
 //! is searched for, and while it is far below, the filter abstains.
 //!
 //! The search is a cloud of particles ([`crate::mcl`]) around the belief, as wide as its
-//! covariance says and a metre more. Its likelihood fields go from coarse to fine, and it
-//! begins everywhere if it fails. The pose that it finds must explain the beams better
+//! covariance says and a metre more; large errors of the wheels are expected more often than
+//! by a normal law. Its likelihood fields go from coarse to fine, and it begins everywhere if it
+//! fails. The pose that it finds must explain the beams better
 //! than the belief does over ten scans. If it does not, half of the doubt goes.
 
 use nalgebra::{Matrix3, Point2, Vector3};
@@ -41,8 +42,6 @@ const BETTER: f64 = 0.05;
 /// A search is this much wider than the belief, m and rad, one deviation.
 const WIDER_M: f64 = 1.0;
 const WIDER_RAD: f64 = 0.5;
-/// The wheels have this many times the noise of the options in a search.
-const NOISE: f64 = 8.0;
 
 /// The doubt, and the search for the robot while there is one.
 #[derive(Debug)]
@@ -69,7 +68,7 @@ impl Watch {
     ) -> Result<Option<Self>, ClientError> {
         let Some(map) = &start.map else { return Ok(None) };
         let world = World::new(map.clone()).map_err(|e| ClientError::Unusable(e.to_string()))?;
-        let mut options = mcl::Options { noise: noise.times(NOISE), ..mcl::Options::default() };
+        let mut options = mcl::Options { noise, ..mcl::Options::default() };
         options.reading.sigma_m = Some(range_std_m);
         Ok(Some(Self {
             start: start.without_run(),

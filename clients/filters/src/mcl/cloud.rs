@@ -85,10 +85,12 @@ impl Cloud {
     }
 
     /// Moves all particles, by one or the other motion. The first is that of the wheels,
-    /// and says whether the next scan is of another place.
+    /// and says whether the next scan is of another place. If it is not, no scan will choose
+    /// between the particles, and their errors are normal.
     pub fn move_by(&mut self, motions: &[Motion; 2], are_heavy: bool) {
-        self.particles.move_by(motions, are_heavy, &mut self.motions);
         self.since = self.since.compose(&motions[0].now_in_then);
+        let are_heavy = are_heavy && !self.is_same_place();
+        self.particles.move_by(motions, are_heavy, &mut self.motions);
     }
 
     /// Weighs all particles, if the scan counts. Says whether it had anything to
@@ -114,6 +116,13 @@ impl Cloud {
         self.scans += 1;
         self.since = SE2::identity();
         true
+    }
+
+    /// Likelihood of a beam of the last scan, which it was weighed by, without those of something
+    /// in front of the walls; 0 of no particles.
+    pub fn seen_likelihood(&self, sensor: &Sensor, ranges_m: &[f64]) -> f64 {
+        let heaviest = self.particles.heaviest();
+        heaviest.map_or(0.0, |pose| sensor.without_hidden(ranges_m, &pose, self.beam_likelihood))
     }
 
     /// Whether the robot is where it was when the last scan counted.
@@ -211,6 +220,24 @@ mod tests {
         assert!(cloud.is_same_place());
         (0..3).for_each(|_| cloud.move_by(&by(0.004, 0.0), false));
         assert!(!cloud.is_same_place());
+    }
+
+    #[test]
+    fn errors_are_heavy_on_the_way_to_another_place_only() {
+        let of = |x_m| Motion {
+            now_in_then: SE2::new(x_m, 0.0, 0.0),
+            covariance: Matrix3::identity() * 1e-6,
+        };
+        let deviations = |x_m, are_heavy| {
+            let mut cloud = Cloud::new(1, 2);
+            (0..1000).for_each(|_| cloud.particles.push(&SE2::identity()));
+            cloud.move_by(&[of(x_m); 2], are_heavy);
+            cloud.particles.theta_rad.iter().map(|theta| theta.abs() / 1e-3).fold(0.0, f64::max)
+        };
+        assert!(deviations(0.02, true) > 6.0, "{}", deviations(0.02, true));
+        for (x_m, are_heavy) in [(0.002, true), (0.002, false), (0.02, false)] {
+            assert!(deviations(x_m, are_heavy) < 5.0, "{x_m}: {}", deviations(x_m, are_heavy));
+        }
     }
 
     #[test]

@@ -15,10 +15,11 @@
 //! Computational Finance 9(4), 2006, the case of two degrees of freedom).
 //!
 //! Departures, and why:
-//! * While it is known where the robot is, errors have Student's t distribution with two degrees
-//!   of freedom, not the normal one. In a quarter of the scans of CSAIL the heading of the wheels
-//!   is off by more than four of the standard deviations that were expected, and the true pose
-//!   had no particle. A robot that is lost does not become easier to find by it.
+//! * While it is known where the robot is, or looked for around one place, errors have Student's t
+//!   distribution with two degrees of freedom, not the normal one. In a quarter of the scans of
+//!   CSAIL the heading of the wheels is off by more than four of the standard deviations that were
+//!   expected, and the true pose had no particle. A robot that may be anywhere does not become
+//!   easier to find by it.
 //! * The order is that along the longest axis of the positions, not along a Hilbert curve:
 //!   the other directions are those that scans see.
 //! * The particles before a motion are drawn by the low-variance sampler of Table 4.4, for

@@ -157,6 +157,12 @@ impl Hypotheses {
         is_it && self.margin() >= LIKELY
     }
 
+    /// Whether scans of two places tell that the robot is elsewhere than a mode of the belief.
+    pub fn deny(&self, mode: &Mode) -> bool {
+        let mut near = self.all.iter().filter(|one| mode.is_at(&one.pose_in_world));
+        self.scans >= 2 && near.all(|one| one.log <= -LIKELY)
+    }
+
     /// The place where the robot is, if it can be in no other. `here` is where the wheels took
     /// it since it was found.
     pub fn decided(&self, here: Option<SE2>) -> Option<SE2> {
@@ -228,14 +234,28 @@ mod tests {
         assert_eq!(hypotheses.decided(None), None);
     }
 
+    /// A belief that is here and nowhere else.
+    fn mode_at(x_m: f64) -> Mode {
+        let pose_in_world = SE2::new(x_m, 0.0, 0.0);
+        Mode { pose_in_world, covariance: covariance(), share: 1.0, second_share: 0.0 }
+    }
+
+    #[test]
+    fn a_place_that_two_scans_fit_far_worse_is_denied() {
+        let near: &[(f64, f64)] = &[(9.0, 0.4), (0.0, 0.3), (30.0, 0.1)];
+        let mut hypotheses = Hypotheses::default();
+        assert!(!hypotheses.deny(&mode_at(0.0)));
+        drive(&mut hypotheses, &[near], -0.4);
+        assert!(!hypotheses.deny(&mode_at(31.0)), "after one scan");
+        drive(&mut hypotheses, &[near], -0.4);
+        // By hand: 1.6 and 4.8 less than the likeliest, which it moved two metres with.
+        let denied = [11.0, 2.0, 32.0, 50.0].map(|x_m| hypotheses.deny(&mode_at(x_m)));
+        assert_eq!(denied, [false, false, true, true]);
+    }
+
     #[test]
     fn one_scan_is_enough_for_an_answer_where_it_fits_in_one_place() {
-        let mode = Mode {
-            pose_in_world: SE2::new(1.0, 0.0, 0.0),
-            covariance: covariance(),
-            share: 1.0,
-            second_share: 0.0,
-        };
+        let mode = mode_at(1.0);
         assert!(!Hypotheses::default().agree(&mode));
         for (places, is_enough) in
             [(&[(0.0, 0.4)][..], true), (&[(0.0, 0.4), (9.0, 0.3)][..], false)]

@@ -60,6 +60,7 @@ use rusty_geometry::{EncoderCounts, SE2};
 
 pub use free_space::FreeSpace;
 pub use mode::Mode;
+pub(crate) use mode::is_somewhere;
 pub use options::{Model, Options, Reading};
 pub use particles::Particles;
 pub(crate) use particles::root;
@@ -83,15 +84,8 @@ const INITIAL_M: f64 = 0.05;
 const INITIAL_RAD: f64 = 0.05;
 /// From this share of Table 8.3 on, the robot is looked for elsewhere as well.
 const LOST: f64 = 0.05;
-/// The largest σ of the position of an answer, m.
-const NOWHERE_M: f64 = 1.0;
 /// The largest share of the belief that a second place has during an answer.
 const RIVAL: f64 = 0.05;
-
-/// Whether a covariance (m, m, rad) is small enough for an answer.
-pub(crate) fn is_somewhere(covariance: &Matrix3<f64>) -> bool {
-    covariance[(0, 0)].max(covariance[(1, 1)]) <= NOWHERE_M * NOWHERE_M
-}
 
 /// Monte Carlo localisation.
 #[derive(Debug)]
@@ -263,7 +257,8 @@ impl Mcl {
         };
         let motion = held.unwrap_or(scaled);
         let of_particles = held.unwrap_or(wheels);
-        self.belief.move_by(&[wheels, of_particles], self.is_known);
+        let is_near = self.is_known || self.hypotheses.is_none();
+        self.belief.move_by(&[wheels, of_particles], is_near);
         self.search.move_by(&of_particles);
         self.known_walls.move_by(&motion);
         if let Some(hypotheses) = &mut self.hypotheses {
@@ -276,15 +271,10 @@ impl Mcl {
         if !self.belief.weigh(&mut self.sensor, ranges_m) {
             return;
         }
-        if let Some(pose) = self.belief.particles.heaviest() {
-            let likelihood = self.belief.beam_likelihood;
-            self.recovery.update(self.sensor.without_hidden(ranges_m, &pose, likelihood));
-        }
+        self.recovery.update(self.belief.seen_likelihood(&self.sensor, ranges_m));
         let is_in_doubt = self.recovery.share() > LOST;
-        if (is_in_doubt || !self.is_found) && self.compare_places(ranges_m) {
-            self.search.give_up();
-            self.is_contested = false;
-        } else if is_in_doubt {
+        let is_placed = (is_in_doubt || !self.is_found) && self.compare_places(ranges_m);
+        if is_in_doubt && !is_placed {
             self.look_elsewhere(ranges_m);
         } else {
             self.search.give_up();
@@ -371,7 +361,12 @@ impl Mcl {
                 let is_at = |before: &Mode| found.is_some_and(|f| before.is_at(&f.pose_in_world));
                 self.is_found &= self.mode.as_ref().is_some_and(is_at);
             }
-            Outcome::Nothing => self.recovery.allay(),
+            Outcome::Nothing => {
+                let places = self.hypotheses.as_ref().zip(self.mode.as_ref());
+                if !places.is_some_and(|(places, here)| places.deny(here)) {
+                    self.recovery.allay();
+                }
+            }
         }
         if outcome != Outcome::Looking {
             self.is_contested = outcome == Outcome::Rival;

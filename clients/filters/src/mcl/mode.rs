@@ -18,6 +18,14 @@ pub(crate) const TURNS: u32 = 24;
 /// Modes of two beliefs farther apart than this are not the same place, m.
 const APART_M: f64 = 0.5;
 
+/// The largest σ of the position of an answer, m.
+const NOWHERE_M: f64 = 1.0;
+
+/// Whether a covariance (m, m, rad) is small enough for an answer.
+pub(crate) fn is_somewhere(covariance: &Matrix3<f64>) -> bool {
+    covariance[(0, 0)].max(covariance[(1, 1)]) <= NOWHERE_M * NOWHERE_M
+}
+
 /// A part of the belief.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mode {

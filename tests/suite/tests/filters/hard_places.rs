@@ -53,3 +53,26 @@ fn among_boxes_points_say_more_than_lines() {
         assert!(lines_m > 3.0 * points_m, "seed {seed}: {lines_m} m and {points_m} m");
     }
 }
+
+#[test]
+fn people_who_stand_around_a_robot_are_no_other_room() {
+    for seed in ["10", "14", "34"] {
+        let place = folder();
+        let people = ["--set", "crowd.people=20", "--add", "mcl=mcl"];
+        let args = [&["apartment", "--seed", seed, "--ticks", "1500"][..], &people].concat();
+        let report = launch("crowd", place.path(), &args);
+        let said = score_of(&report, "mcl");
+        assert!(number(said, "scored_ticks") > 1350.0, "seed {seed}: {said}");
+        assert_eq!(number(said, "wrong_ticks"), 0.0, "seed {seed}: {said}");
+    }
+}
+
+#[test]
+fn a_robot_that_people_stop_in_a_wrong_place_does_not_come_to_believe_it() {
+    let place = folder();
+    let scenario = filter_scenario("kidnapped.toml");
+    let args = [scenario.as_str(), "--seed", "18", "--set", "crowd.people=10"];
+    let report = launch("carried", place.path(), &args);
+    let said = score_of(&report, "mcl");
+    assert!(number(said, "wrong_ticks") < 100.0, "{said}");
+}
