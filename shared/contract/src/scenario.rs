@@ -18,7 +18,7 @@ use crate::config::{
 };
 use crate::json::json_tree;
 use crate::names::{NameError, check_participant_name};
-use crate::suggest::{did_you_mean, for_message};
+use crate::suggest::{did_you_mean, for_message, without_types};
 use crate::tally::MAX_PARTICIPANTS;
 
 pub use self::participant::{Access, Participant, Role};
@@ -356,7 +356,7 @@ fn syntax_error(text: &str, error: &toml::de::Error) -> ScenarioError {
         return FieldError::new(list, value, "is a table, expected a list", remedy).into();
     }
     let hint = for_message(error.message());
-    ScenarioError::Syntax(format!("{}{hint}", error.to_string().trim_end()))
+    ScenarioError::Syntax(format!("{}{hint}", without_types(error.to_string().trim_end())))
 }
 
 #[cfg(test)]

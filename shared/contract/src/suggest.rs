@@ -31,6 +31,15 @@ pub fn for_message(message: &str) -> String {
     quoted.next().map(|word| did_you_mean(word, quoted)).unwrap_or_default()
 }
 
+/// A parser's message without the names of types, which are tables in a file.
+#[must_use]
+pub fn without_types(message: &str) -> String {
+    let types = ["struct", "internally tagged enum", "untagged enum", "enum"];
+    let cut = |kind| message.split_once(&format!("expected {kind} "));
+    let Some((before, name)) = types.into_iter().find_map(cut) else { return message.to_owned() };
+    format!("{before}expected a table{}", name.trim_start_matches(char::is_alphanumeric))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,5 +67,19 @@ mod tests {
         assert_eq!(for_message("unknown variant `waltz`, expected `patrol` or `driver`"), "");
         assert_eq!(for_message("unknown"), "");
         assert_eq!(for_message("invalid type: string \"a\", expected f64"), "");
+    }
+
+    #[test]
+    fn a_message_names_no_type() {
+        for (message, plain) in [
+            (
+                "invalid type: string \"a\", expected struct WorldSpec",
+                "string \"a\", expected a table",
+            ),
+            ("integer `3`, expected internally tagged enum Script at line 2", "a table at line 2"),
+            ("invalid type: string \"a\", expected f64", "string \"a\", expected f64"),
+        ] {
+            assert!(without_types(message).ends_with(plain), "{}", without_types(message));
+        }
     }
 }

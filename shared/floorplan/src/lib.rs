@@ -20,7 +20,7 @@ pub mod trace;
 
 use std::path::Path;
 
-use rusty_contract::suggest::{did_you_mean, for_message};
+use rusty_contract::suggest::{did_you_mean, for_message, without_types};
 use rusty_contract::{FieldError, input};
 use rusty_geometry::places::{PLACES, place};
 use rusty_geometry::{WallSpec, WorldError, WorldSpec};
@@ -57,7 +57,7 @@ pub enum FloorplanError {
         error: FieldError,
     },
     /// The world cannot be used.
-    #[error("{path}: {error}{}", for_message(&error.to_string()))]
+    #[error("{path}: {}{}", without_types(&error.to_string()), for_message(&error.to_string()))]
     World {
         /// The file.
         path: String,

@@ -55,6 +55,14 @@ pub enum RunError {
         /// The system's error.
         error: std::io::Error,
     },
+    /// The folder of the run cannot be made.
+    #[error("the folder {path} cannot be made: {error}; give one that can with --out")]
+    Folder {
+        /// The folder.
+        path: String,
+        /// The system's error.
+        error: std::io::Error,
+    },
     /// No randomness for the run's key.
     #[error("the operating system gives no random bytes for the run's key: {0}")]
     Random(#[from] getrandom::Error),

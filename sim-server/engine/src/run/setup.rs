@@ -176,7 +176,10 @@ impl PreparedRun {
                 self.domain.leave_credentials(&participant.name, &credentials)?;
             }
         }
-        with_umask(|| fs::create_dir_all(out_dir)).map_err(RunError::io(out_dir))?;
+        with_umask(|| fs::create_dir_all(out_dir)).map_err(|error| {
+            let path = out_dir.display().to_string();
+            RunError::Folder { path, error }
+        })?;
         // Before any participant is started: one that is killed while it makes the
         // first file of a domain leaves a name that no process can use.
         let link = ServerLink::create(&self.domain, self.options.wait, &self.key)?;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use rusty_contract::scenario::has_null;
-use rusty_contract::suggest::for_message;
+use rusty_contract::suggest::{for_message, without_types};
 use rusty_contract::{FieldError, JsonTree, RunConfig};
 use serde_json::{Map, Value};
 
@@ -121,7 +121,7 @@ fn value_error(change: &str, message: &str) -> FieldError {
     if remedy.is_empty() {
         "give a field and a value that it takes".clone_into(&mut remedy);
     }
-    FieldError::new("--set", change, message, remedy)
+    FieldError::new("--set", change, without_types(message), remedy)
 }
 
 fn change_error(change: &str, problem: &str) -> FieldError {
