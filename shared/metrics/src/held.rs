@@ -1,4 +1,4 @@
-//! In how many ticks a wall held the robot.
+//! In how many ticks something held the robot.
 //!
 //! A simulated robot that would touch a wall stays where it is while its wheels
 //! and their encoders go on ([`rusty_geometry::World::blocks`] decides). No field
@@ -16,7 +16,7 @@ use rusty_contract::LogHeader;
 use rusty_contract::log::Source;
 use rusty_geometry::{DiffDrive, SE2, Twist};
 
-/// Counts the ticks in which a wall held the robot.
+/// Counts the ticks in which something held the robot.
 #[derive(Clone, Debug)]
 pub struct Held {
     drive: DiffDrive,

@@ -7,7 +7,7 @@
 //! * [`source`]: where frames come from;
 //! * [`executable`]: the program of a participant, which this binary may contain;
 //! * [`confine`]: the kernel gate, for participants with a sandbox;
-//! * [`scenario_file`]: scenarios, built in or in files.
+//! * [`scenario_file`]: scenarios, built in or in files; [`remarks`]: what is odd in one.
 //!
 //! It knows the world, the transport and the contract. Command line, tables and
 //! drawings are in the crates that use it.
@@ -15,6 +15,7 @@
 pub mod confine;
 pub mod executable;
 pub mod lockstep;
+pub mod remarks;
 pub mod run;
 pub mod scenario_file;
 pub mod source;

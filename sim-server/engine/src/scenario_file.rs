@@ -11,8 +11,8 @@ use rusty_contract::input;
 use rusty_contract::scenario::{Robots, ScenarioError};
 use rusty_contract::suggest::did_you_mean;
 use rusty_contract::{FieldError, Participant, Role, RunConfig, Scenario, ScriptConfig};
-use rusty_geometry::WorldSpec;
 use rusty_geometry::places::{PLACES, place};
+use rusty_geometry::{Twist, WorldSpec};
 use thiserror::Error;
 
 /// The scenarios that come with the program: name and text.
@@ -276,8 +276,19 @@ impl Loaded {
 
     /// Reads the commands of a script that names a file.
     fn read_script(&self, script: &mut ScriptConfig) -> Result<(), SetupError> {
-        let ScriptConfig::Commands { file: Some(file), list } = script else { return Ok(()) };
-        let path = self.folder.join(&*file);
+        let ScriptConfig::Commands { file, list } = script else { return Ok(()) };
+        if let Some(file) = file {
+            *list = self.read_commands(file)?;
+        }
+        if list.is_empty() {
+            let remedy = "give `file` or `list`, with a command for a tick at least";
+            return Err(FieldError::new("script", "commands", "has no command", remedy).into());
+        }
+        Ok(())
+    }
+
+    fn read_commands(&self, file: &str) -> Result<Vec<Twist>, SetupError> {
+        let path = self.folder.join(file);
         let text = input::read_text_at_most(&path, MAX_FILE_BYTES);
         let path = path.display().to_string();
         let text = text.map_err(|error| SetupError::Read {
@@ -285,8 +296,7 @@ impl Loaded {
             error,
             hint: String::new(),
         })?;
-        *list = rusty_contract::config::parse_commands(&path, &text)?;
-        Ok(())
+        Ok(rusty_contract::config::parse_commands(&path, &text)?)
     }
 }
 

@@ -155,6 +155,27 @@ impl RunArgs {
     }
 }
 
+/// The path of a drawing, whose name promises no other format.
+pub fn svg_file(text: &str) -> Result<PathBuf, String> {
+    drawing(text, "svg")
+}
+
+/// The path of a picture, whose name promises no other format.
+pub fn png_file(text: &str) -> Result<PathBuf, String> {
+    drawing(text, "png")
+}
+
+fn drawing(text: &str, format: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension() {
+        Some(other) if !other.eq_ignore_ascii_case(format) => {
+            let name = path.with_extension(format);
+            Err(format!("this option writes {format}; give e.g. {}", name.display()))
+        }
+        _ => Ok(path),
+    }
+}
+
 /// Refuses to replace a file without `--force`. Devices and pipes are written to,
 /// not replaced.
 pub fn check_free(path: &Path, force: bool) -> Result<()> {
@@ -226,6 +247,16 @@ mod tests {
                 assert!(error.contains("from 0 to 18446744073709551615"), "{error}");
             }
         }
+    }
+
+    #[test]
+    fn a_drawing_has_no_name_of_another_format() {
+        let path = |text: &str| super::svg_file(text).map(|path| path.display().to_string());
+        for text in ["a.svg", "a.SVG", "a", "/dev/stdout", "b.c/a.svg"] {
+            assert_eq!(path(text).unwrap(), text);
+        }
+        assert!(path("b.c/a.png").unwrap_err().contains("b.c/a.svg"));
+        assert!(super::png_file("a.svg").is_err() && super::png_file("a.png").is_ok());
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use anyhow::Result;
 use clap::Args;
 use rusty_contract::{Exit, FieldError, errln};
+use rusty_engine::remarks::remarks;
 use rusty_engine::scenario_file;
 use rusty_study::budget::budget;
 use rusty_study::sweep::Seeds;
@@ -74,6 +75,13 @@ pub fn run(args: &BudgetArgs) -> Result<Exit> {
         let problem = "carries the robot, which is no error of its wheels";
         return Err(FieldError::new("kidnapping[0].tick", first.tick, problem, remedy).into());
     }
+    let people = config.crowd.map_or(0, |crowd| crowd.people as usize) + config.walkers.len();
+    if people > 0 {
+        let problem = "stop the robot, which is no error of its wheels";
+        let remedy = "leave them out by --set crowd.people=0 --set 'walker=[]'";
+        return Err(FieldError::new("people", people, problem, remedy).into());
+    }
+    remarks(&config).iter().for_each(|remark| errln!("{remark}"));
     if args.seeds.count() > MOST_SEEDS {
         let remedy = format!("use at most {MOST_SEEDS}");
         return Err(FieldError::new("--seeds", args.seeds, "are too many", remedy).into());

@@ -9,7 +9,7 @@ use rusty_study::versus::contest::versus;
 use rusty_study::versus::drawing::drawing;
 use rusty_study::versus::{Contents, Metric, sides};
 
-use super::arguments::{Output, check_apart, check_free};
+use super::arguments::{Output, check_apart, check_free, svg_file};
 
 const AFTER_HELP: &str = "\
 A row of a sweep is a run of an estimator. Runs of one seed have the same noise, so
@@ -50,7 +50,7 @@ pub struct CompareArgs {
     #[arg(long, default_value_t = 0.95, value_name = "P")]
     pub level: f64,
     /// Draw the differences and both distributions into this SVG file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = svg_file)]
     pub svg: Option<PathBuf>,
     /// Replace an existing drawing
     #[arg(long, requires = "svg")]

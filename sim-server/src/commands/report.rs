@@ -281,7 +281,7 @@ impl RunReport {
             writeln!(f, "unscored {why}")?;
         }
         if let Some(ticks) = self.blocked_ticks.filter(|ticks| self.driven || *ticks > 0) {
-            writeln!(f, "walls    held the robot in {ticks} of {} ticks", self.ticks)?;
+            writeln!(f, "blocked  in {ticks} of {} ticks", self.ticks)?;
         }
         if let Some(goals) = &self.goals {
             writeln!(f, "{goals}")?;

@@ -11,11 +11,12 @@ use rusty_plot::png;
 use rusty_study::umbmark::drawing::drawing;
 use rusty_study::umbmark::{Square, umbmark as drive};
 
-use super::arguments::{Output, check_apart, check_free, seed};
+use super::arguments::{Output, check_apart, check_free, png_file, seed, svg_file};
 
 const AFTER_HELP: &str = "\
-The robot of the scenario drives a square in both directions, without walls, and by
-its encoders only. The true end points of the laps separate two systematic errors:
+The robot of the scenario drives a square in both directions by its encoders only,
+without walls, people and patches of floor. The true end points of the laps separate
+two systematic errors:
   robot.track_bias         a wrong wheelbase changes every corner, with the same
                            sign in both directions
   robot.radius_bias_right  unequal wheels bend every side, with opposite signs in
@@ -62,10 +63,10 @@ pub struct UmbmarkArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub changes: Vec<String>,
     /// Draw laps and end points into this SVG file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = svg_file)]
     pub svg: Option<PathBuf>,
     /// Draw laps and end points into this PNG file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = png_file)]
     pub png: Option<PathBuf>,
     /// Replace existing drawings
     #[arg(long)]

@@ -13,7 +13,7 @@ use rusty_geometry::WorldSpec;
 use rusty_geometry::places::{PLACES, place};
 use serde_json::json;
 
-use super::arguments::{Output, check_apart, check_free};
+use super::arguments::{Output, check_apart, check_free, svg_file};
 use drawing::drawing;
 use scan::Scan;
 
@@ -69,7 +69,7 @@ pub struct WorldsArgs {
     #[arg(long, default_value_t = 8.0)]
     pub range_max: f64,
     /// Draw the world into this SVG file
-    #[arg(long, value_name = "FILE", requires = "name")]
+    #[arg(long, value_name = "FILE", value_parser = svg_file, requires = "name")]
     pub svg: Option<PathBuf>,
     /// Replace an existing drawing
     #[arg(long, requires = "svg")]

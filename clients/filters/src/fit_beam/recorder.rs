@@ -17,6 +17,11 @@ use crate::{BeamModel, Beams, OccupancyMap};
 /// A log of more ticks than this says how far it has been read.
 const LONG: u64 = 20_000;
 
+/// Where readings are farther from the walls than this, m, or more of them than this share are
+/// random, the map may be a wrong one. People make them short.
+const FAR_M: f64 = 0.5;
+const MANY: f64 = 0.3;
+
 /// Fit the four-part beam model to the readings of a log
 ///
 /// A reading hits a wall of the map (hit), hits something nearer that the map does
@@ -164,6 +169,10 @@ impl Recorder for FitBeam {
             false => page(&fit, &self.sheet, self.scans, self.options.verbose),
         };
         outln!("{text}");
+        let (sigma_m, z_rand) = (fit.sigma_hit_m.value, fit.z_rand.value);
+        if sigma_m > FAR_M || z_rand > MANY {
+            errln!("z_rand {z_rand:.2}, σ_hit {sigma_m:.2} m: is this the right map?");
+        }
         Ok(ending.exit())
     }
 }

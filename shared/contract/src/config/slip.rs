@@ -81,10 +81,22 @@ impl PatchConfig {
                 within(&format!("patch[{i}].corners[{k}][0]"), *x, -1e6, 1e6)?;
                 within(&format!("patch[{i}].corners[{k}][1]"), *y, -1e6, 1e6)?;
             }
+            if !encloses_area(&patch.corners) {
+                let (field, remedy) = (format!("patch[{i}].corners"), "give corners of a polygon");
+                let corners = format!("{:?}", patch.corners);
+                return Err(FieldError::new(field, corners, "lie on one line", remedy));
+            }
             patch.figures().check(&format!("patch[{i}]"))?;
         }
         Ok(())
     }
+}
+
+/// Whether not all corners lie on one line.
+fn encloses_area(corners: &[[f64; 2]]) -> bool {
+    let [x, y] = corners[0];
+    let cross = |a: &[f64; 2], b: &[f64; 2]| (a[0] - x) * (b[1] - y) - (b[0] - x) * (a[1] - y);
+    corners.windows(2).any(|pair| cross(&pair[0], &pair[1]) != 0.0)
 }
 
 #[cfg(test)]
@@ -101,8 +113,9 @@ mod tests {
         };
         PatchConfig::check(std::slice::from_ref(&square)).unwrap();
         type Change = fn(&mut PatchConfig);
-        let broken: [(Change, &str); 6] = [
+        let broken: [(Change, &str); 7] = [
             (|p| p.corners.truncate(2), "patch[1].corners (number of)"),
+            (|p| p.corners = vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]], "patch[1].corners"),
             (|p| p.corners[2][0] = f64::NAN, "patch[1].corners[2][0]"),
             (|p| p.corners[0][1] = 1e7, "patch[1].corners[0][1]"),
             (|p| p.slip_std = -0.1, "patch[1].slip_std"),

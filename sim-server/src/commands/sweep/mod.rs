@@ -2,6 +2,7 @@
 
 mod shards;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -10,6 +11,7 @@ use anyhow::{Context as _, Result};
 use clap::{ArgGroup, Args, Subcommand};
 use rusty_bench::machine::cores;
 use rusty_contract::{Exit, errln, outln};
+use rusty_engine::remarks::remarks;
 use rusty_engine::run::Progress;
 use rusty_study::sweep::report::Report;
 use rusty_study::sweep::{Plan, Request, Seeds, SweepJob, SweepOutcome, Table, axes};
@@ -131,7 +133,10 @@ impl WhatArgs {
             clients: self.clients,
             add: self.add.clone(),
         };
-        Ok(Plan::new(request)?)
+        let plan = Plan::new(request)?;
+        let all: BTreeSet<String> = plan.cells.iter().flat_map(|c| remarks(&c.config)).collect();
+        all.iter().for_each(|remark| errln!("{remark}"));
+        Ok(plan)
     }
 }
 

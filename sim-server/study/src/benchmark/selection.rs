@@ -1,5 +1,7 @@
 //! `Selection`: the part of the suite that a result is about.
 
+use std::collections::BTreeSet;
+
 use rusty_contract::FieldError;
 use rusty_contract::suggest::did_you_mean;
 use serde::{Deserialize, Serialize};
@@ -72,10 +74,13 @@ impl Selection {
         recordings.retain(|_| scenarios.iter().any(|name| name == RECORDINGS));
         let selection = Self { scenarios, tracks, seeds, key: wanted.key, recordings, whole };
         if selection.blocks(suite).next().is_none() {
-            let problem = "is not a track of these scenarios";
             let words: Vec<&str> = selection.tracks.iter().map(|t| t.word()).collect();
-            let remedy = "leave --track or --only out";
-            return Err(FieldError::new("--track", words.join(", "), problem, remedy));
+            let all = Self { scenarios: names().map(str::to_owned).collect(), ..selection.clone() };
+            let with: BTreeSet<&str> = all.blocks(suite).map(|(s, _)| s.name.as_str()).collect();
+            let problem = format!("has no track {}", words.join(", "));
+            let with = with.into_iter().collect::<Vec<_>>().join(", ");
+            let remedy = format!("give scenarios that have it: {with}");
+            return Err(FieldError::new("--only", selection.scenarios.join(", "), problem, remedy));
         }
         Ok(selection)
     }

@@ -2,7 +2,7 @@
 
 use rusty_contract::{Frame, RunConfig};
 use rusty_geometry::{EncoderCounts, odometry_delta};
-use rusty_sim::{Sim, SimError};
+use rusty_sim::{Sim, SimError, StepOutcome};
 use serde::Serialize;
 
 use crate::sweep::Seeds;
@@ -18,6 +18,8 @@ pub struct Line {
     pub name: String,
     /// Runs that were made: one where no seed has a say.
     pub runs: u64,
+    /// Those in which something blocked the robot, whose wheels turn on.
+    pub blocked_runs: u64,
     /// Whether the runs differ from seed to seed.
     pub varies_with_seed: bool,
     /// Final position error of dead reckoning, m.
@@ -29,7 +31,7 @@ pub struct Line {
     /// Mean of the squares of the final position error, m².
     pub mean_square_m2: f64,
     /// Of the sum of the mean squares of all sources alone; `None` for all
-    /// together.
+    /// together, and if something blocked a robot in one of them.
     pub share: Option<f64>,
     /// Distance driven by command, mean, m.
     pub driven_m: f64,
@@ -40,6 +42,7 @@ struct Ended {
     position_m: f64,
     heading_deg: f64,
     driven_m: f64,
+    is_blocked: bool,
 }
 
 /// Makes the runs. Without slip nothing in them is chance (scans are not made:
@@ -67,6 +70,7 @@ pub(super) fn of(
     Ok(Some(Line {
         name,
         runs,
+        blocked_runs: ended.iter().filter(|e| e.is_blocked).count() as u64,
         varies_with_seed,
         final_position_error_m: Moments::of(&position_m),
         p95_final_position_error_m: percentile(&mut position_m, 0.95).unwrap_or(f64::NAN),
@@ -81,14 +85,15 @@ pub(super) fn of(
 fn reckoned(sim: &mut Sim, frame: &mut Frame) -> Ended {
     let (drive, dt_s) = (sim.config().robot.nominal().drive, sim.config().dt_s);
     let (mut believed, mut last) = (sim.config().start, EncoderCounts::default());
-    let mut driven_m = 0.0;
+    let (mut driven_m, mut is_blocked) = (0.0, false);
     for _ in 0..sim.config().ticks {
-        let _ = sim.step(None, frame);
+        is_blocked |= sim.step(None, frame) == StepOutcome::Blocked;
         driven_m += frame.command().v_m_s.abs() * dt_s;
         believed = believed.boxplus(&odometry_delta(last, frame.encoders(), &drive));
         last = frame.encoders();
     }
     let truth = sim.truth();
     let heading_deg = heading_error_rad(&believed, &truth).abs().to_degrees();
-    Ended { position_m: position_error_m(&believed, &truth), heading_deg, driven_m }
+    let position_m = position_error_m(&believed, &truth);
+    Ended { position_m, heading_deg, driven_m, is_blocked }
 }

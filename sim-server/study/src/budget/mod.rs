@@ -58,7 +58,9 @@ pub fn budget(
         lines.push(line);
     }
     let sum: f64 = lines.iter().map(|l| l.mean_square_m2).sum();
-    lines.iter_mut().for_each(|l| l.share = Some(l.mean_square_m2 / sum));
+    if lines.iter().all(|l| l.blocked_runs == 0) {
+        lines.iter_mut().for_each(|l| l.share = Some(l.mean_square_m2 / sum));
+    }
     let Some(together) = line::of(config, "all together".to_owned(), seeds, each)? else {
         return Ok(None);
     };

@@ -36,7 +36,7 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "odometry error budget of {} · {} ticks of {} s · {} m driven · seeds {}\n",
+            "odometry error budget of {} · {} ticks of {} s · {} m driven by command · seeds {}\n",
             self.scenario,
             self.ticks,
             seconds(self.dt_s),
@@ -65,6 +65,12 @@ impl fmt::Display for Report {
             metres(together_m),
             metres(self.sum_of_squares_rms_m)
         )?;
+        for Line { name, runs, blocked_runs, .. } in lines().filter(|line| line.blocked_runs > 0) {
+            write!(f, "\n{name}: something blocked the robot in {blocked_runs} of {runs} runs")?;
+        }
+        if self.sources.iter().any(|line| line.share.is_none()) {
+            write!(f, "\nThere are no shares: the wheels of a robot that is blocked turn on.")?;
+        }
         for source in &self.absent {
             write!(f, "\nnot in this scenario: --set {} would add a row", source.field())?;
         }

@@ -88,3 +88,21 @@ fn it_stops_when_told_to() {
     assert_eq!(stopped.unwrap(), None);
     assert_eq!(calls, 3);
 }
+
+#[test]
+fn runs_that_a_wall_blocked_are_counted() {
+    let straight = "script={ kind = \"straight\", v_m_s = 0.5 }";
+    let at = "start={ x_m = 6.0, y_m = 4.5, theta_rad = 0.0 }";
+    let config = patrol(&["world=apartment", straight, at, "ticks=3000", "robot.slip_std=0.05"]);
+    let report = made(&config, "0..20");
+    let blocked = |report: &Report| {
+        report.sources.iter().chain([&report.together]).map(|l| l.blocked_runs).collect::<Vec<_>>()
+    };
+    assert_eq!(blocked(&report), [1, 20, 20]);
+    assert_eq!(report.to_string().matches("blocked the robot in").count(), 3);
+    let free = made(&RunConfig { ticks: 100, ..config }, "0..20");
+    assert_eq!(blocked(&free), [0, 0, 0]);
+    assert!(!free.to_string().contains("blocked"));
+    let have_shares = [report, free].map(|report| report.sources.iter().all(|l| l.share.is_some()));
+    assert_eq!(have_shares, [false, true]);
+}

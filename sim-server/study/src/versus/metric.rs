@@ -37,7 +37,7 @@ pub enum Metric {
     Goals,
     /// Distance driven until then
     GoalsDriven,
-    /// Ticks in which a wall held the robot
+    /// Ticks in which something blocked the robot
     Blocked,
     /// Compute time, 99th percentile, as reported
     Compute,

@@ -3,10 +3,11 @@
 
 use rusty_contract::log::LogReader;
 use rusty_contract::{Brief, Start};
-use rusty_filters::OdometryNoise;
 use rusty_filters::gridmap::{GridMapOf, Options, Poses};
 use rusty_filters::moment::Moment;
 use rusty_filters::occupancy_grid::InverseModel;
+use rusty_filters::{OccupancyMap, OdometryNoise};
+use rusty_geometry::World;
 use rusty_tests::*;
 
 /// A log of the Apartment with dropouts, which are all that returns nothing.
@@ -117,6 +118,20 @@ fn a_log_is_mapped_with_the_poses_that_are_asked_for() {
         .err()
         .unwrap();
     assert!(refused.to_string().contains("--poses odometry"), "{refused}");
+}
+
+#[test]
+fn readings_that_the_map_does_not_explain_ask_for_another_map() {
+    let place = folder();
+    let log = log(place.path(), "300");
+    let asks = |world: &World| {
+        let stem = place.at("cells");
+        OccupancyMap::of_world(world, 0.2, 0.05).save(&stem).unwrap();
+        let map = format!("{}.yaml", stem.display());
+        execute("fit-beam", &["--log", &log, "--map", &map]).expect(0).stderr.contains("right map")
+    };
+    assert!(!asks(&rusty_geometry::apartment()));
+    assert!(asks(&rusty_geometry::lobby()));
 }
 
 #[test]

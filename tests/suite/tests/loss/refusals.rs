@@ -66,6 +66,7 @@ fn a_field_that_cannot_be_used_is_named_with_its_value_on_the_command_line() {
         ("answer_timeout_s=-1", "answer_timeout_s = -1: is out of range"),
         ("script.leg_s=nan", "script.leg_s=nan: is NaN or infinite"),
         ("script.kind=waltz", "unknown variant `waltz`"),
+        ("script={ kind = \"commands\" }", "give `file` or `list`"),
         ("on_loss=maybe", "unknown variant `maybe`"),
         ("lidar.beems=3", "unknown field `beems`"),
         ("robot.slip_std", "has no `=`"),

@@ -67,6 +67,7 @@ fn what_cannot_be_used_is_refused() {
         (&["budget", "--seeds", "5..5"], "no seed in it"),
         (&["budget", "--seeds", "0..10000001"], "are too many; use at most 10000000"),
         (&["budget", "driver"], "script.kind = driver: needs a client"),
+        (&["budget", "office"], "people = 8: stop the robot"),
         (&["budget", "nowhere.toml"], "built-in"),
     ] {
         let ended = sim_server(args).expect(2);

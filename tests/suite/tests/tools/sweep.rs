@@ -42,6 +42,28 @@ fn a_row_is_what_launch_comes_to() {
 }
 
 #[test]
+fn what_a_launch_remarks_a_sweep_and_a_budget_do_too() {
+    let place = folder();
+    let text = "ticks = 50\n[[walker]]\nwaypoints = [[6.0, 4.5]]\n\
+                [[kidnapping]]\ntick = 400\nto = { x_m = 9.6, y_m = 3.0, theta_rad = 0.0 }\n";
+    let file = write(place.path(), "late.toml", text);
+    let remarks = ["a kidnapping at tick 400 will not happen", "walker[0] begins at [6.0, 4.5]"];
+    let launched = sim_server(&["launch", &file, "--out", arg(&place.at("run"))]).expect(0);
+    let swept = sweep(&[&file, "--seeds", "0..2"], &place.at("t.csv"), 0);
+    for ended in [launched, swept] {
+        remarks.iter().for_each(|remark| assert!(ended.stderr.contains(remark), "{ended:?}"));
+    }
+    let outside = "walker=[{ waypoints = [[60.0, 4.5]] }]";
+    let people = ["budget", &file, "--set", outside, "--set", "kidnapping=[]"];
+    sim_server(&people).expect(2).says("people = 1");
+    let late = "event=[{ kind = \"remove-box\", tick = 400, number = 1 }]";
+    let args = [&people[..2], &["--seeds", "0..2", "--set", "walker=[]", "--set", late]].concat();
+    sim_server(&[&args[..], &["--set", "kidnapping=[]"]].concat())
+        .expect(0)
+        .says("an event at tick 400 will not happen");
+}
+
+#[test]
 fn with_clients_the_rows_are_the_same() {
     let place = folder();
     let [inside, clients, runs] = ["a.csv", "b.csv", "runs"].map(|n| place.at(n));
