@@ -1,13 +1,17 @@
 //! What a scenario plans and its run will not have.
 
-use rusty_contract::RunConfig;
 use rusty_contract::config::Event;
+use rusty_contract::{Participant, Role, RunConfig};
 
 /// A line for each event or kidnapping that will not happen, for people, boxes and patches that
-/// lie outside the world, where nothing meets them, and for people who begin where the robot is.
+/// lie outside the world, where nothing meets them, for people who begin where the robot is, and
+/// for estimators that the run does not wait for.
 #[must_use]
-pub fn remarks(config: &RunConfig) -> Vec<String> {
-    let mut remarks = Vec::new();
+pub fn remarks(config: &RunConfig, roster: &[Participant]) -> Vec<String> {
+    let observes = |p: &&Participant| !p.required && p.role == Role::Estimator;
+    let mut remarks: Vec<String> = (roster.iter().filter(observes))
+        .map(|p| format!("{} is not required: its answers are not scored", p.name))
+        .collect();
     too_late(config, &mut remarks);
     without_box(&config.events, &mut remarks);
     outside(config, &mut remarks);
@@ -93,7 +97,7 @@ mod tests {
 
     /// The remarks on the apartment with a change.
     fn of(change: &str) -> Vec<String> {
-        remarks(&load("apartment", &[change.to_owned()]).unwrap().config().unwrap())
+        remarks(&load("apartment", &[change.to_owned()]).unwrap().config().unwrap(), &[])
     }
 
     #[test]
@@ -105,5 +109,15 @@ mod tests {
         assert_eq!(walker(4.13).len(), 0);
         assert_eq!(walker(99.0).len(), 1, "outside");
         assert!(of("seed=1").is_empty());
+    }
+
+    #[test]
+    fn an_estimator_that_the_run_does_not_wait_for_is_remarked() {
+        let config = load("apartment", &[]).unwrap().config().unwrap();
+        let of = |required| {
+            let p = Participant::new("mine", Role::Estimator);
+            remarks(&config, &[Participant { required, ..p }]).len()
+        };
+        assert_eq!([true, false].map(of), [0, 1]);
     }
 }

@@ -81,7 +81,7 @@ pub fn run(args: &BudgetArgs) -> Result<Exit> {
         let remedy = "leave them out by --set crowd.people=0 --set 'walker=[]'";
         return Err(FieldError::new("people", people, problem, remedy).into());
     }
-    remarks(&config).iter().for_each(|remark| errln!("{remark}"));
+    remarks(&config, &[]).iter().for_each(|remark| errln!("{remark}"));
     if args.seeds.count() > MOST_SEEDS {
         let remedy = format!("use at most {MOST_SEEDS}");
         return Err(FieldError::new("--seeds", args.seeds, "are too many", remedy).into());

@@ -8,7 +8,9 @@ use clap::Args;
 use rusty_contract::digest::ObservableDigest;
 use rusty_contract::log::{Ending, LogReader, Read, Source, TickRecord};
 use rusty_contract::score::seconds;
-use rusty_contract::{Exit, Frame, LogHeader, Reply, RunConfig, RunDigest, TruthKey, errln, outln};
+use rusty_contract::{
+    Exit, Frame, LidarConfig, LogHeader, Reply, RunConfig, RunDigest, TruthKey, errln, outln,
+};
 use rusty_logs::compare;
 use serde_json::{Value, json};
 
@@ -219,13 +221,24 @@ fn print_header(header: &LogHeader) {
         }
     }
     outln!("time step {} s, a scan every {} ticks", seconds(config.dt_s), config.scan_every);
-    outln!("LiDAR     {} beams, up to {} m", config.lidar.beams, config.lidar.range_max_m);
+    let (lidar, glass) = (&config.lidar, glass(&config.lidar));
+    outln!("LiDAR     {} beams, up to {} m{glass}", lidar.beams, lidar.range_max_m);
     for p in &header.roster {
         let sheet = match p.role.holds_key() {
             true => String::new(),
             false => format!(", data sheet {}", p.data_sheet),
         };
         outln!("roster    {} ({}{sheet}){}", p.name, p.role, command(&p.command));
+    }
+}
+
+/// Which beams see glass, if not all do.
+fn glass(lidar: &LidarConfig) -> String {
+    let all_rad = LidarConfig::default().glass_visible_rad;
+    let within_deg = lidar.glass_visible_rad.to_degrees();
+    match lidar.glass_visible_rad < all_rad {
+        true => format!(", sees glass within {within_deg:.0}° of its perpendicular"),
+        false => String::new(),
     }
 }
 

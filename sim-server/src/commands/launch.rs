@@ -53,7 +53,10 @@ fn simulate(args: &LaunchArgs, starting: Starting) -> Result<Exit> {
     let header =
         |(place, config)| simulated_header(config, scenario.roster_of(place), scenario.on_loss);
     let mut headers: Vec<LogHeader> = configs.into_iter().enumerate().map(header).collect();
-    headers.iter().flat_map(|header| remarks(&header.config)).for_each(|remark| errln!("{remark}"));
+    headers
+        .iter()
+        .flat_map(|header| remarks(&header.config, &header.roster))
+        .for_each(|remark| errln!("{remark}"));
     let robots = scenario.robot.entries();
     if robots.is_empty() {
         let place = RunPlace::find(run, &scenario.name, None)?;

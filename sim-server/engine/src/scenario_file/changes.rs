@@ -18,11 +18,22 @@ const RENAMED: [(&str, &str); 4] = [
     ("walker", "walkers"),
 ];
 
+/// Fields of a scenario that a run keeps from its beginning, under other names or none.
+const FIXED: [&str; 4] = ["name", "world", "world_file", "participant"];
+
 /// Applies `key=value` changes, in the words of a scenario, to the configuration of a run.
 ///
 /// # Errors
 /// [`FieldError`] names the change that cannot be made.
 pub fn change_config(config: &RunConfig, changes: &[String]) -> Result<RunConfig, FieldError> {
+    let is_fixed = |change: &&String| {
+        let key = change.split(['=', '.']).next().unwrap_or_default();
+        FIXED.contains(&key.trim())
+    };
+    if let Some(change) = changes.iter().find(is_fixed) {
+        let (problem, remedy) = ("is fixed when a run begins", "start another run with it");
+        return Err(FieldError::new("--set", change, problem, remedy));
+    }
     let of_config = |change: &String| {
         let (key, value) = change.split_once('=').unwrap_or((change, ""));
         let renamed = RENAMED.iter().find(|(name, _)| *name == key.trim());
@@ -237,6 +248,10 @@ mod tests {
         let config = load("apartment", &[]).unwrap().config().unwrap();
         let text = "kidnapping=[{tick=5,to={x_m=3,y_m=1,theta_rad=0}}]".to_owned();
         assert_eq!(change_config(&config, &[text]).unwrap().kidnappings[0].tick, 5);
+        for fixed in ["world=open", "world.name=x", "world_file=a.toml", "name=x"] {
+            let refused = change_config(&config, &[fixed.to_owned()]).unwrap_err().to_string();
+            assert!(refused.contains(fixed) && refused.contains("another run"), "{refused}");
+        }
     }
 
     #[test]

@@ -134,7 +134,10 @@ impl WhatArgs {
             add: self.add.clone(),
         };
         let plan = Plan::new(request)?;
-        let all: BTreeSet<String> = plan.cells.iter().flat_map(|c| remarks(&c.config)).collect();
+        let roster = |cell: usize| plan.rosters.get(cell).map_or(&[][..], Vec::as_slice);
+        let cells = plan.cells.iter().enumerate();
+        let all: BTreeSet<String> =
+            cells.flat_map(|(i, cell)| remarks(&cell.config, roster(i))).collect();
         all.iter().for_each(|remark| errln!("{remark}"));
         Ok(plan)
     }
