@@ -9,8 +9,8 @@
 //! The search is a cloud of particles ([`crate::mcl`]) around the belief, as wide as its
 //! covariance says and a metre more; large errors of the wheels are expected more often than
 //! by a normal law. Its likelihood fields go from coarse to fine, and it begins everywhere if it
-//! fails. The pose that it finds must explain the beams better
-//! than the belief does over ten scans. If it does not, half of the doubt goes.
+//! fails. The pose that it finds must explain the beams better than the belief does over ten
+//! scans. If it does not, half of the doubt goes.
 
 use nalgebra::{Matrix3, Point2, Vector3};
 use rusty_clients::ClientError;

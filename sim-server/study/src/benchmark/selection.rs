@@ -1,7 +1,5 @@
 //! `Selection`: the part of the suite that a result is about.
 
-use std::collections::BTreeSet;
-
 use rusty_contract::FieldError;
 use rusty_contract::suggest::did_you_mean;
 use serde::{Deserialize, Serialize};
@@ -75,11 +73,11 @@ impl Selection {
         let selection = Self { scenarios, tracks, seeds, key: wanted.key, recordings, whole };
         if selection.blocks(suite).next().is_none() {
             let words: Vec<&str> = selection.tracks.iter().map(|t| t.word()).collect();
-            let all = Self { scenarios: names().map(str::to_owned).collect(), ..selection.clone() };
-            let with: BTreeSet<&str> = all.blocks(suite).map(|(s, _)| s.name.as_str()).collect();
+            let has_one = |s: &&SuiteScenario| selection.tracks_of(s).next().is_some();
+            let with: Vec<&str> =
+                suite.scenarios.iter().filter(has_one).map(|s| s.name.as_str()).collect();
             let problem = format!("has no track {}", words.join(", "));
-            let with = with.into_iter().collect::<Vec<_>>().join(", ");
-            let remedy = format!("give scenarios that have it: {with}");
+            let remedy = format!("give scenarios that have it: {}", with.join(", "));
             return Err(FieldError::new("--only", selection.scenarios.join(", "), problem, remedy));
         }
         Ok(selection)
@@ -115,10 +113,14 @@ impl Selection {
         suite: &'s Suite,
     ) -> impl Iterator<Item = (&'s SuiteScenario, Track)> {
         let is_in = |scenario: &&SuiteScenario| self.scenarios.contains(&scenario.name);
-        suite.scenarios.iter().filter(is_in).flat_map(|scenario| {
-            let tracks = self.tracks.iter().copied();
-            tracks.filter(|t| !scenario.metrics(*t).is_empty()).map(move |track| (scenario, track))
-        })
+        let scenarios = suite.scenarios.iter().filter(is_in);
+        scenarios.flat_map(|scenario| self.tracks_of(scenario).map(move |track| (scenario, track)))
+    }
+
+    /// The selected tracks that a scenario has.
+    fn tracks_of<'s>(&'s self, scenario: &'s SuiteScenario) -> impl Iterator<Item = Track> {
+        let tracks = self.tracks.iter().copied();
+        tracks.filter(|track| !scenario.metrics(*track).is_empty())
     }
 
     /// Returns the seeds of the runs of a scenario; of recordings their numbers.
