@@ -29,49 +29,21 @@ use rusty_clients::{Filter, Tick};
 use rusty_contract::{Estimate, Innovation, Reply, Start};
 use rusty_geometry::{EncoderCounts, SE2, trig};
 
+use self::doubts::{lost, slipped};
+use self::matched::Matched;
 use crate::beams::believed_lidar;
 use crate::calibration::LearningWheels;
-use crate::icp::{
-    Evidence, FEWEST, Fused, IcpOptions, Laser, Match, NoMatch, Ray, Surface, match_scans,
-};
+use crate::icp::{Evidence, FEWEST, IcpOptions, Laser, NoMatch, Ray, Surface};
 use crate::numbers::{not_negative, positive, share};
-use crate::submap::{Placement, Submap, Unseen, Window, is_meagre};
+use crate::submap::is_meagre;
 use crate::tangent::{chained, estimate, independent, placed, symmetric};
 use crate::{Motion, OdometryNoise};
-use doubts::{doubted, lost, slipped};
 
-/// A match that surprises the wheels more than this (χ² of three numbers, once in
-/// ten thousand) says that they slipped.
-const SLIPPED_CHI2: f64 = 21.1;
-
-/// Half of the windows in which a match is searched (m and rad), the next one where the
-/// best pose of the one before fits badly: wheels are off by 0.3 m or 12 degrees now and
-/// then, and a scan may have come late while the robot turned.
-const WINDOWS: [(f64, f64); 2] = [(0.5, 0.5), (1.0, 0.8)];
-/// Half of the window around the wheels in which a pose is theirs.
-const NEAR: (f64, f64) = (0.05, 0.025);
-/// A pose fits the submap with this score at least, and more where few ends may fit by
-/// chance: score and part of 1/√n.
-const FITS_SCORE: [f64; 2] = [0.4, 1.0];
-/// A pose that scores this much more than all others far from it leads,
-const LEADS_BY: f64 = 0.1;
-/// and fits with this score: many beams of the scan may be wrong.
-const LEADER_SCORE: f64 = 0.3;
-/// A match that scores less than the best pose by no more than this is as good.
-const EQUAL_SCORE: f64 = 0.04;
-/// A scan with fewer ends is too sparse for a score to refute a match of it.
-const SPARSE_ENDS: usize = 60;
 /// Key scans of the submap that a scan is searched in.
 const SUBMAP_SCANS: usize = 10;
 /// Where little matches, or a scan had to be searched, a key scan follows after this part of
 /// the way or turn: wheels that slipped may do so again.
 const EARLY: f64 = 0.2;
-
-/// The score with which a scan fits.
-fn fits_score(rays: &[Ray]) -> f64 {
-    let [many, chance] = FITS_SCORE;
-    many + chance / (rays.len().max(1) as f64).sqrt()
-}
 
 /// Estimate odometry by scan matching
 ///
@@ -136,15 +108,6 @@ pub struct ScanOutcome {
     pub no_match: Option<NoMatch>,
     /// The new key scan, where it became one.
     pub key: Option<KeyScan>,
-}
-
-/// A scan that was matched.
-struct Matched {
-    /// The motion since the key scan by wheels and this scan.
-    fused: Fused,
-    found: Match,
-    /// Whether that is elsewhere than the wheels say.
-    searched: bool,
 }
 
 /// The motion since the last key scan.
@@ -236,86 +199,6 @@ impl Tracker {
         told
     }
 
-    /// The motion since the key scan by wheels and this scan, and the share of its
-    /// points that match: with the wheels as they should be, or where that does not fit,
-    /// near the best pose in the submap.
-    fn matched(&self, surface: &Surface, rays: &[Ray]) -> Result<Matched, NoMatch> {
-        let (options, guess) = (&self.options.icp, self.to_scan.now_in_then);
-        let wheels = &self.wheels.since_key();
-        let with = |guess: &SE2, wheels: &Motion| {
-            let found = match_scans(surface, &self.laser, rays, guess, wheels, options)?;
-            let fused = found.evidence.fuse(wheels).ok_or(NoMatch::NoSolution)?;
-            Ok((fused, found))
-        };
-        let book = with(&guess, wheels);
-        let is_usual = |(fused, _): &(Fused, Match)| fused.innovation.nis <= SLIPPED_CHI2;
-        let fits = |told: &(Fused, Match)| told.1.share >= self.options.key_share && is_usual(told);
-        let by_book = |(fused, found): (Fused, Match)| Matched { fused, found, searched: false };
-        if book.as_ref().is_ok_and(fits) || matches!(book, Err(NoMatch::FewEnds { .. })) {
-            return book.map(by_book);
-        }
-        if is_meagre(&self.laser, rays) {
-            let told = book?;
-            return is_usual(&told).then(|| by_book(told)).ok_or(NoMatch::Narrow);
-        }
-        let recent = self.recent.iter().map(|(pose, rays)| (*pose, rays.as_slice()));
-        let map = Submap::new(&self.laser, recent, Unseen::LeftOut);
-        let [best, other] = self.searched(&map, rays);
-        let leads = best.is_some_and(|best| best.leads(other.as_ref(), LEADS_BY));
-        let enough = if leads { LEADER_SCORE } else { fits_score(rays) };
-        let Some(best) = best.filter(|best| best.score >= enough) else {
-            return Err(book.err().unwrap_or(NoMatch::NoSolution));
-        };
-        let is_best = |(fused, _): &(Fused, Match)| {
-            rays.len() < SPARSE_ENDS
-                || map.score(rays, &fused.motion.now_in_then) >= best.score - EQUAL_SCORE
-        };
-        // How surprising it was is told as the wheels should have been.
-        let innovation = book.as_ref().ok().map(|(fused, _)| fused.innovation);
-        let as_expected = |(fused, found): (Fused, Match)| {
-            let innovation = innovation.unwrap_or(fused.innovation);
-            let motion = match other {
-                Some(other) if !leads => doubted(&fused.motion, &best.pose, &other.pose),
-                _ => fused.motion,
-            };
-            Matched { fused: Fused { motion, innovation }, found, searched: true }
-        };
-        let usual = |told: &(Fused, Match)| is_usual(told) && is_best(told);
-        if book.as_ref().is_ok_and(usual) {
-            return book.map(by_book);
-        }
-        // Where the wheels fit as well as any pose does, they are not lost.
-        let (half_m, half_rad) = NEAR;
-        let centre = wheels.now_in_then;
-        let [near, _] = map.search(rays, &Window { centre, half_m, half_rad });
-        let near = near.filter(|near| near.score >= best.score - EQUAL_SCORE);
-        let (slipped, lost) = (slipped(wheels), lost(wheels));
-        let (places, wheels) = match near {
-            Some(near) => ([Some(near), None], &slipped),
-            None => ([Some(best), other], &lost),
-        };
-        let places = places.into_iter().flatten().map(|place| (place.pose, wheels));
-        for (start, wheels) in std::iter::once((guess, &slipped)).chain(places) {
-            if let Some(told) = with(&start, wheels).ok().filter(usual) {
-                return Ok(as_expected(told));
-            }
-        }
-        let evidence = map.spread(rays, &near.unwrap_or(best).pose).into();
-        let found = Match { evidence, share: 0.0, pairs: 0 };
-        let fused = found.evidence.fuse(wheels).ok_or(NoMatch::NoSolution)?;
-        Ok(as_expected((fused, found)))
-    }
-
-    /// The best poses of a scan in a submap, in the smallest window with a good one.
-    fn searched(&self, map: &Submap, rays: &[Ray]) -> [Option<Placement>; 2] {
-        let centre = self.to_scan.now_in_then;
-        let search = |(half_m, half_rad)| map.search(rays, &Window { centre, half_m, half_rad });
-        let [small, wide] = WINDOWS;
-        let found = search(small);
-        let is_good = found[0].is_some_and(|best| best.score >= fits_score(rays));
-        if is_good { found } else { search(wide) }
-    }
-
     /// Whether it has come farther than this part of the way, or turned more than
     /// this part of the turn, after which a key scan follows.
     fn is_beyond(&self, part: f64) -> bool {
@@ -401,5 +284,6 @@ impl Filter for ScanMatch {
 }
 
 mod doubts;
+mod matched;
 #[cfg(test)]
 pub(crate) mod tests;
