@@ -32,11 +32,14 @@
 //! book are the caller's: to take only every so-manieth beam, and to raise the
 //! product to a power below 1.
 
+mod view;
+
 use core::f64::consts::PI;
 
 use nalgebra::{Point2, Vector2};
 use rusty_geometry::{SE2, World, trig};
 
+use self::view::{PARTS, TOGETHER, View, cut};
 use crate::distance_field::DistanceField;
 use crate::occupancy::Cell;
 use crate::pyramid::Pyramid;
@@ -45,15 +48,9 @@ use crate::{BeamModel, GridFrame, OccupancyMap};
 /// The most cells of a field that is free to choose them.
 const MOST_CELLS: usize = 1 << 22;
 
-/// How many beams are looked up together.
-const TOGETHER: usize = 16;
-
 /// Cells around the field that are no part of it: between two of them nothing of
 /// it is seen.
 const BORDER: usize = 2;
-
-/// Into how many parts the way from cell to cell is cut, and a step with it.
-const PARTS: u32 = 256;
 
 /// ln p of the end of a beam, for every cell of a grid.
 #[derive(Clone, Debug)]
@@ -212,6 +209,12 @@ impl LikelihoodField {
         ((log - self.base_log) / self.step_log) as u8
     }
 
+    /// The greatest value of a cell that is this far from all walls, m, or was not seen.
+    pub(crate) fn open(&self, distance_m: f64) -> u8 {
+        let log = self.log_at_distance(distance_m);
+        self.unseen.max(((log - self.base_log) / self.step_log) as u8)
+    }
+
     /// Where its cells lie, their values with bounds, and ln p of the values 0 and 255 (as the
     /// difference from that of 0).
     pub(crate) fn pyramid(&self, levels: usize) -> (GridFrame, Pyramid, [f64; 2]) {
@@ -339,59 +342,6 @@ impl LikelihoodField {
         };
         (pair(place) * (PARTS - up) + pair(place + self.stride) * up) / PARTS
     }
-}
-
-/// Where a body stands, in cells.
-struct View {
-    x: f32,
-    y: f32,
-    sin: f32,
-    cos: f32,
-    last_x: f32,
-    last_y: f32,
-    stride: u32,
-}
-
-impl View {
-    /// The spots of these ends. Plain operations on several numbers at a time,
-    /// and a border takes whatever lies beyond.
-    #[inline(always)]
-    fn spots(&self, x_m: &[f32; TOGETHER], y_m: &[f32; TOGETHER]) -> Spots {
-        let mut spots = Spots::default();
-        for k in 0..TOGETHER {
-            let x = self.x + (self.cos * x_m[k] - self.sin * y_m[k]);
-            let y = self.y + (self.sin * x_m[k] + self.cos * y_m[k]);
-            let ((column, right), (row, up)) = (cut(x, self.last_x), cut(y, self.last_y));
-            spots.place[k] = row.wrapping_mul(self.stride).wrapping_add(column);
-            spots.right[k] = right;
-            spots.up[k] = up;
-        }
-        spots
-    }
-}
-
-/// Spots between cells: the cell to the lower left, and how far from its centre
-/// to the next ones, in parts of 256.
-#[derive(Default)]
-struct Spots {
-    place: [u32; TOGETHER],
-    right: [u32; TOGETHER],
-    up: [u32; TOGETHER],
-}
-
-/// A number of cells: whole ones, and parts of the next.
-#[inline(always)]
-fn cut(cells: f32, last: f32) -> (u32, u32) {
-    /// Added to a number below 2²², it leaves the nearest whole number in the low
-    /// bits.
-    const WHOLE: f32 = 12_582_912.0;
-    // Comparisons, so that what is no number becomes the border.
-    let cells = if cells > 0.5 { cells } else { 0.5 };
-    let cells = if cells < last { cells } else { last };
-    let whole = (cells - 0.5) + WHOLE;
-    // 0 to 256, both included: half-way the rounding may go either way.
-    let parts = (cells - (whole - WHOLE)) * PARTS as f32 + WHOLE;
-    (whole.to_bits() - WHOLE.to_bits(), parts.to_bits() - WHOLE.to_bits())
 }
 
 fn joint(sigmas_m: &[f64]) -> f64 {

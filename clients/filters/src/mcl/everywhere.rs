@@ -7,16 +7,20 @@
 //! * Not one pose is found but all that fit about as well, each at some distance from the
 //!   others: rooms look alike, and later scans decide.
 //! * The body has to be in free space.
-//! * The field sees through walls (*Probabilistic Robotics*, §6.4), and what a map of cells
-//!   has behind them was not seen, where an end is as likely as anywhere. Not if a wall is in
-//!   the way of its beam: such an end is a random one.
+//! * The field sees through walls (*Probabilistic Robotics*, §6.4): a small room fits whatever
+//!   is around the robot, if the walls of others are behind its own. An end is a random one where
+//!   a wall is in the way of its beam, and open space behind that wall: beams along a wall
+//!   touch its cells. It has to be in the way from the sides of the sensor too: the poses are as far
+//!   apart as cells and headings, and doors are narrow. On a map of cells that goes for ends where
+//!   nothing was seen only, which would be as likely as anywhere: such a map has cells in the way
+//!   of right beams.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 use rusty_geometry::{SE2, trig};
 
 use super::FreeSpace;
 use crate::pyramid::Pyramid;
-use crate::ray_walk::{Crossing, RayWalk};
+use crate::ray_walk::RayWalk;
 use crate::{GridFrame, LikelihoodField};
 
 /// Number of headings. Neighbouring ones move the end of a beam of 5 m by 0.2 m.
@@ -26,8 +30,11 @@ const LEVELS: usize = 6;
 /// Two poses this near to each other (m, rad) are one place.
 const APART_M: f64 = 0.5;
 const APART_RAD: f64 = 0.3;
-/// A wall this near to the end of a beam, m, is the one that it met.
-const MET_M: f64 = 0.3;
+/// Open space is no nearer than this to a wall, m.
+const OPEN_M: f64 = 0.3;
+/// A wall is in the way of a beam if it also is in that of beams from both sides of the sensor,
+/// this far from it, m.
+const ASIDE_M: f64 = 0.2;
 /// The most sets of poses that are looked at.
 const MOST_BRANCHES: usize = 1 << 20;
 
@@ -132,8 +139,12 @@ pub struct Everywhere {
     scores: Pyramid,
     /// 255 where the body can be, 0 elsewhere.
     free: Pyramid,
-    /// The least score of a cell with a wall.
+    /// The least score of a cell with a wall,
     wall: u8,
+    /// and the greatest of open space.
+    open: u8,
+    /// The greatest score of an end that a wall makes a random one.
+    hidden: u8,
     /// ln p of a score of 0, and of 1 less that.
     logs: [f64; 2],
 }
@@ -148,31 +159,42 @@ impl Everywhere {
                 free[cell] = 255;
             }
         }
+        let (wall, open) = (field.wall(), field.open(OPEN_M));
+        // Nothing is beyond a floor plan.
+        let hidden = if scores.beyond() == 0 { u8::MAX } else { scores.beyond() };
         let free = Pyramid::new(&free, [frame.width, frame.height], 0, LEVELS);
-        Self { frame, scores, free, wall: field.wall(), logs }
+        Self { frame, scores, free, wall, open, hidden, logs }
     }
 
     /// How well a scan fits at a pose, on the map or not. `sensor`, where the beams begin, and
     /// `ends` are in the body frame, m.
     pub fn fit(&self, sensor: &Point2<f64>, ends: &[Point2<f64>], pose_in_world: SE2) -> Fit {
         let from = pose_in_world.transform_point(sensor);
-        let unseen = self.scores.beyond();
         let score = |end: &Point2<f64>| {
             let to = pose_in_world.transform_point(end);
             let score = self.score_at(self.frame.column_row(to));
-            let is_lost = (1..=unseen).contains(&score) && self.is_hidden(from, to);
-            if is_lost { 0 } else { u32::from(score) }
+            let is_random = (1..=self.hidden).contains(&score) && self.is_hidden(from, to);
+            if is_random { 0 } else { u32::from(score) }
         };
         let mean_log = self.mean_log(ends.iter().map(score).sum(), ends.len());
         Fit { pose_in_world, mean_log }
     }
 
-    /// Whether a wall is between two points.
+    /// Whether a wall and open space behind it are between the two, for a sensor at `from` and
+    /// on both sides of it.
     fn is_hidden(&self, from: Point2<f64>, to: Point2<f64>) -> bool {
-        let last = 1.0 - MET_M / (to - from).norm();
-        let way = RayWalk::new(&self.frame, from, to).take_while(|part| part.leaves < last);
-        let score = |part: Crossing| self.score_at((part.column, part.row));
-        way.map(score).any(|score| score >= self.wall)
+        let way = to - from;
+        let side = Vector2::new(-way.y, way.x) * (ASIDE_M / way.norm());
+        [0.0, 1.0, -1.0].iter().all(|&k| self.is_behind_a_wall(from + side * k, to))
+    }
+
+    fn is_behind_a_wall(&self, from: Point2<f64>, to: Point2<f64>) -> bool {
+        let mut has_met = false;
+        RayWalk::new(&self.frame, from, to).any(|part| {
+            let score = self.score_at((part.column, part.row));
+            has_met |= score >= self.wall;
+            has_met && score <= self.open
+        })
     }
 
     fn score_at(&self, (column, row): (i64, i64)) -> u8 {
@@ -260,122 +282,5 @@ fn turn_rad(turn: i32) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::occupancy::Cell;
-    use crate::{BeamModel, Beams, DistanceField, OccupancyMap};
-    use rusty_contract::config::LidarConfig;
-    use rusty_geometry::{Scan, World};
-
-    const SENSOR: Point2<f64> = Point2::new(0.0, 0.0);
-
-    /// The Apartment in a field of σ = 0.12 m, and the ends of a scan there.
-    fn look(truth: &SE2) -> (World, Everywhere, Vec<Point2<f64>>) {
-        let (world, lidar) = (rusty_geometry::apartment(), LidarConfig::default());
-        let (model, beams) = (BeamModel::of_lidar(&lidar), Beams::new(&lidar));
-        let field = LikelihoodField::of_world(&world, &model, beams.range_max_m, 0.12, 0.06);
-        let everywhere = Everywhere::new(&field, &FreeSpace::of_world(&world, 0.11));
-        let mut scan = Scan::new(lidar.fan());
-        scan.take(&world, truth, beams.range_max_m);
-        let mut ranges_m = vec![0.0; beams.count()];
-        scan.write_distances_m(&mut ranges_m);
-        let ends = beams.endpoints(&ranges_m).step_by(3).map(|end| end.in_body).collect();
-        (world, everywhere, ends)
-    }
-
-    #[test]
-    fn the_best_fit_is_that_of_all_poses_and_the_others_fit_worse() {
-        for truth in [SE2::new(9.6, 3.0, 0.4), SE2::new(1.6, 6.6, -1.2), SE2::new(6.0, 4.5, 3.0)] {
-            let (_, everywhere, ends) = look(&truth);
-            let fits = everywhere.best(&SENSOR, &ends, 20, 0.8);
-            let GridFrame { width, height, .. } = everywhere.frame;
-            let is_near = |pose: &SE2, fit: &Fit| {
-                let off = fit.pose_in_world.inverse().compose(pose);
-                off.translation().norm() < APART_M + 1e-9 && off.theta().abs() < APART_RAD + 1e-9
-            };
-            let (mut best, mut other) = (0, 0);
-            for turn in 0..TURNS {
-                let cells = everywhere.cells(&ends, turn);
-                let at = (0..width as i32).flat_map(|x| (0..height as i32).map(move |y| [x, y]));
-                for at in at.filter(|at| everywhere.free.most(0, at[0], at[1]) > 0) {
-                    let (sum, pose) =
-                        (everywhere.scores.sum(0, &cells, at), everywhere.pose(turn, at));
-                    best = best.max(sum);
-                    if sum > other && !fits.places.iter().any(|fit| is_near(&pose, fit)) {
-                        other = sum;
-                    }
-                }
-            }
-            let log = |sum: u32| everywhere.mean_log(sum, ends.len());
-            assert_eq!(fits.places[0].mean_log, log(best), "{truth:?}");
-            assert!(log(other) <= fits.others_log, "{} {fits:?}", log(other));
-            assert!(fits.others_log <= fits.places.last().unwrap().mean_log, "{fits:?}");
-            let off = truth.inverse().compose(&fits.places[0].pose_in_world);
-            assert!(off.translation().norm() < 0.1 && off.theta().abs() < 0.05, "{off:?}");
-        }
-    }
-
-    #[test]
-    fn places_are_apart_and_free_and_their_number_is_limited() {
-        let (world, everywhere, ends) = look(&SE2::new(9.6, 3.0, 0.4));
-        let fits = everywhere.best(&SENSOR, &ends, 12, 3.0);
-        assert_eq!(fits.places.len(), 12);
-        for (k, fit) in fits.places.iter().enumerate() {
-            let at = Point2::from(fit.pose_in_world.translation());
-            assert!(world.distance_to_nearest(at) > 0.11 - 0.08, "{fit:?}");
-            for other in &fits.places[..k] {
-                let off = other.pose_in_world.inverse().compose(&fit.pose_in_world);
-                let is_apart = off.translation().norm() > APART_M || off.theta().abs() > APART_RAD;
-                assert!(is_apart && other.mean_log >= fit.mean_log, "{fit:?} {other:?}");
-            }
-        }
-        assert!(
-            everywhere.best(&SENSOR, &[], 12, 3.0).places.len() == 12,
-            "nothing fits everywhere"
-        );
-    }
-
-    /// A free room of 3 m × 3 m on a map of 6 m × 6 m; nothing was seen beyond its walls.
-    fn room() -> OccupancyMap {
-        let frame =
-            GridFrame { origin_m: Point2::new(0.0, 0.0), cell_m: 0.05, width: 120, height: 120 };
-        let mut map = OccupancyMap::unknown(frame);
-        for (column, row) in (30..90).flat_map(|column| (30..90).map(move |row| (column, row))) {
-            let is_wall = [column, row].iter().any(|at| [30, 89].contains(at));
-            let cell = frame.index(column, row).unwrap();
-            map.cells[cell] = if is_wall { Cell::Occupied } else { Cell::Free };
-        }
-        map
-    }
-
-    #[test]
-    fn an_end_that_was_not_seen_is_likely_unless_a_wall_hides_it() {
-        let map = room();
-        let distances = DistanceField::of_map(&map);
-        let model = BeamModel::of_lidar(&LidarConfig::default());
-        let field = LikelihoodField::of_map(&map, &distances, &model, 8.0, 0.1);
-        let everywhere = Everywhere::new(&field, &FreeSpace::of_map(&map, &distances, 0.11));
-        let log = |from: [f64; 2], to: [f64; 2]| {
-            let [here, end] = [from, to].map(Point2::from);
-            let pose = SE2::new(here.x, here.y, 0.0);
-            everywhere.fit(&SENSOR, &[end - here.coords], pose).mean_log
-        };
-        let (random, unseen) = (field.log_at_distance(100.0), -trig::ln(8.0));
-        let is = |found: f64, wanted: f64| (found - wanted).abs() < 0.05;
-        // Out of the room, from inside and from outside; and on its wall, from both sides.
-        assert!(is(log([3.0, 3.0], [3.0, 5.5]), random), "{}", log([3.0, 3.0], [3.0, 5.5]));
-        assert!(is(log([0.5, 5.5], [3.0, 5.5]), unseen), "{}", log([0.5, 5.5], [3.0, 5.5]));
-        assert!(is(log([-9.0, 50.0], [-5.0, 50.0]), unseen));
-        let wall = field.log_at_distance(0.0);
-        assert!(is(log([3.0, 3.0], [3.0, 4.475]), wall) && is(log([3.0, 5.5], [3.0, 4.475]), wall));
-        // A wall that is nearer to the end than 0.3 m is the one that was met.
-        assert!(is(log([3.0, 3.0], [3.0, 4.72]), field.log_at_distance(0.25).max(unseen)));
-        // Of one place there is one fit, the better ones first.
-        let mut fits = Fits { places: Vec::new(), others_log: random };
-        for (x_m, mean_log) in [(1.0, -1.0), (1.3, -0.5), (3.0, -0.7), (5.0, -2.0)] {
-            fits.add(Fit { pose_in_world: SE2::new(x_m, 0.0, 0.0), mean_log });
-        }
-        let found: Vec<f64> = fits.places.iter().map(|fit| fit.mean_log).collect();
-        assert_eq!(found, [-0.7, -1.0, -2.0]);
-    }
-}
+#[path = "everywhere_tests.rs"]
+mod tests;
