@@ -121,13 +121,13 @@ pub struct Options {
     #[arg(long, value_enum, default_value_t = Planner::Dijkstra)]
     pub planner: Planner,
 
-    /// What a curve may be like.
-    #[command(flatten)]
-    pub turning: Turning,
-
     /// How a way is followed
     #[arg(long, value_enum, default_value_t = Local::Pursuit)]
     pub local: Local,
+
+    /// What a curve may be like.
+    #[command(flatten)]
+    pub turning: Turning,
 
     /// How fast it changes its motion.
     #[command(flatten)]

@@ -82,12 +82,18 @@ fn fastslam() -> Exit {
 
 fn fit_beam() -> Exit {
     let (args, options) = ClientArgs::with_options::<fit_beam::Options>();
-    run_recorder(&args, |start, brief| FitBeam::new(start, brief, options.clone()))
+    run_recorder(&args, |start, brief| {
+        args.check_no_answers()?;
+        FitBeam::new(start, brief, options.clone())
+    })
 }
 
 fn fit_motion() -> Exit {
     let (args, options) = ClientArgs::with_options();
-    run_recorder(&args, |start, brief| Ok(FitMotion::new(start, brief, options)))
+    run_recorder(&args, |start, brief| {
+        args.check_no_answers()?;
+        Ok(FitMotion::new(start, brief, options))
+    })
 }
 
 fn goto() -> Exit {
@@ -107,6 +113,7 @@ fn gridmap() -> Exit {
             Ok(GridMap::new(start, &options))
         }),
         Poses::Truth | Poses::Of(_) => run_recorder(&args, |start, brief| {
+            args.check_no_answers()?;
             check_free(&args, &options.save)?;
             GridMapOf::new(start, brief, &options)
         }),

@@ -93,13 +93,13 @@ pub struct SlamOptions {
     #[arg(long, value_name = "MOMENT")]
     pub until: Option<Moment>,
 
-    /// What is believed of a reading, for that map.
-    #[command(flatten)]
-    pub model: InverseModel,
-
     /// The front end.
     #[command(flatten)]
     pub front: ScanMatchOptions,
+
+    /// What is believed of a reading, for the map.
+    #[command(flatten)]
+    pub model: InverseModel,
 
     /// The loops.
     #[command(flatten)]

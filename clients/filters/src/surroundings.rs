@@ -142,9 +142,13 @@ impl Surroundings {
         self.now
     }
 
-    /// What to say at the end of a run without a single scan; else nothing.
+    /// What to say at the end of a run with ticks, but without a single scan; else nothing.
     pub fn remark(&self) -> &'static str {
-        if self.has_seen { "" } else { "; no scan came, without which it stands: set scan_every" }
+        if self.has_seen || self.now == 0 {
+            ""
+        } else {
+            "; no scan came, without which it stands: set scan_every"
+        }
     }
 
     /// Whether a scan came lately.

@@ -127,13 +127,27 @@ impl ClientArgs {
         args.map_err(|e| Usage { text: e.render().to_string(), code: e.exit_code() })
     }
 
-    /// Checks that a file which the command line names is not replaced unasked, and the log
-    /// that is read not at all. A launcher chooses files that are its own to replace.
+    /// Checks that a file which the command line names is not replaced unasked, and neither the
+    /// log that is read nor the file of `--out` at all. A launcher chooses files that are its own
+    /// to replace.
     ///
     /// # Errors
     /// [`ClientError::InTheWay`] if there is a file already, [`ClientError::Unusable`] if it
-    /// is the log.
+    /// is the log or that of `--out`.
     pub fn check_free(&self, path: &Path) -> Result<(), ClientError> {
+        if self.out.as_ref().is_some_and(|out| out == path || same_file(out, path)) {
+            let text = format!("{}: --out has the same file; give another one", path.display());
+            return Err(ClientError::Unusable(text));
+        }
+        self.check_replaced(path)
+    }
+
+    /// The same for the file of `--out`, if there is one.
+    pub(crate) fn check_out(&self) -> Result<(), ClientError> {
+        self.out.iter().try_for_each(|out| self.check_replaced(out))
+    }
+
+    fn check_replaced(&self, path: &Path) -> Result<(), ClientError> {
         if self.log.as_ref().is_some_and(|log| same_file(log, path)) {
             let path = path.display();
             let text = format!("{path} is the log being read; give another file to write");
@@ -144,6 +158,21 @@ impl ClientArgs {
         match is_file && !self.force && self.launcher.is_none() {
             true => Err(ClientError::InTheWay { path: path.display().to_string() }),
             false => Ok(()),
+        }
+    }
+
+    /// Checks that a program without answers and beliefs is asked for no file of them.
+    ///
+    /// # Errors
+    /// [`ClientError::Unusable`] and [`ClientError::ShowsNone`] name the option.
+    pub fn check_no_answers(&self) -> Result<(), ClientError> {
+        if self.log.is_some() && self.out.is_some() {
+            let text = "--out: there are no answers to write; leave it out".to_owned();
+            return Err(ClientError::Unusable(text));
+        }
+        match self.beliefs.is_empty() {
+            true => Ok(()),
+            false => Err(ClientError::ShowsNone(self.name())),
         }
     }
 
@@ -172,6 +201,12 @@ mod tests {
         free(&[], &file).unwrap();
         std::fs::write(&file, "").unwrap();
         assert!(matches!(free(&[], &file), Err(ClientError::InTheWay { .. })));
+        let other = folder.path().join("y.csv");
+        for path in [&file, &other] {
+            let out = ["--force", "--out", path.to_str().unwrap()];
+            assert!(matches!(free(&out, path), Err(ClientError::Unusable(_))), "{path:?}");
+        }
+        assert!(parse(&["x", "--log", "l", "--out", "y"]).unwrap().check_out().is_ok());
         for (args, path) in [
             (&["--force"][..], file.as_path()),
             (&["--launcher", "1"], &file),
@@ -180,6 +215,17 @@ mod tests {
         ] {
             free(args, path).unwrap();
         }
+    }
+
+    #[test]
+    fn a_program_without_answers_writes_none() {
+        let check = |args: &[&str]| parse(&[&["x"], args].concat()).unwrap().check_no_answers();
+        check(&["--log", "l"]).unwrap();
+        check(&["--run", "lab"]).unwrap();
+        let out = check(&["--log", "l", "--out", "y"]);
+        assert!(matches!(out, Err(ClientError::Unusable(_))), "{out:?}");
+        let beliefs = check(&["--log", "l", "--beliefs", "y"]);
+        assert!(matches!(beliefs, Err(ClientError::ShowsNone(_))), "{beliefs:?}");
     }
 
     #[test]

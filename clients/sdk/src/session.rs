@@ -145,7 +145,7 @@ impl Session {
                 (Source::Live(Box::new(link)), start)
             }
             (None, Some(log)) => {
-                args.out.iter().try_for_each(|out| args.check_free(out))?;
+                args.check_out()?;
                 let session = LogSession::open(log, &name, args.out.as_deref())?;
                 let start = session.start().clone();
                 (Source::Log(Box::new(session)), start)

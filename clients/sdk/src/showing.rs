@@ -149,10 +149,6 @@ impl Showing {
 }
 
 fn create(path: &Path, args: &ClientArgs, start: &Start) -> Result<To, ClientError> {
-    if args.out.as_deref() == Some(path) {
-        let text = format!("--beliefs {0}: --out has the same file", path.display());
-        return Err(ClientError::Unusable(text));
-    }
     args.check_free(path)?;
     let writer = belief_file(path, &args.name(), &start.scenario)?;
     // A recording has scans when it has them: some for every eight ticks, say.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use rusty_contract::digest::hex;
-use rusty_contract::log::{Ending, LogError, LogReader, Read, TickRecord};
+use rusty_contract::log::{Ending, LogError, LogReader, Read, Source, TickRecord};
 use rusty_contract::{Frame, LogHeader, Reply};
 use rusty_engine::source::{FrameSource, SourceError};
 use rusty_geometry::{SE2, Twist};
@@ -48,6 +48,15 @@ impl Recording {
             comparison.recorded_world_digest = Some(hex(&trailer.world_digest));
         }
         header.config.ticks = ticks.max(1);
+        // A replay of a recording looks whole: nothing can make it again and compare.
+        if let Source::Recorded { remarks, .. } = &mut header.source {
+            if comparison.cut {
+                remarks.push(format!("the log was cut off: only its first {ticks} ticks"));
+            }
+            if damaged > 0 {
+                remarks.push(format!("the checksums of {damaged} records failed in the log"));
+            }
+        }
         let path = path.to_owned();
         let recording =
             Self { path, reader, header, ticks, made: 0, record: None, names, comparison };

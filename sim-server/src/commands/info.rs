@@ -220,7 +220,7 @@ fn print_header(header: &LogHeader) {
             outln!("robot     {}", motion(config));
         }
     }
-    outln!("time step {} s, a scan every {} ticks", seconds(config.dt_s), config.scan_every);
+    outln!("time step {} s, {}", seconds(config.dt_s), scans(header));
     let (lidar, glass) = (&config.lidar, glass(&config.lidar));
     outln!("LiDAR     {} beams, up to {} m{glass}", lidar.beams, lidar.range_max_m);
     for p in &header.roster {
@@ -229,6 +229,16 @@ fn print_header(header: &LogHeader) {
             false => format!(", data sheet {}", p.data_sheet),
         };
         outln!("roster    {} ({}{sheet}){}", p.name, p.role, command(&p.command));
+    }
+}
+
+/// How often there is a scan.
+fn scans(header: &LogHeader) -> String {
+    match (header.config.scan_every, &header.source) {
+        (0, Source::Recorded { .. }) => "scans where the recording has them".to_owned(),
+        (0, Source::Blind { .. }) => "scans where the log has them".to_owned(),
+        (0, _) => "no scans".to_owned(),
+        (every, _) => format!("a scan every {every} ticks"),
     }
 }
 

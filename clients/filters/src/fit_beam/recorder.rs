@@ -11,6 +11,7 @@ use rusty_geometry::{Scan, World};
 
 use super::{BeamFit, Criterion, Expected, Fitted, Readings, Round, fit};
 use crate::beams::believed_lidar;
+use crate::mcl::LEAST_HIT;
 use crate::numbers::number;
 use crate::{BeamModel, Beams, OccupancyMap};
 
@@ -21,6 +22,8 @@ const LONG: u64 = 20_000;
 /// random, the map may be a wrong one. People make them short.
 const FAR_M: f64 = 0.5;
 const MANY: f64 = 0.3;
+/// Greater figures are written as powers of ten.
+const MOST: f64 = 1e6;
 
 /// Fit the four-part beam model to the readings of a log
 ///
@@ -200,7 +203,11 @@ fn page(fit: &BeamFit, sheet: &LidarSheet, scans: u64, verbose: bool) -> String 
         ("λ_short", fit.lambda_short_per_m),
     ];
     for ((name, Fitted { value, std_error }), sheet) in rows.into_iter().zip(sheet) {
-        let figure = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| format!("{v:.6}"));
+        let figure = |v: Option<f64>| match v {
+            Some(v) if v < MOST => format!("{v:.6}"),
+            Some(v) => format!("{v:.1e}"),
+            None => "–".to_owned(),
+        };
         // What no reading depends on has no value either.
         let value = std_error.map(|_| value);
         table.row(&[&name, &figure(value), &figure(std_error), &figure(sheet)]);
@@ -211,10 +218,13 @@ fn page(fit: &BeamFit, sheet: &LidarSheet, scans: u64, verbose: bool) -> String 
         // The least that `mcl` takes.
         format!(" --sigma-m {:.4}", fit.sigma_hit_m.value.max(0.001))
     });
-    lines.push(format!(
-        "for mcl:{sigma} --z-short {:.4} --z-max {:.4} --z-rand {:.4}",
-        fit.z_short.value, fit.z_max.value, fit.z_rand.value
-    ));
+    lines.push(match fit.z_hit.value < LEAST_HIT {
+        true => "no options for mcl: almost no reading hits a wall of the map".to_owned(),
+        false => format!(
+            "for mcl:{sigma} --z-short {:.4} --z-max {:.4} --z-rand {:.4}",
+            fit.z_short.value, fit.z_max.value, fit.z_rand.value
+        ),
+    });
     lines.join("\n")
 }
 

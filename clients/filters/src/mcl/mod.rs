@@ -62,6 +62,7 @@ use rusty_geometry::{EncoderCounts, SE2};
 pub use free_space::FreeSpace;
 pub use mode::Mode;
 pub(crate) use mode::is_somewhere;
+pub(crate) use options::LEAST_HIT;
 pub use options::{Model, Options, Reading};
 pub use particles::Particles;
 pub(crate) use particles::root;

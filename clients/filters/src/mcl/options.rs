@@ -128,7 +128,7 @@ impl Reading {
 }
 
 /// The least weight of hits.
-const LEAST_HIT: f64 = 0.01;
+pub(crate) const LEAST_HIT: f64 = 0.01;
 
 /// The fewest particles where nothing is said of it.
 const LEAST: u32 = 1000;

@@ -57,6 +57,9 @@ pub enum Ending {
     },
 }
 
+/// Many name the folder of a run.
+const FOLDER: &str = "Is a directory; the log of a run is run.log in its folder";
+
 impl LogReader {
     /// Opens a log and reads its header.
     ///
@@ -64,8 +67,11 @@ impl LogReader {
     /// [`LogError`] names file, place and remedy.
     pub fn open(path: &Path) -> Result<Self, LogError> {
         let name = path.display().to_string();
-        let file =
-            crate::input::open(path).map_err(|error| LogError::Io { path: name.clone(), error })?;
+        let open = match path.is_dir() {
+            true => Err(std::io::Error::new(std::io::ErrorKind::IsADirectory, FOLDER)),
+            false => crate::input::open(path),
+        };
+        let file = open.map_err(|error| LogError::Io { path: name.clone(), error })?;
         Self::new(BufReader::with_capacity(1 << 16, file), &name)
     }
 }

@@ -11,10 +11,12 @@ mod rules;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use rusty_contract::log::{Ending, LogHeader, LogReader, Read, TickRecord};
+use rusty_contract::log::{Ending, LogHeader, LogReader, Read, Source, TickRecord};
 use rusty_contract::{Frame, RunDigest, TruthKey};
+use rusty_engine::source::FrameSource as _;
 
 use super::{ImportError, ImportOptions, ImportReport, import_carmen};
+use crate::replay::Recording;
 
 /// An import and what its log reads back as.
 struct Imported {
@@ -94,4 +96,38 @@ fn flaser(beams: usize, pose: [f64; 3], odometry: [f64; 3], stamp_s: f64) -> Str
         write!(line, " {number}").unwrap();
     }
     line + &format!(" {stamp_s} host {stamp_s}\n")
+}
+
+/// Nothing can make a recording again and compare, so a replay of it has to say what it lacks.
+#[test]
+fn a_replay_of_a_cut_or_damaged_recording_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let [text, whole, other] = ["a.txt", "whole", "other"].map(|name| folder.path().join(name));
+    let lines = (0..40).map(|k| {
+        let pose = [0.1 * f64::from(k), 0.0, 0.0];
+        odom(pose, f64::from(k)) + &flaser(180, pose, pose, f64::from(k))
+    });
+    std::fs::write(&text, lines.collect::<String>()).unwrap();
+    import_file(&text, &whole).unwrap();
+    let bytes = std::fs::read(&whole).unwrap();
+    let replayed = |bytes: &[u8]| {
+        std::fs::write(&other, bytes).unwrap();
+        let (mut recording, _) = Recording::open(&other).unwrap();
+        let ticks = recording.tick_count();
+        match &recording.header_mut().source {
+            Source::Recorded { remarks, .. } => (ticks, remarks.clone()),
+            source => panic!("{source:?}"),
+        }
+    };
+    let (ticks, before) = replayed(&bytes);
+    let (fewer, cut) = replayed(&bytes[..bytes.len() / 2]);
+    assert!(fewer < ticks);
+    let text = format!("the log was cut off: only its first {fewer} ticks");
+    assert_eq!(cut, [&before[..], &[text]].concat());
+    let mut damaged = bytes.clone();
+    damaged[bytes.len() * 3 / 4] ^= 1;
+    let (same, damaged) = replayed(&damaged);
+    assert_eq!(same, ticks);
+    let text = "the checksums of 1 records failed in the log".to_owned();
+    assert_eq!(damaged, [&before[..], &[text]].concat());
 }
