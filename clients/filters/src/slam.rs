@@ -239,8 +239,12 @@ impl Slam {
     /// Writes the key poses as the graph has them, with the times of their scans.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// There is no key scan, or the file cannot be written.
     fn write_poses(&self, file: &Path) -> Result<(), ClientError> {
+        if self.seen.is_empty() {
+            let text = "--save-poses: no scan became a key scan, so there is no pose to save";
+            return Err(ClientError::Unusable(text.to_owned()));
+        }
         let keys = self.graph.poses().iter().zip(&self.seen);
         let lines: String = keys.map(|(pose, key)| tum::line(key.time_s, pose) + "\n").collect();
         replace(file, lines.as_bytes()).map_err(ClientError::io(file))

@@ -56,7 +56,7 @@ mod strata;
 
 use nalgebra::{Matrix3, Vector3};
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{BeliefKind, Estimate, Reply, Start, WeightedPose};
+use rusty_contract::{BeliefKind, Estimate, Reply, Start, WeightedPose, errln};
 use rusty_geometry::{EncoderCounts, SE2};
 
 pub use free_space::FreeSpace;
@@ -324,6 +324,13 @@ impl Filter for Mcl {
             self.scan(ranges_m);
         }
         self.answer().map_or(Reply::Abstain, Reply::Estimate)
+    }
+
+    fn finish(self) -> Result<(), ClientError> {
+        if self.asleep && self.clock.is_running() {
+            errln!("mcl answered nothing: the run ended before --from {}", self.options.from);
+        }
+        Ok(())
     }
 
     fn belief(&self, poses: &mut Vec<WeightedPose>) -> Option<BeliefKind> {

@@ -23,6 +23,9 @@ fn it_finds_itself_and_its_answers_come_again_from_log_and_replay() {
     about("verify", &log, &["--clients"]).expect(0).prints("400 answers of mcl");
     let again = replay(&log, &place.at("again"), &[]).expect(0).json();
     assert_eq!(again["digest"], report["digest"]);
+    // One that would begin after the end says why it answered nothing.
+    let late = ["--log", arg(&log), "--name", "late", "--from", "99"];
+    execute("mcl", &late).expect(0).says("--from 99 s");
 }
 
 #[test]

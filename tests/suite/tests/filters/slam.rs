@@ -142,6 +142,11 @@ fn key_poses_of_the_final_graph_are_a_trajectory_for_score() {
     let xy: Vec<[f64; 2]> = lines.iter().map(|line| [line[1], line[2]]).collect();
     let expected: Vec<[f64; 2]> = slam.graph().poses().iter().map(|p| [p.x(), p.y()]).collect();
     assert_eq!(xy, expected);
+    // Without a key scan there is nothing to save.
+    let none = place.at("none.tum");
+    let early = ["--log", arg(&log), "--name", "x", "--until", "0", "--save-poses", arg(&none)];
+    execute("slam", &early).expect(1).says("--save-poses");
+    assert!(!none.exists());
     // A file that is there stays.
     execute("slam", &saves).expect(2).says("final.tum").says("--force");
     assert_eq!(fs::read_to_string(&file).unwrap(), text);
