@@ -11,12 +11,12 @@
 //!   is around the robot, if the walls of others are behind its own. An end is a random one where
 //!   a wall is in the way of its beam, and open space behind that wall: beams along a wall
 //!   touch its cells. It has to be in the way from the sides of the sensor too: the poses are as far
-//!   apart as cells and headings, and doors are narrow. On a map of cells that goes for ends where
+//!   apart as cells and headings, and doors are narrow. Panes do not count. On a map of cells that goes for ends where
 //!   nothing was seen only, which would be as likely as anywhere: such a map has cells in the way
 //!   of right beams.
 
 use nalgebra::{Point2, Vector2};
-use rusty_geometry::{SE2, trig};
+use rusty_geometry::{SE2, Wall, trig};
 
 use super::FreeSpace;
 use crate::pyramid::Pyramid;
@@ -145,6 +145,8 @@ pub struct Everywhere {
     open: u8,
     /// The greatest score of an end that a wall makes a random one.
     hidden: u8,
+    /// Whether a pane goes through a cell, or next to it: beams pass it.
+    glass: Vec<bool>,
     /// ln p of a score of 0, and of 1 less that.
     logs: [f64; 2],
 }
@@ -163,7 +165,19 @@ impl Everywhere {
         // Nothing is beyond a floor plan.
         let hidden = if scores.beyond() == 0 { u8::MAX } else { scores.beyond() };
         let free = Pyramid::new(&free, [frame.width, frame.height], 0, LEVELS);
-        Self { frame, scores, free, wall, open, hidden, logs }
+        Self { frame, scores, free, wall, open, hidden, glass: vec![false; frame.cells()], logs }
+    }
+
+    /// With panes of glass among its walls. The beams that pass them end behind walls.
+    pub fn with_glass(mut self, panes: &[Wall]) -> Self {
+        for part in panes.iter().flat_map(|pane| RayWalk::new(&self.frame, pane.a, pane.b)) {
+            let (columns, rows) = (part.column - 1..=part.column + 1, part.row - 1..=part.row + 1);
+            let around = columns.flat_map(|column| rows.clone().map(move |row| (column, row)));
+            for cell in around.filter_map(|(column, row)| self.frame.index(column, row)) {
+                self.glass[cell] = true;
+            }
+        }
+        self
     }
 
     /// How well a scan fits at a pose, on the map or not. `sensor`, where the beams begin, and
@@ -192,7 +206,8 @@ impl Everywhere {
         let mut has_met = false;
         RayWalk::new(&self.frame, from, to).any(|part| {
             let score = self.score_at((part.column, part.row));
-            has_met |= score >= self.wall;
+            let cell = self.frame.index(part.column, part.row);
+            has_met |= score >= self.wall && !cell.is_some_and(|cell| self.glass[cell]);
             has_met && score <= self.open
         })
     }

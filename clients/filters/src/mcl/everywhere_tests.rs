@@ -4,7 +4,7 @@ use super::*;
 use crate::occupancy::Cell;
 use crate::{BeamModel, Beams, DistanceField, OccupancyMap};
 use rusty_contract::config::LidarConfig;
-use rusty_geometry::{Scan, World};
+use rusty_geometry::{Material, Scan, World};
 
 const SENSOR: Point2<f64> = Point2::new(0.0, 0.0);
 
@@ -85,10 +85,11 @@ fn places_are_apart_and_free_and_their_number_is_limited() {
 #[test]
 fn a_wall_counts_only_where_none_is_in_front_of_it() {
     let (_, everywhere, _) = look(&SE2::new(9.6, 3.0, 0.4));
-    let log = |from: [f64; 2], to: [f64; 2]| {
+    let log_in = |everywhere: &Everywhere, from: [f64; 2], to: [f64; 2]| {
         let (pose, end) = (SE2::new(from[0], from[1], 0.0), Point2::from(to));
         everywhere.fit(&SENSOR, &[end - Vector2::from(from)], pose).mean_log
     };
+    let log = |from, to| log_in(&everywhere, from, to);
     let [wall, random] = [255, 0].map(|score| everywhere.mean_log(score, 1));
     let is = |found: f64, wanted: f64| (found - wanted).abs() < 0.1;
     // The wall of x = 7.2 m (from y = 5 to 9 m) from its left, and the outer one behind it.
@@ -101,6 +102,12 @@ fn a_wall_counts_only_where_none_is_in_front_of_it() {
     assert!(is(log([6.0, 5.5], [12.0, 5.5]), random));
     // A beam along it, nearly on it.
     assert!(is(log([7.22, 5.3], [7.2, 9.0]), wall));
+    // Beams pass it if it is of glass, but not the wall of y = 6 m from x = 9.8 to 12 m.
+    let [a, b] = [[7.2, 5.0], [7.2, 9.0]].map(Point2::from);
+    let panes = [Wall { a, b, material: Material::Glass }];
+    let glass = everywhere.clone().with_glass(&panes);
+    assert!(is(log_in(&glass, [6.0, 7.5], [12.0, 7.5]), wall));
+    assert!(is(log_in(&glass, [11.0, 5.0], [11.0, 9.0]), random));
 }
 
 /// A free room of 3 m × 3 m on a map of 6 m × 6 m; nothing was seen beyond its walls.

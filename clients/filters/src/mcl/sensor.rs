@@ -19,7 +19,7 @@
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::Point2;
-use rusty_geometry::{SE2, Scan, World, trig};
+use rusty_geometry::{Material, SE2, Scan, Wall, World, trig};
 
 use super::everywhere::{Everywhere, Fits};
 use super::rays::Rays;
@@ -89,6 +89,8 @@ pub struct Sensor {
     fields: Arc<[LikelihoodField]>,
     /// Made when the robot is looked for everywhere.
     everywhere: Arc<OnceLock<Everywhere>>,
+    /// The walls of glass.
+    panes: Vec<Wall>,
     rays: Option<Rays>,
     ends: Ends,
     few: Ends,
@@ -121,7 +123,9 @@ impl Sensor {
         let mut fields = vec![field(own_m)];
         fields.extend(blurred(fields[0].sigma_m()).map(field));
         let rays = how.rays.then(|| Rays::new(world.clone(), model, scan, beams.count()));
-        Self::new(fields, rays, beams, how)
+        let is_pane = |wall: &&Wall| wall.material == Material::Glass;
+        let panes = world.walls().iter().filter(is_pane).copied().collect();
+        Self { panes, ..Self::new(fields, rays, beams, how) }
     }
 
     /// For a map of cells, which has no rays.
@@ -148,6 +152,7 @@ impl Sensor {
             exponent: how.exponent,
             fields: fields.into(),
             everywhere: Arc::default(),
+            panes: Vec::new(),
             rays,
             ends: Ends::default(),
             few: Ends::default(),
@@ -182,8 +187,8 @@ impl Sensor {
             self.beams.endpoints(ranges_m).map(|end| end.in_body).collect();
         let stride = ends.len().div_ceil(FEW).max(1);
         let few: Vec<Point2<f64>> = ends.into_iter().step_by(stride).collect();
-        let everywhere =
-            self.everywhere.get_or_init(|| Everywhere::new(self.blurred_by(LOOK_UP_M), space));
+        let new = || Everywhere::new(self.blurred_by(LOOK_UP_M), space).with_glass(&self.panes);
+        let everywhere = self.everywhere.get_or_init(new);
         let sensor = Point2::from(self.beams.sensor_in_body.translation());
         let mut fits = everywhere.best(&sensor, &few, MOST_FITS, WORSE);
         if let Some(here) = here {

@@ -55,6 +55,17 @@ fn a_map_of_cells_and_the_beam_model_serve_as_processes() {
     }
 }
 
+/// Many beams pass panes and end on walls behind them.
+#[test]
+fn it_finds_itself_behind_glass() {
+    let place = folder();
+    let lost = "--add=lost=mcl --global";
+    let report = launch("glass", place.path(), &["glass-lobby", "--ticks", "600", lost]);
+    let said = score_of(&report, "lost");
+    assert!(number(said, "scored_ticks") > 500.0, "{said}");
+    assert!(number(said, "final_position_error_m") < 0.02, "{said}");
+}
+
 /// How far off the answers of `csv` are at the true poses of a log from `from_s` on, m;
 /// `None` where there is no answer.
 fn offs_m(log: &Path, csv: &str, from_s: f64) -> Vec<Option<f64>> {
