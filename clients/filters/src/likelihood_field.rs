@@ -205,14 +205,17 @@ impl LikelihoodField {
     /// The least value of a cell that a wall goes through: its middle is no farther from the
     /// wall than half of its diagonal.
     pub(crate) fn wall(&self) -> u8 {
-        let log = self.log_at_distance(0.5 * self.frame.cell_m * core::f64::consts::SQRT_2);
-        ((log - self.base_log) / self.step_log) as u8
+        self.value(0.5 * self.frame.cell_m * core::f64::consts::SQRT_2)
     }
 
     /// The greatest value of a cell that is this far from all walls, m, or was not seen.
     pub(crate) fn open(&self, distance_m: f64) -> u8 {
-        let log = self.log_at_distance(distance_m);
-        self.unseen.max(((log - self.base_log) / self.step_log) as u8)
+        self.unseen.max(self.value(distance_m))
+    }
+
+    /// The value of a cell that was seen, at this distance from an obstacle, rounded down.
+    fn value(&self, distance_m: f64) -> u8 {
+        ((self.log_at_distance(distance_m) - self.base_log) / self.step_log) as u8
     }
 
     /// Where its cells lie, their values with bounds, and ln p of the values 0 and 255 (as the

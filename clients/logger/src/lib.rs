@@ -105,9 +105,7 @@ impl Logger {
     /// # Errors
     /// The file is there already, or cannot be written.
     pub fn new(start: &Start, brief: &Brief, args: &ClientArgs) -> Result<Self, ClientError> {
-        if !args.beliefs.is_empty() {
-            return Err(ClientError::ShowsNone(args.name()));
-        }
+        args.check_no_beliefs()?;
         let path = output_folder(brief, args)?.join("run.log");
         let chosen = args.out.is_some() || args.log.is_some();
         if chosen && start.catch_up.is_none() {

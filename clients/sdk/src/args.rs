@@ -170,6 +170,15 @@ impl ClientArgs {
             let text = "--out: there are no answers to write; leave it out".to_owned();
             return Err(ClientError::Unusable(text));
         }
+        self.check_no_beliefs()
+    }
+
+    /// Checks that a program without beliefs is asked for no file of them: `--beliefs` is for
+    /// filters that show any, and for scorers.
+    ///
+    /// # Errors
+    /// [`ClientError::ShowsNone`].
+    pub fn check_no_beliefs(&self) -> Result<(), ClientError> {
         match self.beliefs.is_empty() {
             true => Ok(()),
             false => Err(ClientError::ShowsNone(self.name())),

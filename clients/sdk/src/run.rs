@@ -70,8 +70,8 @@ fn drive<F: Filter>(
     args: &ClientArgs,
     mut begin: impl FnMut(&Start) -> Result<F, ClientError>,
 ) -> Result<Exit, ClientError> {
-    if !F::SHOWS_BELIEF && !args.beliefs.is_empty() {
-        return Err(ClientError::ShowsNone(args.name()));
+    if !F::SHOWS_BELIEF {
+        args.check_no_beliefs()?;
     }
     every_run(&mut Session::enter(args)?, |run| drive_one(run, args, &mut begin))
 }

@@ -103,7 +103,7 @@ impl Session {
     /// # Errors
     /// [`ClientError`], for instance the server's refusal in its own words.
     pub fn join(args: &ClientArgs) -> Result<Self, ClientError> {
-        without_beliefs(args)?;
+        args.check_no_beliefs()?;
         Self::enter(args)
     }
 
@@ -119,7 +119,7 @@ impl Session {
     /// # Errors
     /// As [`join`](Self::join).
     pub fn join_until(args: &ClientArgs, stop: Arc<AtomicBool>) -> Result<Self, ClientError> {
-        without_beliefs(args)?;
+        args.check_no_beliefs()?;
         Self::enter_until(args, stop)
     }
 
@@ -360,14 +360,6 @@ impl Drop for Session {
 fn is_news(frame: &Frame, run_id: u64, last_tick: Option<u64>) -> bool {
     frame.run_id == run_id
         && (frame.phase() != Phase::Tick || last_tick.is_none_or(|last| frame.tick() > last))
-}
-
-/// `--beliefs` is for filters that show any, and for scorers.
-fn without_beliefs(args: &ClientArgs) -> Result<(), ClientError> {
-    match args.beliefs.is_empty() {
-        true => Ok(()),
-        false => Err(ClientError::ShowsNone(args.name())),
-    }
 }
 
 /// The credentials by the private channel: standard input, or a file that was

@@ -139,14 +139,12 @@ pub struct Everywhere {
     scores: Pyramid,
     /// 255 where the body can be, 0 elsewhere.
     free: Pyramid,
-    /// The least score of a cell with a wall,
-    wall: u8,
-    /// and the greatest of open space.
+    /// Whether a cell has a wall that no beam passes.
+    walls: Vec<bool>,
+    /// The greatest score of open space.
     open: u8,
     /// The greatest score of an end that a wall makes a random one.
     hidden: u8,
-    /// Whether a pane goes through a cell, or next to it: beams pass it.
-    glass: Vec<bool>,
     /// ln p of a score of 0, and of 1 less that.
     logs: [f64; 2],
 }
@@ -161,11 +159,13 @@ impl Everywhere {
                 free[cell] = 255;
             }
         }
-        let (wall, open) = (field.wall(), field.open(OPEN_M));
+        let (wall, width) = (field.wall(), frame.width);
+        let score = |cell: usize| scores.most(0, (cell % width) as i32, (cell / width) as i32);
+        let walls = (0..frame.cells()).map(|cell| score(cell) >= wall).collect();
         // Nothing is beyond a floor plan.
         let hidden = if scores.beyond() == 0 { u8::MAX } else { scores.beyond() };
         let free = Pyramid::new(&free, [frame.width, frame.height], 0, LEVELS);
-        Self { frame, scores, free, wall, open, hidden, glass: vec![false; frame.cells()], logs }
+        Self { frame, scores, free, walls, open: field.open(OPEN_M), hidden, logs }
     }
 
     /// With panes of glass among its walls. The beams that pass them end behind walls.
@@ -174,7 +174,7 @@ impl Everywhere {
             let (columns, rows) = (part.column - 1..=part.column + 1, part.row - 1..=part.row + 1);
             let around = columns.flat_map(|column| rows.clone().map(move |row| (column, row)));
             for cell in around.filter_map(|(column, row)| self.frame.index(column, row)) {
-                self.glass[cell] = true;
+                self.walls[cell] = false;
             }
         }
         self
@@ -205,10 +205,9 @@ impl Everywhere {
     fn is_behind_a_wall(&self, from: Point2<f64>, to: Point2<f64>) -> bool {
         let mut has_met = false;
         RayWalk::new(&self.frame, from, to).any(|part| {
-            let score = self.score_at((part.column, part.row));
             let cell = self.frame.index(part.column, part.row);
-            has_met |= score >= self.wall && !cell.is_some_and(|cell| self.glass[cell]);
-            has_met && score <= self.open
+            has_met |= cell.is_some_and(|cell| self.walls[cell]);
+            has_met && self.score_at((part.column, part.row)) <= self.open
         })
     }
 
