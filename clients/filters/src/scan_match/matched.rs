@@ -24,7 +24,8 @@ const NEAR: (f64, f64) = (0.05, 0.025);
 const FITS_SCORE: [f64; 2] = [0.4, 1.0];
 /// A pose that scores this much more than all others far from it leads,
 const LEADS_BY: f64 = 0.1;
-/// and fits with this score: many beams of the scan may be wrong.
+/// and fits with this score if wheels that slipped may be there: many beams of the scan may
+/// be wrong.
 const LEADER_SCORE: f64 = 0.3;
 /// A match that scores less than the best pose by no more than this is as good.
 const EQUAL_SCORE: f64 = 0.04;
@@ -52,6 +53,13 @@ type Told = (Fused, Match);
 /// Whether the wheels did what they do.
 fn is_usual((fused, _): &Told) -> bool {
     fused.innovation.nis <= SLIPPED_CHI2
+}
+
+/// Whether a pose is no greater surprise to a motion than wheels that slipped are.
+fn is_within(motion: &Motion, pose: &SE2) -> bool {
+    let off = pose.boxminus(&motion.now_in_then);
+    let inverse = motion.covariance.try_inverse();
+    inverse.is_some_and(|inverse| (off.transpose() * inverse * off).x <= SLIPPED_CHI2)
 }
 
 fn by_book((fused, found): Told) -> Matched {
@@ -102,7 +110,8 @@ impl Tracker {
         let map = Submap::new(&self.laser, recent, Unseen::LeftOut);
         let [best, other] = self.searched(&map, rays);
         let leads = best.is_some_and(|best| best.leads(other.as_ref(), LEADS_BY));
-        let enough = if leads { LEADER_SCORE } else { fits_score(rays) };
+        let slips = best.is_some_and(|best| is_within(&slipped(wheels), &best.pose));
+        let enough = if leads && slips { LEADER_SCORE } else { fits_score(rays) };
         let Some(best) = best.filter(|best| best.score >= enough) else {
             return Err(book.err().unwrap_or(NoMatch::NoSolution));
         };
@@ -154,5 +163,27 @@ impl Tracker {
         let found = search(small);
         let is_good = found[0].is_some_and(|best| best.score >= fits_score(rays));
         if is_good { found } else { search(wide) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+
+    use super::*;
+
+    #[test]
+    fn wheels_that_slipped_are_not_anywhere() {
+        let wheels = Motion {
+            now_in_then: SE2::new(0.9, -0.06, -0.12),
+            covariance: Matrix3::from_diagonal(&Vector3::new(1e-5, 4e-4, 1.5e-3)),
+        };
+        let may_be_at = |by: [f64; 3]| {
+            is_within(&slipped(&wheels), &wheels.now_in_then.boxplus(&Vector3::from(by)))
+        };
+        // Off by as much as on the recordings, and by a scan that turned the other way.
+        assert!(may_be_at([0.1, 0.05, 0.21]));
+        assert!(!may_be_at([-0.3, 0.0, -0.75]));
+        assert!(!may_be_at([0.0, 0.6, 0.0]));
     }
 }
