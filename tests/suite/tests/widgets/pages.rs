@@ -43,6 +43,8 @@ fn digest_of(command: &str, files: &Folder) -> String {
 /// Compares the digest of a page with the one of its command.
 #[track_caller]
 fn compare(browser: &mut Browser, files: &Folder) {
+    // A page shows both once its run has ended.
+    browser.until("document.getElementById('digest').textContent.length === 32");
     let shown = "['command', 'digest'].map((id) => document.getElementById(id).textContent)";
     let shown = browser.value(shown);
     let (command, digest) = (shown[0].as_str().unwrap(), shown[1].as_str().unwrap());
