@@ -11,9 +11,9 @@
 //!   is around the robot, if the walls of others are behind its own. An end is a random one where
 //!   a wall is in the way of its beam, and open space behind that wall: beams along a wall
 //!   touch its cells. It has to be in the way from the sides of the sensor too: the poses are as far
-//!   apart as cells and headings, and doors are narrow. Panes do not count. On a map of cells that goes for ends where
-//!   nothing was seen only, which would be as likely as anywhere: such a map has cells in the way
-//!   of right beams.
+//!   apart as cells and headings, and doors are narrow. Panes do not count. On a map of cells that
+//!   goes for ends where nothing was seen only, which would be as likely as anywhere: such a map
+//!   has cells in the way of right beams.
 
 use nalgebra::{Point2, Vector2};
 use rusty_geometry::{SE2, Wall, trig};

@@ -110,8 +110,9 @@ impl Tracker {
         let map = Submap::new(&self.laser, recent, Unseen::LeftOut);
         let [best, other] = self.searched(&map, rays);
         let leads = best.is_some_and(|best| best.leads(other.as_ref(), LEADS_BY));
-        let slips = best.is_some_and(|best| is_within(&slipped(wheels), &best.pose));
-        let enough = if leads && slips { LEADER_SCORE } else { fits_score(rays) };
+        let (slipped, lost) = (slipped(wheels), lost(wheels));
+        let is_slip = best.is_some_and(|best| is_within(&slipped, &best.pose));
+        let enough = if leads && is_slip { LEADER_SCORE } else { fits_score(rays) };
         let Some(best) = best.filter(|best| best.score >= enough) else {
             return Err(book.err().unwrap_or(NoMatch::NoSolution));
         };
@@ -138,7 +139,6 @@ impl Tracker {
         let centre = wheels.now_in_then;
         let [near, _] = map.search(rays, &Window { centre, half_m, half_rad });
         let near = near.filter(|near| near.score >= best.score - EQUAL_SCORE);
-        let (slipped, lost) = (slipped(wheels), lost(wheels));
         let (places, wheels) = match near {
             Some(near) => ([Some(near), None], &slipped),
             None => ([Some(best), other], &lost),

@@ -40,11 +40,16 @@ fn digest_of(command: &str, files: &Folder) -> String {
     text(&Process::spawn(&mut shell).wait().expect(0).json(), "digest").to_owned()
 }
 
+/// Waits for the first digest of a page, which comes with its command.
+#[track_caller]
+fn wait_for_digest(browser: &mut Browser) {
+    browser.until("document.getElementById('digest').textContent.length === 32");
+}
+
 /// Compares the digest of a page with the one of its command.
 #[track_caller]
 fn compare(browser: &mut Browser, files: &Folder) {
-    // A page shows both once its run has ended.
-    browser.until("document.getElementById('digest').textContent.length === 32");
+    wait_for_digest(browser);
     let shown = "['command', 'digest'].map((id) => document.getElementById(id).textContent)";
     let shown = browser.value(shown);
     let (command, digest) = (shown[0].as_str().unwrap(), shown[1].as_str().unwrap());
@@ -204,7 +209,7 @@ fn pages_fit_a_phone_name_their_controls_and_stand_still_where_that_is_wanted() 
     browser.ask("Emulation.setEmulatedMedia", json!({ "media": "", "features": [still] }));
     for page in ["dashboard.html", "lidar.html", "seed-lab.html", "filters.html"] {
         browser.open(&folder.join(page), "");
-        browser.until("document.getElementById('digest').textContent.length === 32");
+        wait_for_digest(&mut browser);
         assert_eq!(browser.value("rustyWidget.player.isOn"), false, "{page}");
         let wide = "document.documentElement.scrollWidth > document.documentElement.clientWidth";
         assert_eq!(browser.value(wide), false, "{page}");
