@@ -20,6 +20,8 @@
 //! A. Martinelli et al., *Simultaneous localization and odometry self calibration for
 //! mobile robot*, Autonomous Robots 22 (2007).
 //!
+//! The noise of the wheels is learned as well (`noise.rs`). α₁ to α₄ are its lower limits.
+//!
 //! Departure: pose and numbers are one Gaussian for the length of a motion only.
 //! Between motions their correlation is dropped, so that what is constant and not
 //! yet learned adds up over motions as if it were drawn anew for each.
@@ -27,6 +29,7 @@
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 use rusty_geometry::{DiffDrive, EncoderCounts, SE2, trig};
 
+use self::noise::NoiseFactors;
 use crate::icp::Evidence;
 use crate::motion::{Motion, OdometryNoise, Steps, carried};
 use crate::tangent::{right_jacobian, right_jacobian_inverse, seen_from, symmetric};
@@ -40,18 +43,34 @@ const UNKNOWN: [f64; 4] = [0.02, 0.03, 0.05, 0.05];
 const USUAL_CHI2: f64 = 7.8;
 
 /// The middle of the wheels on the way, and how its end moves with a, b and c.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Way {
-    motion: Motion,
+    now_in_then: SE2,
+    /// Covariance of the error that is drawn, of turns and of distances as noisy as given.
+    noise: [Matrix3<f64>; 2],
     sensitivity: Matrix3x4<f64>,
 }
 
+impl Default for Way {
+    fn default() -> Self {
+        Self {
+            now_in_then: SE2::identity(),
+            noise: [Matrix3::zeros(); 2],
+            sensitivity: Matrix3x4::zeros(),
+        }
+    }
+}
+
 impl Way {
-    fn push(&mut self, step: &Vector3<f64>, errors: &Vector4<f64>, of_step: &Matrix3<f64>) {
+    fn push(&mut self, step: &Vector3<f64>, errors: &Vector4<f64>, of_step: &[Matrix3<f64>; 2]) {
         let [a, b, c, _] = [errors.x, errors.y, errors.z, errors.w];
         let believed = Vector3::new((1.0 + a) * step.x, step.y, (1.0 + b) * step.z + c * step.x);
-        let back = SE2::exp(&believed).inverse().adjoint();
-        self.motion.push(&believed, of_step);
+        let arc = SE2::exp(&believed);
+        let back = arc.inverse().adjoint();
+        self.now_in_then = self.now_in_then.boxplus(&believed);
+        for (noise, of_step) in self.noise.iter_mut().zip(of_step) {
+            *noise = carried(noise, &arc) + of_step;
+        }
         let mut of_twist = Matrix3x4::zeros();
         of_twist[(0, 0)] = step.x;
         of_twist[(2, 1)] = step.z;
@@ -60,7 +79,7 @@ impl Way {
     }
 }
 
-/// Odometry with constant errors that are learned.
+/// Odometry that learns its constant errors and its noise.
 #[derive(Clone, Debug)]
 pub struct LearningWheels {
     steps: Steps,
@@ -68,6 +87,7 @@ pub struct LearningWheels {
     errors: Vector4<f64>,
     /// How sure that is.
     covariance: Matrix4<f64>,
+    noise: NoiseFactors,
     since_key: Way,
     since_scan: Way,
 }
@@ -80,9 +100,15 @@ impl LearningWheels {
             steps: Steps::new(drive, noise),
             errors: Vector4::zeros(),
             covariance: Matrix4::from_diagonal(&unknown.component_mul(&unknown)),
+            noise: NoiseFactors::given(),
             since_key: Way::default(),
             since_scan: Way::default(),
         }
+    }
+
+    /// Begins likewise, with unknown noise of the distances.
+    pub fn with_unknown_noise(drive: DiffDrive, noise: OdometryNoise) -> Self {
+        Self { noise: NoiseFactors::unknown(&noise), ..Self::new(drive, noise) }
     }
 
     /// a, b, c (rad/m) and l (m) as believed, and their covariance.
@@ -92,7 +118,7 @@ impl LearningWheels {
 
     /// Takes the counts at the end of a tick.
     pub fn advance(&mut self, ticks: EncoderCounts) {
-        let (step, of_step) = self.steps.advance(ticks);
+        let (step, of_step) = self.steps.advance_in_parts(ticks);
         self.since_key.push(&step, &self.errors, &of_step);
         self.since_scan.push(&step, &self.errors, &of_step);
     }
@@ -129,9 +155,14 @@ impl LearningWheels {
         let surprise = evidence.measured - gain * mean;
         let chi2 = (surprise.transpose() * inverse * surprise).x;
         let surprising = (chi2 / USUAL_CHI2).max(1.0);
+        // The noise of turns and of distances in what is measured.
+        let of_end = gain * right_jacobian_inverse(&mean);
+        let j = of_end * self.ahead().inverse().adjoint();
+        let parts = self.since_key.noise.map(|noise| j * noise * j.transpose());
+        self.noise.learn(&parts, &inverse, &surprise, surprising);
         let (s, inverse) = (s * surprising, inverse / surprising);
         // How the four numbers show in what is measured.
-        let shown = gain * right_jacobian_inverse(&mean) * sensitivity;
+        let shown = of_end * sensitivity;
         let k = self.covariance * shown.transpose() * inverse;
         let learned = self.errors + k * surprise;
         // Joseph's form: what is left stays a covariance whatever k is.
@@ -144,20 +175,28 @@ impl LearningWheels {
         }
     }
 
+    /// The frame that scans are given in, in that of the middle of the wheels.
+    fn ahead(&self) -> SE2 {
+        SE2::new(self.errors.w, 0.0, 0.0)
+    }
+
     /// A way as scans see it: with the frame where it lies, with all that is not
     /// known of the wheels, and how its end moves with the four numbers.
     fn seen(&self, way: &Way) -> (Motion, Matrix3x4<f64>) {
-        let ahead = SE2::new(self.errors.w, 0.0, 0.0);
-        let now_in_then = ahead.inverse() * way.motion.now_in_then * ahead;
+        let ahead = self.ahead();
+        let now_in_then = ahead.inverse() * way.now_in_then * ahead;
         let across = ahead.inverse().adjoint();
         let mut sensitivity = across * way.sensitivity;
         let (s, c) = trig::sin_cos(now_in_then.theta());
         sensitivity.set_column(3, &Vector3::new(1.0 - c, s, 0.0));
         let constant = sensitivity * self.covariance * sensitivity.transpose();
-        let covariance = symmetric(&(carried(&way.motion.covariance, &ahead) + constant));
+        let drawn = self.noise.sum(&way.noise);
+        let covariance = symmetric(&(carried(&drawn, &ahead) + constant));
         (Motion { now_in_then, covariance }, sensitivity)
     }
 }
+
+mod noise;
 
 #[cfg(test)]
 mod tests {
@@ -205,6 +244,29 @@ mod tests {
                 assert!(off.abs() < 3.0 * deviation + 2e-4, "{k}: {off} of {truth:?}, {deviation}");
                 assert!(deviation < 0.2 * UNKNOWN[k], "{k}: {deviation}");
             }
+        }
+    }
+
+    #[test]
+    fn the_noise_of_distances_is_learned() {
+        for std_m in [0.02, 0.06] {
+            let mut wheels = LearningWheels::new(DiffDrive::rusty(), OdometryNoise::default());
+            let mut random = crate::Random::new(3, 1);
+            for k in 1..=400 {
+                wheels.advance(EncoderCounts { left: 9000 * k, right: 9000 * k });
+                let counted = wheels.since_key().now_in_then;
+                let off = Vector3::new(std_m * random.normal(), 0.0, 0.0);
+                wheels.learn(&Evidence {
+                    at: counted.boxplus(&off),
+                    gain: Matrix3::identity() * 1e6,
+                    measured: Vector3::zeros(),
+                    noise: Matrix3::identity() * 1e6,
+                });
+                wheels.begin_key();
+            }
+            wheels.advance(EncoderCounts { left: 9000 * 401, right: 9000 * 401 });
+            let said = wheels.since_key().covariance[(0, 0)].sqrt();
+            assert!((said / std_m - 1.0).abs() < 0.15, "{said} for {std_m}");
         }
     }
 

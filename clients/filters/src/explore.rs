@@ -67,7 +67,7 @@ const LAST_LOOKS: u32 = 3;
 /// map, until no reachable frontier is left (Yamauchi 1997). It localises like `slam`,
 /// with loops that correct its map, and does not use the map of the scenario. The
 /// scenario needs a script of kind "driver"; the role is driver. With --save it
-/// writes its map at the end.
+/// writes its map at the end. The noise of the wheels is learned as in `slam`.
 #[derive(Args, Clone, Debug)]
 pub struct Options {
     /// Save the map as STEM.pgm and STEM.yaml

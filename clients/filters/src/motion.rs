@@ -147,13 +147,31 @@ impl Steps {
     /// Takes the counts at the end of a tick. Returns the twist of its arc and the
     /// covariance of the error.
     pub(crate) fn advance(&mut self, counts: EncoderCounts) -> (Vector3<f64>, Matrix3<f64>) {
+        let (step, way) = self.step(counts);
+        (step, self.noise.covariance(&step, &way))
+    }
+
+    /// The same with that covariance in two parts: of the turns (α₁, α₂) and of the
+    /// distances (α₃, α₄).
+    pub(crate) fn advance_in_parts(
+        &mut self,
+        counts: EncoderCounts,
+    ) -> (Vector3<f64>, [Matrix3<f64>; 2]) {
+        let (step, way) = self.step(counts);
+        let turns = OdometryNoise { alpha3: 0.0, alpha4: 0.0, ..self.noise };
+        let distances = OdometryNoise { alpha1: 0.0, alpha2: 0.0, ..self.noise };
+        (step, [turns, distances].map(|noise| noise.covariance(&step, &way)))
+    }
+
+    /// The twist of the arc of a tick, and the part of it that has errors.
+    fn step(&mut self, counts: EncoderCounts) -> (Vector3<f64>, Vector3<f64>) {
         let step = odometry_delta(self.last, counts, &self.drive);
         let start = EncoderCounts {
             left: without_fro(&mut self.moved.left, self.last.left, counts.left),
             right: without_fro(&mut self.moved.right, self.last.right, counts.right),
         };
         self.last = counts;
-        (step, self.noise.covariance(&step, &odometry_delta(start, counts, &self.drive)))
+        (step, odometry_delta(start, counts, &self.drive))
     }
 }
 

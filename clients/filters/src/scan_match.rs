@@ -8,7 +8,7 @@
 //! All scans since the key scan are matched with it, not with the one before:
 //! errors add up from key scan to key scan only. Each match is one measurement
 //! of the motion since the key scan, and the wheels since then are its prior
-//! ([`crate::calibration`]: they learn their constant errors). Both are
+//! ([`crate::calibration`]: they learn their constant errors and their noise). Both are
 //! independent, so what comes out is as sure as it says; the matches before it
 //! have the noise of the key scan in common with it and are not used, except as
 //! the place to begin. Where a match surprises the wheels beyond chance, they did
@@ -49,7 +49,10 @@ const EARLY: f64 = 0.2;
 ///
 /// Each scan is matched to the walls of a key scan (point-to-line ICP). The encoders
 /// give the initial guess and its uncertainty. No map is needed. The estimate drifts
-/// only from key scan to key scan, and its covariance grows accordingly.
+/// only from key scan to key scan, and its covariance grows accordingly. The filter
+/// learns the constant errors of the wheels and their noise. --alpha1 to --alpha4 are
+/// lower limits of the noise. Unless the laser sees little, the variance of distances
+/// begins with at least 0.001 m²/m.
 #[derive(Args, Clone, Copy, Debug, PartialEq)]
 pub struct ScanMatchOptions {
     /// Distance between key scans, m
@@ -132,11 +135,18 @@ impl Tracker {
     /// Begins where the robot is, with counts of zero.
     pub fn new(start: &Start, options: &ScanMatchOptions) -> Self {
         let laser = Laser::new(&believed_lidar(start));
+        // With a laser that sees little the pose depends on the wheels, and scans teach little
+        // about them.
+        let wheels = if laser.sees_little() {
+            LearningWheels::new(start.robot.drive, options.wheels)
+        } else {
+            LearningWheels::with_unknown_noise(start.robot.drive, options.wheels)
+        };
         Self {
             options: *options,
             key_turn_rad: options.key_turn_deg.to_radians().min(0.5 * laser.fov_rad()),
             laser,
-            wheels: LearningWheels::new(start.robot.drive, options.wheels),
+            wheels,
             surface: None,
             recent: Vec::new(),
             to_scan: Motion::default(),
@@ -165,13 +175,14 @@ impl Tracker {
         self.to_scan = chained(&self.to_scan, &self.wheels.since_scan());
         self.wheels.begin_scan();
         let rays = self.laser.rays(ranges_m);
+        let scan = Surface::new(&self.laser, &rays, self.options.icp.roughness_m);
         let mut told = ScanOutcome::default();
         let Some(surface) = &self.surface else {
-            told.key = self.new_key(&rays, None);
+            told.key = self.new_key(scan, None);
             return told;
         };
         let (mut share, mut evidence, mut is_searched) = (0.0, None, false);
-        match self.matched(surface, &rays) {
+        match self.matched(surface, &scan) {
             Ok(Matched { fused, found, searched }) => {
                 share = found.share;
                 evidence = Some(found.evidence);
@@ -191,7 +202,7 @@ impl Tracker {
                 self.to_scan =
                     if is_meagre(&self.laser, &rays) { slipped(&to_scan) } else { lost(&to_scan) };
             }
-            told.key = self.new_key(&rays, evidence.filter(|_| matches_well));
+            told.key = self.new_key(scan, evidence.filter(|_| matches_well));
             if told.key.is_none() {
                 self.to_scan = to_scan;
             }
@@ -210,8 +221,7 @@ impl Tracker {
     /// Makes a key scan of what was met, and learns from what the scan said of the
     /// motion to it; `None` where it shows too little for anything to be matched
     /// with it.
-    fn new_key(&mut self, rays: &[Ray], evidence: Option<Evidence>) -> Option<KeyScan> {
-        let surface = Surface::new(&self.laser, rays, self.options.icp.roughness_m);
+    fn new_key(&mut self, surface: Surface, evidence: Option<Evidence>) -> Option<KeyScan> {
         if surface.pieces().len() < FEWEST {
             return None;
         }
@@ -225,7 +235,7 @@ impl Tracker {
         self.recent.iter_mut().for_each(|(pose, _)| *pose = back * *pose);
         let first = (self.recent.len() + 1).saturating_sub(SUBMAP_SCANS);
         self.recent.drain(..first);
-        self.recent.push((SE2::identity(), rays.to_vec()));
+        self.recent.push((SE2::identity(), surface.rays().to_vec()));
         self.surface = Some(surface.clone());
         Some(KeyScan { surface, since_last })
     }

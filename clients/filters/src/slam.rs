@@ -77,8 +77,11 @@ crate::numbers::default_of_command_line!(LoopOptions);
 ///
 /// Key scans are the nodes of the graph, and matches between them are its edges. When
 /// the robot returns to a known place, the loop is closed and the whole path is
-/// corrected (Probabilistic Robotics, chapter 11; Grisetti et al. 2010). With
-/// --save-map the map is written at the end.
+/// corrected (Probabilistic Robotics, chapter 11; Grisetti et al. 2010). The filter
+/// learns the constant errors of the wheels and their noise. --alpha1 to --alpha4 are
+/// lower limits of the noise. Unless the laser sees little, the variance of distances
+/// begins with at least 0.001 m²/m.
+/// With --save-map the map is written at the end.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct SlamOptions {
     /// Save the map as STEM.pgm, STEM.yaml and STEM.png

@@ -25,6 +25,10 @@ use super::surface::Surface;
 use crate::Motion;
 use crate::tangent::{at_least_zero, right_jacobian, right_jacobian_inverse, seen_from, symmetric};
 
+/// Two walls face the same way if the cosine of the angle between their normals is at least
+/// this, that of 45 degrees.
+const SAME_WAY: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
 /// A point and the piece of wall that it lies on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
@@ -38,6 +42,8 @@ pub(super) struct Pair {
     pub(super) residual_m: f64,
     /// Variance of that, m².
     pub(super) variance_m2: f64,
+    /// Whether the wall that the scan now has at the point, if it has one, faces the same way.
+    pub(super) is_same_way: bool,
 }
 
 impl Pair {
@@ -47,28 +53,51 @@ impl Pair {
     }
 }
 
-/// Finds the wall of every ray, seen from the body's pose `now` in the frame of
+/// Finds the wall of every ray of the scan now, seen from the body's pose `now` in the frame of
 /// the surface.
 pub(super) fn pairs(
     surface: &Surface,
-    rays: &[Ray],
+    scan: &Surface,
     viewpoint: &Point2<f64>,
     now: &SE2,
     reach_m: f64,
 ) -> Vec<Pair> {
     let viewpoint = now.transform_point(viewpoint);
     let turn = SE2::new(0.0, 0.0, now.theta());
+    let turned = |v: &Vector2<f64>| turn.transform_point(&Point2::from(*v)).coords;
     let of_ray = |(k, ray): (usize, &Ray)| {
         let point = now.transform_point(&ray.point);
         let (piece, at_m) = surface.nearest(&point, &viewpoint, reach_m)?;
         let wall = &surface.pieces()[piece];
-        let direction = turn.transform_point(&Point2::from(ray.direction)).coords;
+        let own = scan.piece_of(ray);
+        let is_same_way = own.is_none_or(|own| turned(&own.normal).dot(&wall.normal) >= SAME_WAY);
+        let direction = turned(&ray.direction);
         let variance_m2 =
             surface.variance_m2(&direction, &wall.normal) + wall.height_variance_m2(at_m);
         let residual_m = (point - wall.middle).dot(&wall.normal);
-        Some(Pair { ray: k, piece, at_m, residual_m, variance_m2 })
+        Some(Pair { ray: k, piece, at_m, residual_m, variance_m2, is_same_way })
     };
-    rays.iter().enumerate().filter_map(of_ray).collect()
+    scan.rays().iter().enumerate().filter_map(of_ray).collect()
+}
+
+/// Makes pairs less certain by what is not known of the pose (`covariance` of its τ): the
+/// distance of a point from its wall by three deviations, at most by a variance of `most_m2`.
+pub(super) fn loosen(
+    pairs: &mut [Pair],
+    surface: &Surface,
+    rays: &[Ray],
+    now: &SE2,
+    covariance: &Matrix3<f64>,
+    most_m2: f64,
+) {
+    let back = SE2::new(0.0, 0.0, -now.theta());
+    for pair in pairs {
+        let normal = &surface.pieces()[pair.piece].normal;
+        let normal = back.transform_point(&Point2::from(*normal)).coords;
+        let row = row(&normal, &rays[pair.ray].point);
+        let unknown_m2 = 9.0 * (row.transpose() * covariance * row).x;
+        pair.variance_m2 += unknown_m2.clamp(0.0, most_m2);
+    }
 }
 
 /// The linear measurement y = H τ + v of the τ with truth = `at` ⊞ τ.

@@ -90,6 +90,11 @@ impl Surface {
         &self.pieces
     }
 
+    /// The piece of wall that one of the rays met.
+    pub(super) fn piece_of(&self, ray: &Ray) -> Option<&Piece> {
+        self.of_beam[ray.beam].map(|k| &self.pieces[k])
+    }
+
     /// The rays they were fitted to.
     pub fn rays(&self) -> &[Ray] {
         &self.rays

@@ -1,5 +1,5 @@
-//! The motion from the key scan to a scan: by the wheels as they should be, or where that does
-//! not fit, by a search in the newest key scans.
+//! The motion from the key scan to a scan: by the wheels as they should be. Where that does not
+//! fit, or leaps away from the last match, a search in the newest key scans decides.
 
 use rusty_geometry::SE2;
 
@@ -69,42 +69,53 @@ fn by_book((fused, found): Told) -> Matched {
 impl Tracker {
     /// The motion since the key scan by wheels and this scan, and the share of its
     /// points that match: with the wheels as they should be, or where that does not fit,
-    /// near the best pose in the submap.
-    pub(super) fn matched(&self, surface: &Surface, rays: &[Ray]) -> Result<Matched, NoMatch> {
+    /// or is not where the last scan and the wheels since then lead, near the best pose in
+    /// the submap. Wheels that turn while something holds the robot fit too, where walls
+    /// hardly measure the distance.
+    pub(super) fn matched(&self, surface: &Surface, scan: &Surface) -> Result<Matched, NoMatch> {
         let guess = self.to_scan.now_in_then;
-        let book = self.match_from(surface, rays, &guess, &self.wheels.since_key());
-        let fits = |told: &Told| told.1.share >= self.options.key_share && is_usual(told);
-        if book.as_ref().is_ok_and(fits) || matches!(book, Err(NoMatch::FewEnds { .. })) {
+        let book = self.match_from(surface, scan, &guess, &self.wheels.since_key());
+        let expected = slipped(&self.to_scan);
+        let goes_on =
+            |told: &Told| self.fits(told) && is_within(&expected, &told.0.motion.now_in_then);
+        if book.as_ref().is_ok_and(goes_on) || matches!(book, Err(NoMatch::FewEnds { .. })) {
             return book.map(by_book);
         }
-        if is_meagre(&self.laser, rays) {
+        if is_meagre(&self.laser, scan.rays()) {
             let told = book?;
             return is_usual(&told).then(|| by_book(told)).ok_or(NoMatch::Narrow);
         }
-        self.matched_in_submap(surface, rays, book)
+        self.matched_in_submap(surface, scan, book)
+    }
+
+    /// Whether a match is good and the wheels did what they do.
+    fn fits(&self, told: &Told) -> bool {
+        told.1.share >= self.options.key_share && is_usual(told)
     }
 
     /// The match that begins at a guess, with wheels that moved so.
     fn match_from(
         &self,
         surface: &Surface,
-        rays: &[Ray],
+        scan: &Surface,
         guess: &SE2,
         wheels: &Motion,
     ) -> Result<Told, NoMatch> {
-        let found = match_scans(surface, &self.laser, rays, guess, wheels, &self.options.icp)?;
+        let found = match_scans(surface, &self.laser, scan, guess, wheels, &self.options.icp)?;
         let fused = found.evidence.fuse(wheels).ok_or(NoMatch::NoSolution)?;
         Ok((fused, found))
     }
 
     /// The match near the best pose in the submap, where `book`, that by the wheels as they
-    /// should be, does not fit.
+    /// should be, does not fit or leaps. Where no pose of the submap is good enough, a `book`
+    /// that fits stays.
     fn matched_in_submap(
         &self,
         surface: &Surface,
-        rays: &[Ray],
+        scan: &Surface,
         book: Result<Told, NoMatch>,
     ) -> Result<Matched, NoMatch> {
+        let rays = scan.rays();
         let (guess, wheels) = (self.to_scan.now_in_then, &self.wheels.since_key());
         let recent = self.recent.iter().map(|(pose, rays)| (*pose, rays.as_slice()));
         let map = Submap::new(&self.laser, recent, Unseen::LeftOut);
@@ -114,7 +125,10 @@ impl Tracker {
         let is_slip = best.is_some_and(|best| is_within(&slipped, &best.pose));
         let enough = if leads && is_slip { LEADER_SCORE } else { fits_score(rays) };
         let Some(best) = best.filter(|best| best.score >= enough) else {
-            return Err(book.err().unwrap_or(NoMatch::NoSolution));
+            return match book {
+                Ok(told) if self.fits(&told) => Ok(by_book(told)),
+                book => Err(book.err().unwrap_or(NoMatch::NoSolution)),
+            };
         };
         let is_best = |(fused, _): &Told| {
             rays.len() < SPARSE_ENDS
@@ -145,7 +159,7 @@ impl Tracker {
         };
         let places = places.into_iter().flatten().map(|place| (place.pose, wheels));
         for (start, wheels) in std::iter::once((guess, &slipped)).chain(places) {
-            if let Some(told) = self.match_from(surface, rays, &start, wheels).ok().filter(usual) {
+            if let Some(told) = self.match_from(surface, scan, &start, wheels).ok().filter(usual) {
                 return Ok(as_expected(told));
             }
         }

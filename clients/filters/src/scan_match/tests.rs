@@ -84,6 +84,16 @@ pub(crate) fn corridor() -> World {
     World::new(WorldSpec::from_json_str(text).unwrap()).unwrap()
 }
 
+/// A corridor with ends.
+fn closed_corridor() -> World {
+    let text = r#"{"name":"corridor","bounds":[-1.0,-1.0,8.5,1.0],"walls":[
+        {"a":[-0.5,-0.6],"b":[8.0,-0.6],"material":"Wall"},
+        {"a":[-0.5,0.6],"b":[8.0,0.6],"material":"Wall"},
+        {"a":[-0.5,-0.6],"b":[-0.5,0.6],"material":"Wall"},
+        {"a":[8.0,-0.6],"b":[8.0,0.6],"material":"Wall"}]}"#;
+    World::new(WorldSpec::from_json_str(text).unwrap()).unwrap()
+}
+
 fn ahead(k: usize) -> Twist {
     // A weave: 0.5 m/s, to and fro.
     Twist { v_m_s: 0.5, omega_rad_s: if k % 100 < 50 { 0.3 } else { -0.3 } }
@@ -255,6 +265,31 @@ fn wheels_that_turn_on_the_spot_take_it_nowhere() {
         let error = robot.pose.boxminus(&filter.pose().0);
         assert!(error.norm() < 0.1, "{seed}: {error}");
     }
+}
+
+#[test]
+fn wheels_that_turn_on_the_spot_do_not_drive_it_along_a_corridor() {
+    let mut errors_m = Vec::new();
+    for seed in 0..12 {
+        let mut robot = Robot::new(closed_corridor(), SE2::new(1.0, 0.1, 0.1), seed);
+        robot.slip = 0.3;
+        let mut filter =
+            ScanMatch::new(&start(&robot.lidar, Some(robot.pose)), &ScanMatchOptions::default());
+        // After 3 s something holds the robot, and the wheels turn on for 4.5 m.
+        let mut most_m: f64 = 0.0;
+        for k in 0..600 {
+            let twist = Twist { v_m_s: 0.5, omega_rad_s: 0.0 };
+            filter.advance(if k < 150 { robot.drive(twist) } else { robot.drive_held(twist) });
+            if k % 5 == 4 {
+                filter.scan(&robot.look());
+                most_m = most_m.max(robot.pose.boxminus(&filter.pose().0).xy().norm());
+            }
+        }
+        errors_m.push(most_m);
+    }
+    // Few beams meet the ends. If no match is compared with the one before it: 4.5 m.
+    errors_m.sort_by(f64::total_cmp);
+    assert!(errors_m[6] < 0.2 && errors_m[11] < 2.0, "{errors_m:.2?}");
 }
 
 #[test]

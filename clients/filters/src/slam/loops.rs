@@ -146,12 +146,12 @@ impl Slam {
     /// The motion from an old key scan to the newest, if they match near a guess and that
     /// is no surprise to what is expected.
     fn matched(&self, old: usize, guess: &SE2, expected: &Motion) -> Option<Measured> {
-        let rays = self.seen.last()?.surface.rays();
+        let scan = &self.seen.last()?.surface;
         let icp = &self.options.front.icp;
         let (surface, laser) = (&self.seen[old].surface, self.tracker.laser());
-        let found = match_scans(surface, laser, rays, guess, expected, icp).ok()?;
+        let found = match_scans(surface, laser, scan, guess, expected, icp).ok()?;
         let surprise = found.evidence.fuse(expected)?.innovation.nis;
-        let overlaps = found.pairs * 3 > rays.len();
+        let overlaps = found.pairs * 3 > scan.rays().len();
         if surprise > LOOP_CHI2 || found.share < self.options.closing.loop_share || !overlaps {
             return None;
         }
