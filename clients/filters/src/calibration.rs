@@ -43,22 +43,12 @@ const UNKNOWN: [f64; 4] = [0.02, 0.03, 0.05, 0.05];
 const USUAL_CHI2: f64 = 7.8;
 
 /// The middle of the wheels on the way, and how its end moves with a, b and c.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Way {
     now_in_then: SE2,
     /// Covariance of the error that is drawn, of turns and of distances as noisy as given.
     noise: [Matrix3<f64>; 2],
     sensitivity: Matrix3x4<f64>,
-}
-
-impl Default for Way {
-    fn default() -> Self {
-        Self {
-            now_in_then: SE2::identity(),
-            noise: [Matrix3::zeros(); 2],
-            sensitivity: Matrix3x4::zeros(),
-        }
-    }
 }
 
 impl Way {

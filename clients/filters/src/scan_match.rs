@@ -199,8 +199,8 @@ impl Tracker {
             let to_scan = self.to_scan;
             if is_lost {
                 // A narrow view often shows what no key scan did; that refutes no wheels.
-                self.to_scan =
-                    if is_meagre(&self.laser, &rays) { slipped(&to_scan) } else { lost(&to_scan) };
+                let is_meagre = is_meagre(&self.laser, scan.rays());
+                self.to_scan = if is_meagre { slipped(&to_scan) } else { lost(&to_scan) };
             }
             told.key = self.new_key(scan, evidence.filter(|_| matches_well));
             if told.key.is_none() {

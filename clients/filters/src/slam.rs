@@ -80,8 +80,7 @@ crate::numbers::default_of_command_line!(LoopOptions);
 /// corrected (Probabilistic Robotics, chapter 11; Grisetti et al. 2010). The filter
 /// learns the constant errors of the wheels and their noise. --alpha1 to --alpha4 are
 /// lower limits of the noise. Unless the laser sees little, the variance of distances
-/// begins with at least 0.001 m²/m.
-/// With --save-map the map is written at the end.
+/// begins with at least 0.001 m²/m. With --save-map the map is written at the end.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct SlamOptions {
     /// Save the map as STEM.pgm, STEM.yaml and STEM.png

@@ -20,6 +20,7 @@ use nalgebra::{Matrix3, Point2, Vector2, Vector3};
 use rusty_contract::Innovation;
 use rusty_geometry::SE2;
 
+use super::SURE_DEVIATIONS;
 use super::laser::Ray;
 use super::surface::Surface;
 use crate::Motion;
@@ -95,7 +96,7 @@ pub(super) fn loosen(
         let normal = &surface.pieces()[pair.piece].normal;
         let normal = back.transform_point(&Point2::from(*normal)).coords;
         let row = row(&normal, &rays[pair.ray].point);
-        let unknown_m2 = 9.0 * (row.transpose() * covariance * row).x;
+        let unknown_m2 = SURE_DEVIATIONS * SURE_DEVIATIONS * (row.transpose() * covariance * row).x;
         pair.variance_m2 += unknown_m2.clamp(0.0, most_m2);
     }
 }

@@ -2,10 +2,11 @@
 
 use nalgebra::{Matrix3, Point2, Vector3};
 use rusty_contract::config::LidarConfig;
-use rusty_geometry::{SE2, Scan, World, WorldSpec, apartment};
+use rusty_geometry::{SE2, Scan, World, apartment};
 
 use super::*;
 use crate::Random;
+use crate::scan_match::tests::world_of;
 
 /// Where the Apartment shows walls in both directions.
 const ROOMS: [[f64; 3]; 6] = [
@@ -120,10 +121,8 @@ fn the_covariance_is_that_of_noise_that_is_drawn() {
 
 /// Two parallel walls, 40 m long.
 fn corridor() -> World {
-    let text = r#"{"name":"corridor","bounds":[-20.0,-1.0,20.0,1.0],"walls":[
-        {"a":[-20.0,-0.6],"b":[20.0,-0.6],"material":"Wall"},
-        {"a":[-20.0,0.6],"b":[20.0,0.6],"material":"Wall"}]}"#;
-    World::new(WorldSpec::from_json_str(text).unwrap()).unwrap()
+    let walls = [[-20.0, -0.6, 20.0, -0.6], [-20.0, 0.6, 20.0, 0.6]];
+    world_of([-20.0, -1.0, 20.0, 1.0], &walls)
 }
 
 #[test]
@@ -155,25 +154,20 @@ fn a_corridor_says_nothing_along_itself() {
 /// A corridor of 40 m with a niche of half a metre on each side, every 5 m.
 fn niches() -> World {
     let mut walls = Vec::new();
-    let mut wall = |a: [f64; 2], b: [f64; 2]| {
-        walls.push(format!(r#"{{"a":{a:?},"b":{b:?},"material":"Wall"}}"#));
-    };
     for (y_m, deep_m) in [(-1.2, -1.7), (1.3, 1.8)] {
         for k in 0..8 {
             let (x_m, from_m) = (5.0 * f64::from(k) - 20.0, 5.0 * f64::from(k) - 18.0);
             let to_m = from_m + 1.0;
-            wall([x_m, y_m], [from_m, y_m]);
-            wall([from_m, y_m], [from_m, deep_m]);
-            wall([from_m, deep_m], [to_m, deep_m]);
-            wall([to_m, deep_m], [to_m, y_m]);
-            wall([to_m, y_m], [x_m + 5.0, y_m]);
+            walls.extend([
+                [x_m, y_m, from_m, y_m],
+                [from_m, y_m, from_m, deep_m],
+                [from_m, deep_m, to_m, deep_m],
+                [to_m, deep_m, to_m, y_m],
+                [to_m, y_m, x_m + 5.0, y_m],
+            ]);
         }
     }
-    let text = format!(
-        r#"{{"name":"niches","bounds":[-20.0,-2.0,20.0,2.0],"walls":[{}]}}"#,
-        walls.join(",")
-    );
-    World::new(WorldSpec::from_json_str(&text).unwrap()).unwrap()
+    world_of([-20.0, -2.0, 20.0, 2.0], &walls)
 }
 
 #[test]

@@ -76,22 +76,27 @@ impl Robot {
     }
 }
 
+/// The world within these bounds that has walls from (x, y) to (x, y) each, m.
+pub(crate) fn world_of(bounds: [f64; 4], walls: &[[f64; 4]]) -> World {
+    let wall = |[x, y, to_x, to_y]: &[f64; 4]| {
+        format!(r#"{{"a":[{x:?},{y:?}],"b":[{to_x:?},{to_y:?}],"material":"Wall"}}"#)
+    };
+    let walls = walls.iter().map(wall).collect::<Vec<_>>().join(",");
+    let text = format!(r#"{{"name":"test","bounds":{bounds:?},"walls":[{walls}]}}"#);
+    World::new(WorldSpec::from_json_str(&text).unwrap()).unwrap()
+}
+
 /// Two parallel walls, 60 m long.
 pub(crate) fn corridor() -> World {
-    let text = r#"{"name":"corridor","bounds":[-30.0,-1.0,30.0,1.0],"walls":[
-        {"a":[-30.0,-0.6],"b":[30.0,-0.6],"material":"Wall"},
-        {"a":[-30.0,0.6],"b":[30.0,0.6],"material":"Wall"}]}"#;
-    World::new(WorldSpec::from_json_str(text).unwrap()).unwrap()
+    let walls = [[-30.0, -0.6, 30.0, -0.6], [-30.0, 0.6, 30.0, 0.6]];
+    world_of([-30.0, -1.0, 30.0, 1.0], &walls)
 }
 
 /// A corridor with ends.
 fn closed_corridor() -> World {
-    let text = r#"{"name":"corridor","bounds":[-1.0,-1.0,8.5,1.0],"walls":[
-        {"a":[-0.5,-0.6],"b":[8.0,-0.6],"material":"Wall"},
-        {"a":[-0.5,0.6],"b":[8.0,0.6],"material":"Wall"},
-        {"a":[-0.5,-0.6],"b":[-0.5,0.6],"material":"Wall"},
-        {"a":[8.0,-0.6],"b":[8.0,0.6],"material":"Wall"}]}"#;
-    World::new(WorldSpec::from_json_str(text).unwrap()).unwrap()
+    let sides = [[-0.5, -0.6, 8.0, -0.6], [-0.5, 0.6, 8.0, 0.6]];
+    let ends = [[-0.5, -0.6, -0.5, 0.6], [8.0, -0.6, 8.0, 0.6]];
+    world_of([-1.0, -1.0, 8.5, 1.0], &[sides, ends].concat())
 }
 
 fn ahead(k: usize) -> Twist {

@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 
 use rusty_contract::config::LidarConfig;
-use rusty_geometry::{Scan, World, WorldSpec, apartment};
+use rusty_geometry::{Scan, World, apartment};
 
 use super::*;
 use crate::icp::Laser;
-use crate::scan_match::tests::corridor;
+use crate::scan_match::tests::{corridor, world_of};
 
 /// The laser of these scans; its range is of no account.
 fn laser() -> Laser {
@@ -69,10 +69,8 @@ fn branch_and_bound_finds_the_best_of_all_poses() {
 #[test]
 fn walls_that_no_scan_looked_at_hold_no_pose_back() {
     // A metre down a corridor of 3 m by a laser that sees 4 m.
-    let text = r#"{"name":"corridor","bounds":[-30.0,-2.0,30.0,2.0],"walls":[
-        {"a":[-30.0,-1.5],"b":[30.0,-1.5],"material":"Wall"},
-        {"a":[-30.0,1.5],"b":[30.0,1.5],"material":"Wall"}]}"#;
-    let wide = World::new(WorldSpec::from_json_str(text).unwrap()).unwrap();
+    let walls = [[-30.0, -1.5, 30.0, -1.5], [-30.0, 1.5, 30.0, 1.5]];
+    let wide = world_of([-30.0, -2.0, 30.0, 2.0], &walls);
     let scan = |x: f64| rays_within(&wide, &SE2::new(x, 0.0, 0.0), 4.0);
     let (old, new) = (scan(0.0), scan(1.0));
     let loss = |unseen: Unseen| {
@@ -156,15 +154,8 @@ fn ends_in_the_air_do_not_make_a_map_where_every_pose_fits() {
 
 #[test]
 fn a_piece_of_a_wall_is_narrow_and_a_corner_is_not() {
-    let world = World::new(
-        WorldSpec::from_json_str(
-            r#"{"name":"corner","bounds":[-30.0,-9.0,30.0,9.0],"walls":[
-            {"a":[-30.0,9.0],"b":[8.0,9.0],"material":"Wall"},
-            {"a":[8.0,9.0],"b":[8.0,-9.0],"material":"Wall"}]}"#,
-        )
-        .unwrap(),
-    )
-    .unwrap();
+    let walls = [[-30.0, 9.0, 8.0, 9.0], [8.0, 9.0, 8.0, -9.0]];
+    let world = world_of([-30.0, -9.0, 30.0, 9.0], &walls);
     let is_narrow = |x: f64, y: f64, theta: f64, fov_rad: f64| {
         let first_bearing_rad = -0.5 * fov_rad;
         let lidar =
