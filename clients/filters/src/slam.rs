@@ -15,7 +15,7 @@
 //! * it stays so next to all other motions: a match that does not loses weight.
 //!
 //! Where the graph is unsure of an old place, the new scan is first searched in a
-//! [`Submap`](crate::submap::Submap) of the key scans there, in a window of three
+//! [`Submap`](crate::submap::Submap) of the key scans there, in a window of five
 //! deviations and at most 6 m and 46° to each side. Such a loop counts when no other pose
 //! of the window fits as well and a second loop, of another new key scan, agrees with it.
 //!

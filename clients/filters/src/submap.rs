@@ -50,8 +50,8 @@ const FEW_BEAMS: usize = 32;
 /// The highest likelihood in the table, and the mark of what no scan looked at.
 const MOST: u8 = 254;
 const UNSEEN: u8 = 255;
-/// The part of a score that is lost at the edge of the window.
-const EDGE_COSTS: f64 = 0.2;
+/// The part of a score that is lost where the guess ceases to be likely.
+const UNLIKELY_COSTS: f64 = 0.2;
 /// A pose that scores this much less than the best is e^−½ times as likely. Beams are
 /// not independent: the error of a wall is that of all its beams.
 const SCORE_STD: f64 = 0.03;
@@ -101,6 +101,10 @@ pub struct Window {
     pub half_m: f64,
     /// Angle to each side, rad.
     pub half_rad: f64,
+    /// Poses up to this distance from the guess are likely, m.
+    pub likely_m: f64,
+    /// Poses up to this angle from the guess are likely, rad.
+    pub likely_rad: f64,
 }
 
 /// Poses of a window: 2^`level` offsets in x and y from one on, at one angle.
@@ -261,6 +265,11 @@ impl Submap {
 }
 
 impl Window {
+    /// A window whose poses are all likely.
+    pub fn new(centre: SE2, half_m: f64, half_rad: f64) -> Self {
+        Self { centre, half_m, half_rad, likely_m: half_m, likely_rad: half_rad }
+    }
+
     fn at(&self, turn: i32, offset: [i32; 2]) -> SE2 {
         let [x, y] = offset.map(|cells| CELL_M * f64::from(cells));
         let theta = self.centre.theta() + TURN_RAD * f64::from(turn);
@@ -271,9 +280,9 @@ impl Window {
     fn cost(&self, level: usize, turn: i32, offset: [i32; 2]) -> f64 {
         let last = (1 << level) - 1;
         let away = offset.map(|from| f64::from(0.max(from).max(-from - last)) * CELL_M);
-        let part_m = (away[0] * away[0] + away[1] * away[1]) / (self.half_m * self.half_m);
-        let turned = f64::from(turn) * TURN_RAD / self.half_rad;
-        EDGE_COSTS * (part_m + turned * turned)
+        let part_m = (away[0] * away[0] + away[1] * away[1]) / (self.likely_m * self.likely_m);
+        let turned = f64::from(turn) * TURN_RAD / self.likely_rad;
+        UNLIKELY_COSTS * (part_m + turned * turned)
     }
 
     /// Whether all poses of a branch are near a pose.

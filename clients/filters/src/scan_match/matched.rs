@@ -151,7 +151,7 @@ impl Tracker {
         // Where the wheels fit as well as any pose does, they are not lost.
         let (half_m, half_rad) = NEAR;
         let centre = wheels.now_in_then;
-        let [near, _] = map.search(rays, &Window { centre, half_m, half_rad });
+        let [near, _] = map.search(rays, &Window::new(centre, half_m, half_rad));
         let near = near.filter(|near| near.score >= best.score - EQUAL_SCORE);
         let (places, wheels) = match near {
             Some(near) => ([Some(near), None], &slipped),
@@ -172,7 +172,7 @@ impl Tracker {
     /// The best poses of a scan in a submap, in the smallest window with a good one.
     fn searched(&self, map: &Submap, rays: &[Ray]) -> [Option<Placement>; 2] {
         let centre = self.to_scan.now_in_then;
-        let search = |(half_m, half_rad)| map.search(rays, &Window { centre, half_m, half_rad });
+        let search = |(half_m, half_rad)| map.search(rays, &Window::new(centre, half_m, half_rad));
         let [small, wide] = WINDOWS;
         let found = search(small);
         let is_good = found[0].is_some_and(|best| best.score >= fits_score(rays));

@@ -27,10 +27,13 @@ const LOOP_SHARE: f64 = 0.5;
 /// A search begins only where the graph is not this sure (m, rad).
 const SURE_M: f64 = 0.15;
 const SURE_RAD: f64 = 0.15;
-/// Half of the window of a search: in deviations, at least and at most (m, rad).
-const WINDOW_STD: f64 = 3.0;
-const WINDOW_M: [f64; 2] = [0.5, 6.0];
-const WINDOW_RAD: [f64; 2] = [0.1, 0.8];
+/// How far a search holds poses likely: in deviations, at least and at most (m, rad).
+const LIKELY_STD: f64 = 3.0;
+const LIKELY_M: [f64; 2] = [0.5, 6.0];
+const LIKELY_RAD: [f64; 2] = [0.1, 0.8];
+/// It looks farther by this, up to the same most. Where the graph is too sure, and the
+/// right pose is not in the window, another place may fit best, in two searches alike.
+const LOOK_FARTHER: f64 = 5.0 / 3.0;
 /// Key scans before and after an old one that are in its submap.
 const NEIGHBOURS: usize = 5;
 /// The best pose of a window has this score at least, and leads the best other one by this.
@@ -190,12 +193,13 @@ fn farness(apart: &SE2) -> f64 {
 fn window(expected: &Motion) -> Option<Window> {
     let deviation = |k: usize| expected.covariance[(k, k)].max(0.0).sqrt();
     let (m, rad) = (deviation(0).max(deviation(1)), deviation(2));
-    let half =
-        |deviation: f64, [least, most]: [f64; 2]| (WINDOW_STD * deviation).clamp(least, most);
+    let likely =
+        |deviation: f64, [least, most]: [f64; 2]| (LIKELY_STD * deviation).clamp(least, most);
+    let (likely_m, likely_rad) = (likely(m, LIKELY_M), likely(rad, LIKELY_RAD));
     (m >= SURE_M || rad >= SURE_RAD).then(|| Window {
-        centre: expected.now_in_then,
-        half_m: half(m, WINDOW_M),
-        half_rad: half(rad, WINDOW_RAD),
+        half_m: (LOOK_FARTHER * likely_m).min(LIKELY_M[1]),
+        half_rad: (LOOK_FARTHER * likely_rad).min(LIKELY_RAD[1]),
+        ..Window::new(expected.now_in_then, likely_m, likely_rad)
     })
 }
 

@@ -24,12 +24,17 @@ fn after_a_round(seed: u64) -> (Robot, Slam) {
 /// Moves the robot by `motion` and adds a key scan there. The wheels are off by `error`
 /// and as unsure as that.
 fn add_key(robot: &mut Robot, slam: &mut Slam, motion: SE2, error: SE2) {
+    let std = error.log().abs() + Vector3::new(0.02, 0.02, 0.01);
+    add_sure_key(robot, slam, motion, error, std);
+}
+
+/// The same, with wheels that have these deviations.
+fn add_sure_key(robot: &mut Robot, slam: &mut Slam, motion: SE2, error: SE2, std: Vector3<f64>) {
     robot.pose = robot.pose * motion;
     let ranges_m = robot.look();
     let laser = Laser::new(&believed_lidar(&slam.start));
     let surface = Surface::new(&laser, &laser.rays(&ranges_m), 0.005);
     slam.seen.push(Seen { time_s: 0.0, ranges_m, surface });
-    let std = error.log().abs() + Vector3::new(0.02, 0.02, 0.01);
     let covariance = Matrix3::from_diagonal(&std.component_mul(&std));
     slam.covariance += covariance;
     slam.graph.extend(&(motion * error), &covariance.try_inverse().unwrap());
@@ -63,6 +68,25 @@ fn two_loops_bring_a_lost_robot_back_and_one_does_not() {
             assert!(truth.boxminus(pose).norm() < 0.1, "{seed}: {pose:?} for {truth:?}");
         }
     }
+}
+
+#[test]
+fn a_graph_that_is_too_sure_finds_the_place() {
+    let mut found = 0;
+    for seed in 1..=8 {
+        for error in [SE2::new(1.0, 0.0, 0.0), SE2::new(0.0, -1.0, 0.0)] {
+            let (mut robot, mut slam) = after_a_round(seed);
+            let std = Vector3::new(0.25, 0.25, 0.02);
+            add_sure_key(&mut robot, &mut slam, SE2::identity(), error, std);
+            slam.close_loops();
+            for loop_ in &slam.unconfirmed {
+                let off = robot.pose.boxminus(&(slam.graph.poses()[loop_.from] * loop_.motion));
+                assert!(off.norm() < 0.1, "{seed}: {off}");
+                found += 1;
+            }
+        }
+    }
+    assert!(found >= 10, "{found}");
 }
 
 #[test]

@@ -44,7 +44,7 @@ fn branch_and_bound_finds_the_best_of_all_poses() {
     let (old, new) = (rays(&world, &there), rays(&world, &(there * moved)));
     for unseen in [Unseen::Misses, Unseen::LeftOut] {
         let map = Submap::new(&laser(), [(SE2::identity(), old.as_slice())].into_iter(), unseen);
-        let window = Window { centre: SE2::new(0.02, 0.01, 0.03), half_m: 0.4, half_rad: 0.25 };
+        let window = Window::new(SE2::new(0.02, 0.01, 0.03), 0.4, 0.25);
         let found = map.search(&new, &window)[0].unwrap();
         assert!(found.pose.boxminus(&moved).norm() < 0.08, "{found:?}");
         let mut best = f64::NEG_INFINITY;
@@ -94,7 +94,7 @@ fn a_corridor_leaves_the_guess_along_it() {
     let rays = rays(&corridor(), &there);
     let map =
         Submap::new(&laser(), [(SE2::identity(), rays.as_slice())].into_iter(), Unseen::Misses);
-    let window = Window { centre: SE2::new(0.0, 0.15, 0.1), half_m: 0.5, half_rad: 0.5 };
+    let window = Window::new(SE2::new(0.0, 0.15, 0.1), 0.5, 0.5);
     let found = map.search(&rays, &window)[0].unwrap().pose;
     assert!(found.x().abs() < 0.21 && found.y().abs() < 0.06, "{found:?}");
     assert!(found.theta().abs() < 0.02, "{found:?}");
@@ -112,7 +112,7 @@ fn the_scans_of_few_beams_are_meagre() {
 
 #[test]
 fn nothing_seen_finds_nothing() {
-    let window = Window { centre: SE2::identity(), half_m: 0.5, half_rad: 0.5 };
+    let window = Window::new(SE2::identity(), 0.5, 0.5);
     let rays = rays(&apartment(), &SE2::new(8.0, 2.0, 1.0));
     for unseen in [Unseen::Misses, Unseen::LeftOut] {
         let map = Submap::new(&laser(), std::iter::empty(), unseen);
