@@ -19,11 +19,9 @@ use crate::OdometryNoise;
 const UNKNOWN_ALPHA3: f64 = 1e-3;
 /// Upper limit of the factor that they begin with: it also applies to α₄.
 const MOST_UNKNOWN: f64 = 1000.0;
-/// Number of measured values that this start is worth. From 1 to 10 the recordings look the
-/// same; a smaller number learns good wheels sooner.
-const UNKNOWN_DEGREES: f64 = 10.0;
-/// Number of measured values that noise as given is worth.
-const GIVEN_DEGREES: f64 = 10.0;
+/// Number of measured values that the factors at the start are worth. From 1 to 10 the
+/// recordings look the same; a smaller number learns good wheels sooner.
+const START_DEGREES: f64 = 10.0;
 
 /// A factor: the sum of squares found, over the number of squares expected.
 #[derive(Clone, Copy, Debug)]
@@ -33,8 +31,8 @@ struct Factor {
 }
 
 impl Factor {
-    fn new(factor: f64, degrees: f64) -> Self {
-        Self { squares: degrees * factor, degrees }
+    fn new(factor: f64) -> Self {
+        Self { squares: START_DEGREES * factor, degrees: START_DEGREES }
     }
 
     fn value(&self) -> f64 {
@@ -49,14 +47,13 @@ pub(super) struct NoiseFactors([Factor; 2]);
 impl NoiseFactors {
     /// Begins with turns and distances as noisy as given.
     pub(super) fn given() -> Self {
-        Self([Factor::new(1.0, GIVEN_DEGREES); 2])
+        Self([Factor::new(1.0); 2])
     }
 
     /// Begins with turns as noisy as given, and distances as noisy as those of an unknown robot.
     pub(super) fn unknown(given: &OdometryNoise) -> Self {
         let distances = if given.alpha3 > 0.0 { UNKNOWN_ALPHA3 / given.alpha3 } else { 1.0 };
-        let distances = Factor::new(distances.clamp(1.0, MOST_UNKNOWN), UNKNOWN_DEGREES);
-        Self([Factor::new(1.0, GIVEN_DEGREES), distances])
+        Self([1.0, distances.clamp(1.0, MOST_UNKNOWN)].map(Factor::new))
     }
 
     /// The covariance of turns and distances together, from those of both as noisy as given.
@@ -148,7 +145,7 @@ mod tests {
             noise.0[1]
         };
         let (all, part) = (after(1.0), after(8.0));
-        let begin = UNKNOWN_DEGREES * UNKNOWN_ALPHA3 / OdometryNoise::default().alpha3;
+        let begin = START_DEGREES * UNKNOWN_ALPHA3 / OdometryNoise::default().alpha3;
         assert!(((all.squares - begin) / (part.squares - begin) - 8.0).abs() < 1e-9);
         assert_eq!(all.degrees, part.degrees);
     }
