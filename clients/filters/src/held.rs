@@ -144,11 +144,11 @@ fn part(motion: &Motion, share: f64) -> Motion {
 mod tests {
     use super::*;
     use crate::mcl::sensor::{Sensor, Use};
+    use crate::scan_match::tests::world_of;
     use crate::{BeamModel, Beams, Random};
     use nalgebra::Matrix3;
     use rusty_contract::config::LidarConfig;
-    use rusty_geometry::Material::Wall;
-    use rusty_geometry::{Scan, WallSpec, World, WorldSpec, apartment};
+    use rusty_geometry::{Scan, World, apartment};
 
     /// What is believed of a robot that is at `at` and whose wheels went `way` from `from`, by
     /// a scan of `beams` beams.
@@ -246,9 +246,7 @@ mod tests {
 
     #[test]
     fn along_a_single_wall_no_robot_is_held() {
-        let walls = vec![WallSpec { a: [0.0, 0.0], b: [20.0, 0.0], material: Wall }];
-        let (name, bounds) = ("wall".to_owned(), [0.0, 0.0, 20.0, 20.0]);
-        let world = World::new(WorldSpec { name, bounds, walls, landmarks: Vec::new() }).unwrap();
+        let world = world_of([0.0, 0.0, 20.0, 20.0], &[[0.0, 0.0, 20.0, 0.0]]);
         let (from, way) = (SE2::new(10.0, 2.0, 0.0), Vector3::new(0.06, 0.0, 0.0));
         for share in [0.0, 0.5, 1.0] {
             let at = from.boxplus(&(way * share));

@@ -2,23 +2,18 @@
 
 use super::*;
 use crate::Random;
+use crate::scan_match::tests::world_of;
 use nalgebra::Vector2;
 use rusty_contract::LidarConfig;
-use rusty_geometry::{Scan, World, WorldSpec, trig};
+use rusty_geometry::{Scan, World, trig};
 
 const EXTRACTION: Extraction = Extraction { range_std_m: 0.02, min_points: 6, min_length_m: 0.4 };
 
 /// A room of 4 m by 3 m.
 fn room() -> World {
-    let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]];
-    let wall = |k: usize| {
-        let (a, b) = (corners[k], corners[(k + 1) % 4]);
-        format!("{{ a = {a:?}, b = {b:?}, material = \"Wall\" }}")
-    };
-    let walls: Vec<String> = (0..4).map(wall).collect();
-    let bounds = "bounds = [0.0, 0.0, 4.0, 3.0]";
-    let text = format!("name = \"room\"\n{bounds}\nwalls = [{}]", walls.join(", "));
-    World::new(WorldSpec::from_toml_str(&text).unwrap()).unwrap()
+    let (right, back) = ([0.0, 0.0, 4.0, 0.0], [4.0, 0.0, 4.0, 3.0]);
+    let (left, front) = ([4.0, 3.0, 0.0, 3.0], [0.0, 3.0, 0.0, 0.0]);
+    world_of([0.0, 0.0, 4.0, 3.0], &[right, back, left, front])
 }
 
 /// Exact ranges from a body pose, and the wall that each beam met.

@@ -1,7 +1,7 @@
 //! The field against the book's mixture, cell by cell.
 
 use super::*;
-use rusty_geometry::{Material, WallSpec, WorldSpec};
+use crate::scan_match::tests::world_of;
 
 const RANGE_MAX_M: f64 = 8.0;
 
@@ -18,9 +18,7 @@ fn model() -> BeamModel {
 
 /// One wall along x = 1.
 fn one_wall() -> World {
-    let wall = WallSpec { a: [1.0, 0.0], b: [1.0, 2.0], material: Material::Wall };
-    let (name, bounds) = ("one wall".to_owned(), [0.0, 0.0, 2.0, 2.0]);
-    World::new(WorldSpec { name, bounds, walls: vec![wall], landmarks: Vec::new() }).unwrap()
+    world_of([0.0, 0.0, 2.0, 2.0], &[[1.0, 0.0, 1.0, 2.0]])
 }
 
 /// Table 6.3, line 8, of readings that are not z_max.
@@ -171,10 +169,8 @@ fn the_right_pose_has_what_is_expected_of_it() {
 #[test]
 fn a_large_world_has_coarse_cells_and_is_as_likely_as_is_expected() {
     use crate::Random;
-    let wall = |a, b| WallSpec { a, b, material: Material::Wall };
-    let walls = vec![wall([0.0, 0.0], [100.0, 0.0]), wall([33.33, 0.0], [33.33, 100.0])];
-    let (name, bounds) = ("large".to_owned(), [0.0, 0.0, 100.0, 100.0]);
-    let world = World::new(WorldSpec { name, bounds, walls, landmarks: Vec::new() }).unwrap();
+    let walls = [[0.0, 0.0, 100.0, 0.0], [33.33, 0.0, 33.33, 100.0]];
+    let world = world_of([0.0, 0.0, 100.0, 100.0], &walls);
     let model = BeamModel { sigma_hit_m: 0.02, ..model() };
     let field = LikelihoodField::of_world(&world, &model, RANGE_MAX_M, 0.0, 0.01);
     let cell_m = field.frame.cell_m;

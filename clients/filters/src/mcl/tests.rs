@@ -5,9 +5,9 @@ use super::*;
 use crate::OccupancyMap;
 use crate::moment::Moment;
 use crate::occupancy::Cell;
+use crate::scan_match::tests::world_of;
 use rusty_contract::config::LidarConfig;
-use rusty_geometry::Material::Wall;
-use rusty_geometry::{DiffDrive, Scan, WallSpec, World, WorldSpec, odometry_delta};
+use rusty_geometry::{DiffDrive, Scan, World, odometry_delta};
 
 /// A robot that drives an arc, and its laser.
 struct Drive {
@@ -323,7 +323,7 @@ fn a_map_of_cells_serves_as_well() {
 /// second one is a box that is not on the map.
 fn building(is_mapped: bool) -> World {
     let (mut random, mut walls) = (Random::new(5, 5), Vec::new());
-    let mut wall = |a: [f64; 2], b: [f64; 2]| walls.push(WallSpec { a, b, material: Wall });
+    let mut wall = |a: [f64; 2], b: [f64; 2]| walls.push([a[0], a[1], b[0], b[1]]);
     for (corridor, side) in (0..6).flat_map(|corridor| [(corridor, -1.0), (corridor, 1.0)]) {
         let y_m = |from_middle_m: f64| 8.0 * f64::from(corridor) + 4.0 + side * from_middle_m;
         let (mut x_m, mut at_m, mut count) = (0.0, 0.0, 0);
@@ -342,8 +342,7 @@ fn building(is_mapped: bool) -> World {
         }
         wall([40.0, y_m(at_m)], [40.0, y_m(0.0)]);
     }
-    let (name, bounds) = ("building".to_owned(), [0.0, 0.0, 40.0, 48.0]);
-    World::new(WorldSpec { name, bounds, walls, landmarks: Vec::new() }).unwrap()
+    world_of([0.0, 0.0, 40.0, 48.0], &walls)
 }
 
 #[test]

@@ -3,7 +3,9 @@
 use nalgebra::Matrix3;
 use rusty_contract::Start;
 use rusty_contract::config::LidarConfig;
-use rusty_geometry::{DiffDrive, EncoderCounts, SE2, Scan, Twist, World, WorldSpec, apartment};
+use rusty_geometry::{
+    DiffDrive, EncoderCounts, Material, SE2, Scan, Twist, WallSpec, World, WorldSpec, apartment,
+};
 
 use super::*;
 use crate::Random;
@@ -78,12 +80,13 @@ impl Robot {
 
 /// The world within these bounds that has walls from (x, y) to (x, y) each, m.
 pub(crate) fn world_of(bounds: [f64; 4], walls: &[[f64; 4]]) -> World {
-    let wall = |[x, y, to_x, to_y]: &[f64; 4]| {
-        format!(r#"{{"a":[{x:?},{y:?}],"b":[{to_x:?},{to_y:?}],"material":"Wall"}}"#)
+    let wall = |&[x, y, to_x, to_y]: &[f64; 4]| WallSpec {
+        a: [x, y],
+        b: [to_x, to_y],
+        material: Material::Wall,
     };
-    let walls = walls.iter().map(wall).collect::<Vec<_>>().join(",");
-    let text = format!(r#"{{"name":"test","bounds":{bounds:?},"walls":[{walls}]}}"#);
-    World::new(WorldSpec::from_json_str(&text).unwrap()).unwrap()
+    let (name, walls) = ("test".to_owned(), walls.iter().map(wall).collect());
+    World::new(WorldSpec { name, bounds, walls, landmarks: Vec::new() }).unwrap()
 }
 
 /// Two parallel walls, 60 m long.
