@@ -334,17 +334,22 @@ pub fn is_meagre(laser: &Laser, rays: &[Ray]) -> bool {
     laser.beams() < FEW_BEAMS || is_narrow(laser, rays)
 }
 
-/// Ends of a scan, about evenly along the walls.
-fn thinned(rays: &[Ray]) -> Vec<Point2<f64>> {
-    let mut ends: Vec<Point2<f64>> = Vec::new();
+/// The rays of a scan that count, with ends about evenly along the walls.
+pub fn scored(rays: &[Ray]) -> impl Iterator<Item = &Ray> {
+    let mut chosen: Vec<&Ray> = Vec::new();
     for ray in rays {
-        let is_apart = ends.last().is_none_or(|last| (last - ray.point).norm() >= APART_M);
+        let is_apart = chosen.last().is_none_or(|last| (last.point - ray.point).norm() >= APART_M);
         if is_apart && ray.point.coords.norm() < RADIUS_M {
-            ends.push(ray.point);
+            chosen.push(ray);
         }
     }
-    let step = 1 + ends.len() / MOST_ENDS;
-    ends.into_iter().step_by(step).collect()
+    let step = 1 + chosen.len() / MOST_ENDS;
+    chosen.into_iter().step_by(step)
+}
+
+/// Their ends.
+fn thinned(rays: &[Ray]) -> Vec<Point2<f64>> {
+    scored(rays).map(|ray| ray.point).collect()
 }
 
 mod drawing;

@@ -22,7 +22,7 @@ use rusty_geometry::SE2;
 
 use super::SURE_DEVIATIONS;
 use super::laser::Ray;
-use super::surface::Surface;
+use super::surface::{Side, Surface};
 use crate::Motion;
 use crate::tangent::{at_least_zero, right_jacobian, right_jacobian_inverse, seen_from, symmetric};
 
@@ -68,7 +68,7 @@ pub(super) fn pairs(
     let turned = |v: &Vector2<f64>| turn.transform_point(&Point2::from(*v)).coords;
     let of_ray = |(k, ray): (usize, &Ray)| {
         let point = now.transform_point(&ray.point);
-        let (piece, at_m) = surface.nearest(&point, &viewpoint, reach_m)?;
+        let (piece, at_m) = surface.nearest(&point, &viewpoint, reach_m, Side::Front)?;
         let wall = &surface.pieces()[piece];
         let own = scan.piece_of(ray);
         let is_same_way = own.is_none_or(|own| turned(&own.normal).dot(&wall.normal) >= SAME_WAY);

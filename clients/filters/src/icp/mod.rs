@@ -46,7 +46,7 @@ use thiserror::Error;
 pub use self::evidence::{Evidence, Fused};
 use self::evidence::{Pair, loosen, pairs};
 pub use self::laser::{Laser, Ray};
-pub use self::surface::{Piece, Surface};
+pub use self::surface::{Piece, Side, Surface};
 use crate::Motion;
 use crate::numbers::{positive, share};
 

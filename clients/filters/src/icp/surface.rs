@@ -5,6 +5,7 @@
 //! those of one side (M. Kuwahara's filter of 1976, on a line of points).
 
 use nalgebra::{Point2, Vector2};
+use rusty_geometry::SE2;
 
 use super::laser::{Laser, Ray, View};
 
@@ -49,6 +50,15 @@ impl Piece {
     pub fn height_variance_m2(&self, at_m: f64) -> f64 {
         self.variance_m2 / self.window.1 as f64 + self.tilt_variance * at_m * at_m
     }
+}
+
+/// The side from which a wall is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// That of the scan which the wall is of.
+    Front,
+    /// The other one.
+    Behind,
 }
 
 /// The walls around a scan.
@@ -127,13 +137,20 @@ impl Surface {
         self.view.has(self.view.beam_towards(point))
     }
 
-    /// The piece of wall nearest to a point that was seen from `viewpoint`, no
-    /// farther than `reach_m`, and how far along it from its middle, m.
+    /// Whether a ray from the pose `now` ends within `reach_m` of a wall, seen from this side.
+    pub fn has_wall(&self, ray: &Ray, now: &SE2, reach_m: f64, side: Side) -> bool {
+        let [point, viewpoint] = [ray.point, self.view.viewpoint].map(|p| now.transform_point(&p));
+        self.nearest(&point, &viewpoint, reach_m, side).is_some()
+    }
+
+    /// The piece of wall nearest to a point that was seen from `viewpoint`, from this side of
+    /// the wall, no farther than `reach_m`, and how far along it from its middle, m.
     pub(super) fn nearest(
         &self,
         point: &Point2<f64>,
         viewpoint: &Point2<f64>,
         reach_m: f64,
+        side: Side,
     ) -> Option<(usize, f64)> {
         let beam = self.view.beam_towards(point);
         // A wall within reach is seen under no larger angle than this.
@@ -152,8 +169,9 @@ impl Surface {
             let gap_m = 0.5 * (to_m - from_m) / (piece.window.1 - 1) as f64;
             let beyond_m = (beyond_m - gap_m).max(0.0);
             let squared_m2 = across_m * across_m + beyond_m * beyond_m;
-            let faces = (viewpoint - piece.middle).dot(&piece.normal) > 0.0;
-            if squared_m2 < best_m2 && faces && beyond_m <= gap_m {
+            let is_front = (viewpoint - piece.middle).dot(&piece.normal) > 0.0;
+            let counts = is_front == (side == Side::Front);
+            if squared_m2 < best_m2 && counts && beyond_m <= gap_m {
                 (best, best_m2) = (Some((k, along_m)), squared_m2);
             }
         }

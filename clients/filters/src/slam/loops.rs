@@ -5,17 +5,18 @@
 //! places using spectrally clustered local matches*, Robotics and Autonomous Systems 57
 //! (2009), for loops that have to agree with each other.
 //!
-//! Departure: a loop of a search is confirmed by a single other one. Later ones that
-//! contradict the graph lose weight in it ([`crate::pose_graph`]).
+//! Departures: a loop of a search is confirmed by a single other one. Later ones that
+//! contradict the graph lose weight in it ([`crate::pose_graph`]). A pose that fits walls
+//! from behind is refused.
 
 use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::{SE2, trig};
 
 use super::{LoopOptions, Slam};
 use crate::Motion;
-use crate::icp::match_scans;
+use crate::icp::{Ray, Side, match_scans};
 use crate::pose_graph::{Constraint, Kind};
-use crate::submap::{Submap, Unseen, Window, is_narrow};
+use crate::submap::{Submap, Unseen, Window, is_narrow, scored};
 use crate::tangent::symmetric;
 
 /// A loop that surprises the graph more (χ² of three numbers) is refused. That is far
@@ -39,6 +40,11 @@ const NEIGHBOURS: usize = 5;
 /// The best pose of a window has this score at least, and leads the best other one by this.
 const FITS_SCORE: f64 = 0.5;
 const LEAD_SCORE: f64 = 0.06;
+/// Rays that end this near (m) to walls which the submap knows from the other side only are at
+/// most this part of a score. The map has no sides: where two corridors meet, the left wall of
+/// one, seen from behind, would be the right wall of the other.
+const BEHIND: f64 = 0.4;
+const BEHIND_M: f64 = 0.15;
 /// Key scans of a submap that the scan is matched with, the nearest ones.
 const MATCHED_KEYS: usize = 3;
 /// Deviations of the pose that a search found, for such a match (m, rad).
@@ -131,7 +137,7 @@ impl Slam {
             return None;
         }
         let apart = |k: usize| in_map(k).inverse() * best.pose;
-        let mut keys: Vec<(f64, usize)> = near.map(|k| (farness(&apart(k)), k)).collect();
+        let mut keys: Vec<(f64, usize)> = near.clone().map(|k| (farness(&apart(k)), k)).collect();
         keys.sort_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
         let covariance = Matrix3::from_diagonal(&FOUND_STD.component_mul(&FOUND_STD));
         for (_, k) in keys.into_iter().take(MATCHED_KEYS) {
@@ -141,9 +147,30 @@ impl Slam {
                 return Some((k, measured));
             }
         }
+        let keys: Vec<_> = near.map(|k| (k, apart(k))).collect();
+        if self.share_from_behind(&keys) > BEHIND * best.score {
+            return None;
+        }
         let spread = map.spread(rays, &best.pose);
         let information = symmetric(&spread.covariance.try_inverse()?);
         Some((old, (spread.now_in_then, information)))
+    }
+
+    /// The share of the newest rays that count which end on walls that these key scans, each with
+    /// the newest pose in its frame, saw from the other side, and none of them from this one.
+    fn share_from_behind(&self, keys: &[(usize, SE2)]) -> f64 {
+        let Some(newest) = self.seen.last() else { return 0.0 };
+        let is_on = |ray: &Ray, side: Side| {
+            let sees =
+                |(k, now): &(usize, SE2)| self.seen[*k].surface.has_wall(ray, now, BEHIND_M, side);
+            keys.iter().any(sees)
+        };
+        let (mut all, mut behind) = (0u32, 0u32);
+        for ray in scored(newest.surface.rays()) {
+            all += 1;
+            behind += u32::from(!is_on(ray, Side::Front) && is_on(ray, Side::Behind));
+        }
+        f64::from(behind) / f64::from(all.max(1))
     }
 
     /// The motion from an old key scan to the newest, if they match near a guess and that

@@ -1,12 +1,14 @@
 //! Searches for the place where a robot is that the graph has elsewhere.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::{SE2, Twist, apartment};
 
 use super::super::{Seen, Slam, SlamOptions};
 use crate::beams::believed_lidar;
 use crate::icp::{Laser, Surface};
-use crate::scan_match::tests::{Robot, corridor, start};
+use crate::scan_match::tests::{Robot, corridor, start, world_of};
 
 /// A filter after a round through the largest room.
 fn after_a_round(seed: u64) -> (Robot, Slam) {
@@ -108,6 +110,43 @@ fn a_place_that_fits_twice_is_no_loop() {
         assert!(!slam.close_loops(), "{motion:?}");
     }
     assert_eq!((slam.loops(), slam.unconfirmed.len()), (before, 0));
+}
+
+/// Down one of two corridors that meet, from the corner, and back to it through the other one:
+/// its wall on the left is that on the right seen from behind.
+#[test]
+fn a_wall_seen_from_behind_is_no_loop() {
+    let walls = [
+        [-1.25, -1.25, 40.0, -1.25],
+        [-1.25, -1.25, -1.25, 40.0],
+        [1.25, 1.25, 40.0, 1.25],
+        [1.25, 1.25, 1.25, 40.0],
+    ];
+    for seed in 1..=4 {
+        let world = world_of([-2.0, -2.0, 40.0, 40.0], &walls);
+        let mut robot = Robot::new(world, SE2::identity(), seed);
+        robot.lidar.first_bearing_rad = -FRAC_PI_2;
+        robot.lidar.fov_rad = PI;
+        let mut slam = Slam::new(&start(&robot.lidar, Some(robot.pose)), &SlamOptions::default());
+        for k in 0..1500 {
+            slam.advance(robot.drive(Twist { v_m_s: 0.5, omega_rad_s: 0.0 }));
+            if k % 5 == 4 {
+                slam.scan(&robot.look());
+            }
+        }
+        let (before, std) = (slam.loops(), Vector3::new(2.0, 2.0, 0.03));
+        for away_m in [5.5, 4.6, 3.7] {
+            let here = SE2::new(0.0, away_m, -FRAC_PI_2);
+            let motion = robot.pose.inverse() * here;
+            add_sure_key(&mut robot, &mut slam, motion, SE2::new(0.5, 0.1, 0.0), std);
+            assert!(!slam.close_loops(), "{seed}: {away_m}");
+            for found in &slam.unconfirmed {
+                let off = here.boxminus(&(slam.graph.poses()[found.from] * found.motion));
+                assert!(off.norm() < 0.1, "{seed}, {away_m}: {off}");
+            }
+        }
+        assert_eq!(slam.loops(), before, "{seed}");
+    }
 }
 
 #[test]
