@@ -21,5 +21,5 @@ fn main() -> Exit {
         return Exit::Failed;
     }
     rusty_engine::run::prepare_process();
-    output::finish("sim-server", commands::Cli::from_command_line().run())
+    output::finish("sim-server", rusty_clients::parsed::<commands::Cli>().run())
 }

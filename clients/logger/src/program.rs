@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use rusty_clients::{ClientArgs, run_recorder};
+use rusty_clients::{ClientArgs, parsed, run_recorder};
 use rusty_contract::{Exit, Program, errln, outln, output};
 
 use crate::{Logger, measure::Measure};
@@ -68,7 +68,7 @@ struct MeasureArgs {
 }
 
 fn main() -> Exit {
-    let cli = Cli::parse();
+    let cli: Cli = parsed();
     match cli.verb {
         None => run_recorder(&cli.args, |start, brief| Logger::new(start, brief, &cli.args)),
         Some(Verb::Measure(args)) => measure(args),

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Command, FromArgMatches as _};
+use clap::{Arg, Args, Command, CommandFactory, FromArgMatches};
 use rusty_contract::RunName;
 use rusty_contract::output::same_file;
 use rusty_link::WaitPolicy;
@@ -81,7 +81,25 @@ fn program(word: Option<OsString>) -> String {
 fn command<O: Args>(program: String) -> Command {
     let command = Command::new(program).version(env!("CARGO_PKG_VERSION"));
     let about = "Take part in a run of sim-server or work on its log";
-    O::augment_args(ClientArgs::augment_args(command).about(about))
+    with_negative_numbers(O::augment_args(ClientArgs::augment_args(command).about(about)))
+}
+
+/// Negative numbers as values of all options: a value that is refused says why.
+fn with_negative_numbers(command: Command) -> Command {
+    let allow = |arg: Arg| match arg.get_action().takes_values() {
+        true => arg.allow_negative_numbers(true),
+        false => arg,
+    };
+    command.mut_args(allow).mut_subcommands(with_negative_numbers)
+}
+
+/// Parses this process's command line, with negative numbers as values of all options. Ends the
+/// process with the help, or with an error for an invalid command line.
+#[must_use]
+pub fn parsed<P: CommandFactory + FromArgMatches>() -> P {
+    let mut command = with_negative_numbers(P::command());
+    let matches = command.get_matches_mut();
+    P::from_arg_matches(&matches).unwrap_or_else(|e| e.format(&mut command).exit())
 }
 
 impl ClientArgs {
@@ -235,6 +253,12 @@ mod tests {
         assert!(matches!(out, Err(ClientError::Unusable(_))), "{out:?}");
         let beliefs = check(&["--log", "l", "--beliefs", "y"]);
         assert!(matches!(beliefs, Err(ClientError::ShowsNone(_))), "{beliefs:?}");
+    }
+
+    #[test]
+    fn a_negative_number_is_the_value_of_its_option() {
+        let args = parse(&["x.py", "--run", "lab", "--join-timeout", "-1"]).unwrap();
+        assert_eq!(args.join_timeout, -1.0);
     }
 
     #[test]

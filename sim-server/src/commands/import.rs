@@ -107,7 +107,7 @@ pub struct Files {
     pub output: Output,
 }
 
-/// Number of lines between two lines of progress.
+/// Number of lines or messages between two lines of progress.
 const PROGRESS_LINES: u64 = 50_000;
 
 fn pose(text: &str) -> Result<SE2, String> {
@@ -132,7 +132,7 @@ fn frames(text: &str) -> Result<Poses, String> {
 
 pub fn run(format: &ImportFormat) -> Result<Exit> {
     match format {
-        ImportFormat::Carmen(args) => convert(&args.files, |files, options, progress| {
+        ImportFormat::Carmen(args) => convert(&args.files, "lines", |files, options, progress| {
             import::import_carmen(&files.input, &files.log, options, progress)
         }),
         ImportFormat::Mcap(args) => ros(args, false),
@@ -158,12 +158,12 @@ fn trajectory(args: &TrajectoryArgs) -> Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Shows how far the reading of many `lines` is, to a person.
-fn shown(lines: &'static str, output: &Output) -> impl FnMut(u64) + use<> {
+/// Shows how far the reading of many lines or messages (`counted`) is, to a person.
+fn shown(counted: &'static str, output: &Output) -> impl FnMut(u64) + use<> {
     let is_shown = std::io::stderr().is_terminal() && !output.json;
     move |done: u64| {
         if is_shown && done.is_multiple_of(PROGRESS_LINES) {
-            errln!("  {done} {lines}");
+            errln!("  {done} {counted}");
         }
     }
 }
@@ -171,7 +171,7 @@ fn shown(lines: &'static str, output: &Output) -> impl FnMut(u64) + use<> {
 fn ros(args: &RosArgs, is_bag: bool) -> Result<Exit> {
     let RosArgs { scan, odom, truth, laser_offset, .. } = args.clone();
     let ros = RosOptions { scan, odom, truth, laser_offset };
-    convert(&args.files, |files, options, progress| {
+    convert(&args.files, "messages", |files, options, progress| {
         import_ros(&files.input, is_bag, &files.log, &ros, options, progress)
     })
 }
@@ -180,11 +180,12 @@ type Imported = Result<ImportReport, import::ImportError>;
 
 fn convert(
     args: &Files,
+    counted: &'static str,
     import: impl FnOnce(&Files, ImportOptions<'_>, &mut dyn FnMut(u64)) -> Imported,
 ) -> Result<Exit> {
     check_free(&args.log, args.force)?;
     let options = ImportOptions { writer: WRITER, strict: args.strict };
-    let report = import(args, options, &mut shown("lines", &args.output))?;
+    let report = import(args, options, &mut shown(counted, &args.output))?;
     args.output.print_with(&report, || {
         outln!("{report}");
         outln!("log       {}", args.log.display());

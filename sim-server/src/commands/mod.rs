@@ -34,7 +34,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context as _, Result};
-use clap::{Arg, Command, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 use rusty_contract::{Exit, FieldError, LogHeader, NameError, errln};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
@@ -126,23 +126,7 @@ enum Verb {
     Confined(confined::ConfinedArgs),
 }
 
-/// Negative numbers as values of all options: a value that is refused says why.
-fn with_negative_numbers(command: Command) -> Command {
-    let allow = |arg: Arg| match arg.get_action().takes_values() {
-        true => arg.allow_negative_numbers(true),
-        false => arg,
-    };
-    command.mut_args(allow).mut_subcommands(with_negative_numbers)
-}
-
 impl Cli {
-    /// Parses this process's command line. Ends the process with the help, or with an
-    /// error for an invalid command line.
-    pub fn from_command_line() -> Self {
-        let matches = with_negative_numbers(Self::command()).get_matches();
-        Self::from_arg_matches(&matches).unwrap_or_else(|e| e.format(&mut Self::command()).exit())
-    }
-
     /// Runs the command and returns its exit code; an error goes to stderr.
     pub fn run(self) -> Exit {
         let done = match self.verb {
@@ -259,6 +243,6 @@ mod tests {
 
     #[test]
     fn the_command_line_is_consistent() {
-        with_negative_numbers(Cli::command()).debug_assert();
+        Cli::command().debug_assert();
     }
 }

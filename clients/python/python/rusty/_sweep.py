@@ -233,7 +233,7 @@ def _slurm_script(words: list[str], folder: Path, shards: int, options: Sequence
         "--ntasks=1",
         "--cpus-per-task=1",
         "--open-mode=append",
-        f"--output={folder}/slurm-%A_%a.txt",
+        f"--output={shlex.quote(str(folder))}/slurm-%A_%a.txt",
     ]
     lines = [f"#SBATCH {option}" for option in [*fixed, *options]]
     return "\n".join(

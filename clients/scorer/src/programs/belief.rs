@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Parser;
-use rusty_clients::stop_by_signal;
+use rusty_clients::{parsed, stop_by_signal};
 use rusty_contract::belief::{Summary, tidy};
 use rusty_contract::{BeliefHeader, BeliefKind, Exit, RunName, errln, outln, output};
 use rusty_link::BeliefViewer;
@@ -56,7 +56,7 @@ struct Line<'a> {
 }
 
 pub(super) fn main() -> Exit {
-    let cli = Cli::parse();
+    let cli: Cli = parsed();
     let exit = match observe(&cli) {
         Ok(()) => Exit::Done,
         Err(e) => {

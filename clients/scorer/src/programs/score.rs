@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser};
 use nalgebra::Point2;
-use rusty_clients::{ClientArgs, run_recorder};
+use rusty_clients::{ClientArgs, parsed, run_recorder};
 use rusty_contract::Exit;
 use rusty_contract::score::{ReferenceNoise, Within};
 use rusty_metrics::{Goals, Yardstick};
@@ -142,7 +142,7 @@ fn duration(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn main() -> Exit {
-    let Cli { args, judged, to, drawn } = Cli::parse();
+    let Cli { args, judged, to, drawn } = parsed();
     let yardstick = Yardstick::from(judged);
     run_recorder(&args, |_, brief| {
         let scorer = Scorer::with(yardstick, brief, &args)?;

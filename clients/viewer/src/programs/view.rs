@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use rustix::process::{DumpableBehavior, set_dumpable_behavior};
-use rusty_clients::{ClientError, stop_by_signal};
+use rusty_clients::{ClientError, parsed, stop_by_signal};
 use rusty_contract::log::LogReader;
 use rusty_contract::{Brief, Credentials, Exit, Phase, RunName, errln, outln, output};
 use rusty_link::Peer;
@@ -89,7 +89,7 @@ The second address is for Foxglove and Lichtblick, and has the same secret.
 The viewer ends when the page is closed, or with Ctrl-C. docs/view.md has the keys.";
 
 pub(super) fn main() -> Exit {
-    let cli = Cli::parse();
+    let cli: Cli = parsed();
     // It may hold the key: no core dumps, and no other process of this user reads its
     // memory. Where that cannot be had, it goes on.
     let _ = set_dumpable_behavior(DumpableBehavior::NotDumpable);
