@@ -55,6 +55,8 @@ const UNLIKELY_COSTS: f64 = 0.2;
 /// A pose that scores this much less than the best is e^−½ times as likely. Beams are
 /// not independent: the error of a wall is that of all its beams.
 const SCORE_STD: f64 = 0.03;
+/// A pose that scores less than the best one by no more than this is as good.
+pub const EQUAL_SCORE: f64 = 0.04;
 /// Poses as near to the best as this (m, rad) are not another solution.
 const OTHER_M: f64 = 0.4;
 const OTHER_RAD: f64 = 0.2;

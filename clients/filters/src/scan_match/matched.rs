@@ -7,7 +7,7 @@ use super::Tracker;
 use super::doubts::{doubted, lost, slipped};
 use crate::Motion;
 use crate::icp::{Fused, Match, NoMatch, Ray, Surface, match_scans};
-use crate::submap::{Placement, Submap, Unseen, Window, is_meagre};
+use crate::submap::{EQUAL_SCORE, Placement, Submap, Unseen, Window, is_meagre};
 
 /// A match that surprises the wheels more than this (χ² of three numbers, once in
 /// ten thousand) says that they slipped.
@@ -27,8 +27,6 @@ const LEADS_BY: f64 = 0.1;
 /// and fits with this score if wheels that slipped may be there: many beams of the scan may
 /// be wrong.
 const LEADER_SCORE: f64 = 0.3;
-/// A match that scores less than the best pose by no more than this is as good.
-const EQUAL_SCORE: f64 = 0.04;
 /// A scan with fewer ends is too sparse for a score to refute a match of it.
 const SPARSE_ENDS: usize = 60;
 

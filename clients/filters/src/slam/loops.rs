@@ -16,7 +16,7 @@ use super::{LoopOptions, Slam};
 use crate::Motion;
 use crate::icp::{Ray, Side, match_scans};
 use crate::pose_graph::{Constraint, Kind};
-use crate::submap::{Submap, Unseen, Window, is_narrow, scored};
+use crate::submap::{EQUAL_SCORE, Submap, Unseen, Window, is_narrow, scored};
 use crate::tangent::symmetric;
 
 /// A loop that surprises the graph more (χ² of three numbers) is refused. That is far
@@ -49,6 +49,8 @@ const BEHIND_M: f64 = 0.15;
 const MATCHED_KEYS: usize = 3;
 /// Deviations of the pose that a search found, for such a match (m, rad).
 const FOUND_STD: Vector3<f64> = Vector3::new(0.3, 0.3, 0.1);
+/// A match this far from that pose (m) has to score as much.
+const SLIDES_M: f64 = 0.2;
 /// Two loops confirm each other if their new key scans are at most this many apart,
 const CONFIRM_WITHIN: usize = 12;
 /// and their poses differ by this χ² at most, with these deviations (m, rad).
@@ -143,7 +145,13 @@ impl Slam {
         for (_, k) in keys.into_iter().take(MATCHED_KEYS) {
             let guess = apart(k);
             let found = Motion { now_in_then: guess, covariance };
-            if let Some(measured) = self.matched(k, &guess, &found) {
+            // Along a corridor a match may slide to where the scan fits worse.
+            let fits = |(motion, _): &Measured| {
+                let slid = guess.inverse() * *motion;
+                trig::hypot(slid.x(), slid.y()) <= SLIDES_M
+                    || map.score(rays, &(in_map(k) * *motion)) >= best.score - EQUAL_SCORE
+            };
+            if let Some(measured) = self.matched(k, &guess, &found).filter(fits) {
                 return Some((k, measured));
             }
         }

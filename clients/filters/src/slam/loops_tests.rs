@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Matrix3, Vector3};
-use rusty_geometry::{SE2, Twist, apartment};
+use rusty_geometry::{SE2, Twist, World, apartment};
 
 use super::super::{Seen, Slam, SlamOptions};
 use crate::beams::believed_lidar;
@@ -21,6 +21,13 @@ fn after_a_round(seed: u64) -> (Robot, Slam) {
         }
     }
     (robot, slam)
+}
+
+/// A robot at the origin whose laser sees nothing behind.
+fn looking_ahead(world: World, seed: u64) -> Robot {
+    let mut robot = Robot::new(world, SE2::identity(), seed);
+    (robot.lidar.first_bearing_rad, robot.lidar.fov_rad) = (-FRAC_PI_2, PI);
+    robot
 }
 
 /// Moves the robot by `motion` and adds a key scan there. The wheels are off by `error`
@@ -124,9 +131,7 @@ fn a_wall_seen_from_behind_is_no_loop() {
     ];
     for seed in 1..=4 {
         let world = world_of([-2.0, -2.0, 40.0, 40.0], &walls);
-        let mut robot = Robot::new(world, SE2::identity(), seed);
-        robot.lidar.first_bearing_rad = -FRAC_PI_2;
-        robot.lidar.fov_rad = PI;
+        let mut robot = looking_ahead(world, seed);
         let mut slam = Slam::new(&start(&robot.lidar, Some(robot.pose)), &SlamOptions::default());
         for k in 0..1500 {
             slam.advance(robot.drive(Twist { v_m_s: 0.5, omega_rad_s: 0.0 }));
@@ -147,6 +152,55 @@ fn a_wall_seen_from_behind_is_no_loop() {
         }
         assert_eq!(slam.loops(), before, "{seed}");
     }
+}
+
+/// A corridor with niches of half a metre on both sides.
+fn corridor_with_niches() -> World {
+    let mut walls = Vec::new();
+    for (side, first_m) in [(1.0, 0.0), (-1.0, 1.7)] {
+        let mut from = -2.0;
+        for niche in [3.0, 8.5, 14.0, 21.5, 27.0, 34.0] {
+            let (at, end) = (niche + first_m, niche + first_m + 1.0);
+            walls.push([from, side, at, side]);
+            walls.push([at, side, at, 1.5 * side]);
+            walls.push([at, 1.5 * side, end, 1.5 * side]);
+            walls.push([end, 1.5 * side, end, side]);
+            from = end;
+        }
+        walls.push([from, side, 60.0, side]);
+    }
+    world_of([-2.0, -2.0, 60.0, 2.0], &walls)
+}
+
+/// Down a corridor, and back in it by wheels that are unsure of the distance.
+#[test]
+fn a_match_that_slides_along_a_corridor_is_no_loop() {
+    let mut found = 0;
+    for seed in 1..=8 {
+        let mut robot = looking_ahead(corridor_with_niches(), seed);
+        robot.lidar.range_max_m = 30.0;
+        let mut slam = Slam::new(&start(&robot.lidar, Some(robot.pose)), &SlamOptions::default());
+        for k in 0..2500 {
+            slam.advance(robot.drive(Twist { v_m_s: 0.5, omega_rad_s: 0.0 }));
+            robot.pose = SE2::new(robot.pose.x(), 0.0, 0.0);
+            if k % 5 == 4 {
+                slam.scan(&robot.look());
+            }
+        }
+        for x_m in [2.0, 5.0, 7.0, 9.5, 12.0, 14.0, 16.0, 18.0] {
+            let here = SE2::new(x_m, 0.1, 0.05);
+            let motion = robot.pose.inverse() * here;
+            let std = Vector3::new(0.3, 0.05, 0.02);
+            add_sure_key(&mut robot, &mut slam, motion, SE2::new(0.3, 0.0, 0.0), std);
+            slam.close_loops();
+            for new in slam.unconfirmed.drain(..) {
+                let off = here.boxminus(&(slam.graph.poses()[new.from] * new.motion));
+                assert!(off.norm() < 0.25, "{seed}, {x_m}: {off}");
+                found += 1;
+            }
+        }
+    }
+    assert!(found >= 40, "{found}");
 }
 
 #[test]
