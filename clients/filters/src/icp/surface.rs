@@ -55,7 +55,7 @@ impl Piece {
 /// The side from which a wall is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// That of the scan which the wall is of.
+    /// The side that its scan saw.
     Front,
     /// The other one.
     Behind,

@@ -138,12 +138,11 @@ impl Slam {
         if !best.leads(other.as_ref(), LEAD_SCORE) {
             return None;
         }
-        let apart = |k: usize| in_map(k).inverse() * best.pose;
-        let mut keys: Vec<(f64, usize)> = near.clone().map(|k| (farness(&apart(k)), k)).collect();
-        keys.sort_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
+        let apart = |k: usize| (k, in_map(k).inverse() * best.pose);
+        let mut keys: Vec<(usize, SE2)> = near.map(apart).collect();
+        keys.sort_by(|(i, a), (j, b)| farness(a).total_cmp(&farness(b)).then(i.cmp(j)));
         let covariance = Matrix3::from_diagonal(&FOUND_STD.component_mul(&FOUND_STD));
-        for (_, k) in keys.into_iter().take(MATCHED_KEYS) {
-            let guess = apart(k);
+        for &(k, guess) in keys.iter().take(MATCHED_KEYS) {
             let found = Motion { now_in_then: guess, covariance };
             // Along a corridor a match may slide to where the scan fits worse.
             let fits = |(motion, _): &Measured| {
@@ -155,7 +154,6 @@ impl Slam {
                 return Some((k, measured));
             }
         }
-        let keys: Vec<_> = near.map(|k| (k, apart(k))).collect();
         if self.share_from_behind(&keys) > BEHIND * best.score {
             return None;
         }
@@ -173,12 +171,10 @@ impl Slam {
                 |(k, now): &(usize, SE2)| self.seen[*k].surface.has_wall(ray, now, BEHIND_M, side);
             keys.iter().any(sees)
         };
-        let (mut all, mut behind) = (0u32, 0u32);
-        for ray in scored(newest.surface.rays()) {
-            all += 1;
-            behind += u32::from(!is_on(ray, Side::Front) && is_on(ray, Side::Behind));
-        }
-        f64::from(behind) / f64::from(all.max(1))
+        let is_behind = |ray: &&Ray| !is_on(ray, Side::Front) && is_on(ray, Side::Behind);
+        let rays: Vec<&Ray> = scored(newest.surface.rays()).collect();
+        let behind = rays.iter().copied().filter(is_behind).count();
+        behind as f64 / rays.len().max(1) as f64
     }
 
     /// The motion from an old key scan to the newest, if they match near a guess and that

@@ -5,21 +5,17 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::{SE2, Twist, World, apartment};
 
+use super::super::tests::{drive, filter};
 use super::super::{Seen, Slam, SlamOptions};
 use crate::beams::believed_lidar;
 use crate::icp::{Laser, Surface};
-use crate::scan_match::tests::{Robot, corridor, start, world_of};
+use crate::scan_match::tests::{Robot, corridor, world_of};
 
 /// A filter after a round through the largest room.
 fn after_a_round(seed: u64) -> (Robot, Slam) {
     let mut robot = Robot::new(apartment(), SE2::new(10.4, 3.0, 1.57), seed);
-    let mut slam = Slam::new(&start(&robot.lidar, Some(robot.pose)), &SlamOptions::default());
-    for k in 0..550 {
-        slam.advance(robot.drive(Twist { v_m_s: 0.5, omega_rad_s: 0.6 }));
-        if k % 5 == 4 {
-            slam.scan(&robot.look());
-        }
-    }
+    let mut slam = filter(&robot, &SlamOptions::default());
+    drive(&mut robot, &mut slam, &[(0.5, 0.6, 550)]);
     (robot, slam)
 }
 
@@ -101,13 +97,8 @@ fn a_graph_that_is_too_sure_finds_the_place() {
 #[test]
 fn a_place_that_fits_twice_is_no_loop() {
     let mut robot = Robot::new(corridor(), SE2::new(-8.0, 0.0, 0.0), 4);
-    let mut slam = Slam::new(&start(&robot.lidar, Some(robot.pose)), &SlamOptions::default());
-    for k in 0..600 {
-        slam.advance(robot.drive(Twist { v_m_s: 0.5, omega_rad_s: 0.0 }));
-        if k % 5 == 4 {
-            slam.scan(&robot.look());
-        }
-    }
+    let mut slam = filter(&robot, &SlamOptions::default());
+    drive(&mut robot, &mut slam, &[(0.5, 0.0, 600)]);
     let before = slam.loops();
     let back = SE2::new(-4.0, 0.0, 0.0);
     for (motion, error) in
@@ -132,13 +123,8 @@ fn a_wall_seen_from_behind_is_no_loop() {
     for seed in 1..=4 {
         let world = world_of([-2.0, -2.0, 40.0, 40.0], &walls);
         let mut robot = looking_ahead(world, seed);
-        let mut slam = Slam::new(&start(&robot.lidar, Some(robot.pose)), &SlamOptions::default());
-        for k in 0..1500 {
-            slam.advance(robot.drive(Twist { v_m_s: 0.5, omega_rad_s: 0.0 }));
-            if k % 5 == 4 {
-                slam.scan(&robot.look());
-            }
-        }
+        let mut slam = filter(&robot, &SlamOptions::default());
+        drive(&mut robot, &mut slam, &[(0.5, 0.0, 1500)]);
         let (before, std) = (slam.loops(), Vector3::new(2.0, 2.0, 0.03));
         for away_m in [5.5, 4.6, 3.7] {
             let here = SE2::new(0.0, away_m, -FRAC_PI_2);
@@ -179,7 +165,7 @@ fn a_match_that_slides_along_a_corridor_is_no_loop() {
     for seed in 1..=8 {
         let mut robot = looking_ahead(corridor_with_niches(), seed);
         robot.lidar.range_max_m = 30.0;
-        let mut slam = Slam::new(&start(&robot.lidar, Some(robot.pose)), &SlamOptions::default());
+        let mut slam = filter(&robot, &SlamOptions::default());
         for k in 0..2500 {
             slam.advance(robot.drive(Twist { v_m_s: 0.5, omega_rad_s: 0.0 }));
             robot.pose = SE2::new(robot.pose.x(), 0.0, 0.0);

@@ -7,7 +7,7 @@ use crate::moment::Moment;
 use crate::scan_match::tests::{Robot, corridor, start};
 
 /// Drives `legs` (speed m/s, rad/s, ticks), with a scan every fifth tick.
-fn drive(robot: &mut Robot, filter: &mut Slam, legs: &[(f64, f64, usize)]) {
+pub(super) fn drive(robot: &mut Robot, filter: &mut Slam, legs: &[(f64, f64, usize)]) {
     for &(v_m_s, omega_rad_s, ticks) in legs {
         for k in 0..ticks {
             filter.advance(robot.drive(Twist { v_m_s, omega_rad_s }));
@@ -18,7 +18,7 @@ fn drive(robot: &mut Robot, filter: &mut Slam, legs: &[(f64, f64, usize)]) {
     }
 }
 
-fn filter(robot: &Robot, options: &SlamOptions) -> Slam {
+pub(super) fn filter(robot: &Robot, options: &SlamOptions) -> Slam {
     Slam::new(&start(&robot.lidar, Some(robot.pose)), options)
 }
 
