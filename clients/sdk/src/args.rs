@@ -84,8 +84,9 @@ fn command<O: Args>(program: String) -> Command {
     with_negative_numbers(O::augment_args(ClientArgs::augment_args(command).about(about)))
 }
 
-/// Negative numbers as values of all options: a value that is refused says why.
-fn with_negative_numbers(command: Command) -> Command {
+/// Takes negative numbers as values of all options: a value that is refused says why.
+#[must_use]
+pub fn with_negative_numbers(command: Command) -> Command {
     let allow = |arg: Arg| match arg.get_action().takes_values() {
         true => arg.allow_negative_numbers(true),
         false => arg,

@@ -46,7 +46,7 @@ pub mod showing;
 mod tick;
 
 #[cfg(feature = "link")]
-pub use args::{ClientArgs, Usage, parsed};
+pub use args::{ClientArgs, Usage, parsed, with_negative_numbers};
 pub use error::ClientError;
 pub use filter::Filter;
 #[cfg(feature = "link")]

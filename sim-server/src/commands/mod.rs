@@ -243,6 +243,6 @@ mod tests {
 
     #[test]
     fn the_command_line_is_consistent() {
-        Cli::command().debug_assert();
+        rusty_clients::with_negative_numbers(Cli::command()).debug_assert();
     }
 }
