@@ -3,6 +3,7 @@
 use rusty_contract::Exit;
 use rusty_engine::run::RunError;
 use rusty_geometry::WorldError;
+#[cfg(feature = "sweep")]
 use rusty_study::sweep::SweepError;
 use thiserror::Error;
 
@@ -17,6 +18,7 @@ pub enum BenchError {
     World(WorldError),
     /// A sweep.
     #[error(transparent)]
+    #[cfg(feature = "sweep")]
     Sweep(SweepError),
     /// Nothing was measured.
     #[error("nothing was measured: {0}")]
@@ -35,6 +37,7 @@ impl BenchError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::Run(e) => e.exit(),
+            #[cfg(feature = "sweep")]
             Self::Sweep(e) => e.exit(),
             _ => Exit::Failed,
         }

@@ -25,6 +25,7 @@ pub mod latency;
 pub mod log;
 pub mod machine;
 pub mod noise;
+#[cfg(feature = "sweep")]
 pub mod page;
 pub mod quantiles;
 pub mod report;
@@ -34,6 +35,7 @@ pub mod stage;
 pub mod stamps;
 pub mod start;
 pub mod step;
+#[cfg(feature = "sweep")]
 pub mod sweep;
 pub mod usage;
 
