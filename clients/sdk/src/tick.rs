@@ -79,7 +79,7 @@ impl<'a> Tick<'a> {
 
     /// What the small sensors of the robot say at the end of the tick, in shared
     /// memory: bumper, IMU, sonars, doors, landmarks. [`Session::start`](crate::Session::start) has their
-    /// geometry and noise.
+    /// geometry, and of their noise what the data sheet has.
     #[must_use]
     pub fn readings(&self) -> Readings<'_> {
         self.frame.readings()

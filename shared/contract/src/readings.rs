@@ -6,7 +6,7 @@
 //!
 //! | order | reading   | numbers | unit, frame, meaning                                        |
 //! |------:|-----------|--------:|-------------------------------------------------------------|
-//! |     0 | bumper    |       1 | bit k: sector k of the body touches a wall; at most 2^16 − 1 |
+//! |     0 | bumper    |       1 | bit k: sector k touches something; at most 2^16 − 1           |
 //! |     1 | IMU       |       3 | yaw rate rad/s; acceleration x, y m/s²; body frame            |
 //! |     2 | sonars    |    1…16 | range of sonar k, m                                         |
 //! |     3 | doors     |    0…32 | numbers of the doors that are detected, ascending           |
@@ -152,7 +152,7 @@ impl<'a> Readings<'a> {
         &self.numbers[from..ends[index]]
     }
 
-    /// Sectors of the body that touch a wall: bit k for sector k.
+    /// Sectors of the body that touch something: bit k for sector k.
     #[must_use]
     pub fn bumper(&self) -> Option<u16> {
         self.part(0).first().map(|sectors| *sectors as u16)

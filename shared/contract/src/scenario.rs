@@ -39,7 +39,7 @@ pub struct Scenario {
     pub dt_s: f64,
     /// One scan every N ticks; 0: none.
     pub scan_every: u64,
-    /// A built-in place: `open`, `hallway`, `apartment`.
+    /// A built-in place, such as `apartment`.
     pub world: String,
     /// A world file instead (a floor plan, a map of ROS or a drawing), relative to the
     /// scenario's folder.

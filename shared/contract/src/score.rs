@@ -40,7 +40,7 @@ pub struct ScoreReport {
     pub ticks: u64,
     /// Ticks for which a true pose is known.
     pub ticks_with_truth: u64,
-    /// Ticks in which a wall kept the robot where it was, by truth and command;
+    /// Ticks in which a wall or a body kept the robot where it was, by truth and command;
     /// `None` where the run was not simulated, or no tick has a truth.
     #[serde(default)]
     pub blocked_ticks: Option<u64>,

@@ -1,6 +1,6 @@
 //! In how many ticks something held the robot.
 //!
-//! A simulated robot that would touch a wall stays where it is while its wheels
+//! A simulated robot that would touch a wall or a body stays where it is while its wheels
 //! and their encoders go on ([`rusty_geometry::World::blocks`] decides). No field
 //! of a frame reports it, but truth and command show it, without a tolerance. A
 //! tick that moves sets the pose to pose ⊞ τ, a tick that is blocked does not

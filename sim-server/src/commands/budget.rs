@@ -26,8 +26,8 @@ prints the final error of dead reckoning. Quantization is in every row.
 
 Shares are of mean squares, which add up if sources are independent and small.
 
-No scans are made and no clients take part. The robot of a scenario with a driver
-does not move here; a truth-steered patrol is steered in every row.
+No scans are made and no clients take part, so a scenario with a driver is refused.
+A truth-steered patrol is steered in every row.
 
 Examples:
   sim-server budget patrol --set robot.radius_bias_right=0.01    the chapter's table

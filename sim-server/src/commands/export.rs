@@ -34,10 +34,11 @@ the log is lost. Of a truncated or damaged log the readable part is exported; th
 exit code is 3.";
 
 const AFTER_CSV: &str = "\
-A line per tick has tick, time_s, the encoder counts, the command, the true pose,
-and for every participant that answers, the pose in effect and its reported
-variances (the diagonal of the covariance in m², m², rad², in the frame of the
-estimate). Missing values are empty. Angles are in rad, in (-π, π].
+A line per tick has tick, time_s, the encoder counts, the command, the readings of
+small sensors, the true pose, and for every participant that answers, the pose in
+effect and its reported variances (the diagonal of the covariance in m², m², rad²,
+in the frame of the estimate). Missing values are empty. Angles are in rad, in
+(-π, π].
 
   sim-server export csv runs/NAME/run.log -o run.csv";
 

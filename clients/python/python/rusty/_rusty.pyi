@@ -178,7 +178,7 @@ class Tick:
         """
     @property
     def bumper(self) -> int | None:
-        """Sectors of the bumper that touch a wall, bit k for sector k. None where the
+        """Sectors of the bumper that touch something, bit k for sector k. None where the
         robot has no bumper."""
     @property
     def imu(self) -> tuple[float, float, float] | None:
@@ -414,7 +414,7 @@ class World:
 
     @staticmethod
     def builtin(name: str) -> World:
-        """A built-in world: "open", "hallway", "apartment" or "lobby"."""
+        """A built-in world, such as "apartment"; `sim-server worlds` lists all."""
     @staticmethod
     def from_file(path: str | PathLike[str]) -> World:
         """The world in a file: TOML or, with the ending .json, JSON.

@@ -1,4 +1,4 @@
-//! The bumper: which sectors of the body touch a wall.
+//! The bumper: which sectors of the body touch something.
 
 use serde::{Deserialize, Serialize};
 
