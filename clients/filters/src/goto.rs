@@ -67,19 +67,20 @@ pub enum Planner {
 #[command(next_help_heading = "Hybrid A*")]
 pub struct Turning {
     /// Minimum turning radius, m
+    #[arg(requires = "planner")]
     #[arg(long, value_name = "METRES", default_value_t = 0.3, value_parser = positive)]
     pub turning_radius_m: f64,
 
     /// Cost of a metre in reverse, in metres forwards
+    #[arg(requires = "planner")]
     #[arg(long, value_name = "FACTOR", default_value_t = 2.0, value_parser = positive)]
     pub reverse_cost: f64,
 
     /// Cost of a change of direction, m
+    #[arg(requires = "planner")]
     #[arg(long, value_name = "METRES", default_value_t = 0.3, value_parser = positive)]
     pub switch_cost_m: f64,
 }
-
-crate::numbers::default_of_command_line!(Turning);
 
 /// Drive to a list of waypoints on a floor plan
 ///
@@ -310,9 +311,26 @@ mod tests {
         assert!(why.contains("waypoint 1 has a heading"), "{why}");
         let why = begin("5.4,7", Options { local: Local::Dwa, ..curves.clone() }).unwrap_err();
         assert!(why.contains("--local dwa"), "{why}");
-        let turning = Turning { turning_radius_m: 20.0, ..Turning::default() };
+        let turning = Turning { turning_radius_m: 20.0, ..curves.turning };
         let why = begin("5.4,7,-1.6", Options { turning, ..curves }).unwrap_err();
         assert!(why.contains("turning radius of 20 m"), "{why}");
+    }
+
+    #[test]
+    fn what_a_curve_may_be_like_needs_a_planner() {
+        #[derive(clap::Parser)]
+        struct Line {
+            #[command(flatten)]
+            options: Options,
+        }
+        let parse = |words: &[&str]| {
+            let words = ["goto", "--turning-radius-m", "1"].iter().chain(words);
+            <Line as clap::Parser>::try_parse_from(words).map(|line| line.options)
+        };
+        let refused = parse(&[]).unwrap_err();
+        assert_eq!(refused.kind(), clap::error::ErrorKind::MissingRequiredArgument, "{refused}");
+        let options = parse(&["--planner", "hybrid-a-star"]).unwrap();
+        assert_eq!(options.turning.turning_radius_m, 1.0);
     }
 
     #[test]

@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use rusty_clients::recorder::{Ending, Step};
 use rusty_clients::{ClientArgs, ClientError, Filter, Recorder, Tick};
-use rusty_contract::{Brief, Exit, Reply, Start, errln, output};
+use rusty_contract::replacement::replace;
+use rusty_contract::{Brief, Exit, Reply, Start, errln};
 use rusty_geometry::SE2;
 
 use crate::beams::believed_lidar;
@@ -193,7 +194,7 @@ impl Mapper {
         let png = rusty_plot::png(&svg(&self.grid, known, &title, &self.path))
             .map_err(|e| ClientError::Picture(e.to_string()))?;
         let file = beside(stem, ".png");
-        output::write(&file, &png).map_err(ClientError::io(&file))?;
+        replace(&file, &png).map_err(ClientError::io(&file))?;
         let frame = map.frame;
         let metres = |cells: usize| cells as f64 * frame.cell_m;
         let share = |wanted| {

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use nalgebra::Matrix3;
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::{Estimate, Reply, input, outln};
+use rusty_contract::{Estimate, Reply, errln, input};
 use rusty_geometry::{SE2, trig};
 
 use crate::motion::carried;
@@ -141,7 +141,7 @@ impl Filter for Trajectory {
             );
             return Err(unusable(path, problem));
         }
-        outln!(
+        errln!(
             "trajectory: {matched} of {ticks} ticks have one of the {} poses of {} within {} s",
             poses.len(),
             path.display(),

@@ -10,14 +10,15 @@ mod shown;
 
 use std::path::{Path, PathBuf};
 
+use rusty_contract::WeightedPose;
 use rusty_contract::belief::{file_name, tidy};
 use rusty_contract::digest::observable_of;
 use rusty_contract::log::{LogHeader, Source};
+use rusty_contract::replacement::replace;
 use rusty_contract::score::{ReferenceNoise, ScoreTable};
 use rusty_contract::{
     BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport, errln, outln,
 };
-use rusty_contract::{WeightedPose, output};
 use rusty_geometry::place;
 use rusty_metrics::{Given, Goals, Held, Meter, Moment, Planned, Yardstick};
 use rusty_plot::png;
@@ -155,7 +156,7 @@ impl Recorder for Scorer {
             let path = folder.join("score.json");
             let json = serde_json::to_vec_pretty(&report)
                 .map_err(|e| ClientError::Unusable(format!("the scores cannot be written: {e}")))?;
-            output::write(&path, &json).map_err(ClientError::io(&path))?;
+            replace(&path, &json).map_err(ClientError::io(&path))?;
         }
         match &report.unscored {
             Some(why) => outln!("unscored: {why}"),
@@ -343,7 +344,7 @@ fn draw(
 ) -> Result<(), ClientError> {
     let write = |file: &str, bytes: &[u8]| {
         let path = folder.join(file);
-        output::write(&path, bytes).map_err(ClientError::io(&path))?;
+        replace(&path, bytes).map_err(ClientError::io(&path))?;
         Ok(path.display().to_string())
     };
     let page = write("report.html", html(header, trace, report).as_bytes());

@@ -9,7 +9,7 @@
 //! Texts of logs and of participants' output may contain escape sequences, which
 //! a terminal obeys. Everything printed here has them made visible.
 //!
-//! [`create`] and [`write()`] are for files whose names the program chooses: a named
+//! [`create`] and [`replace`](crate::replace) are for files whose names the program chooses: a named
 //! pipe that has such a name would make the program wait for a reader for ever.
 
 use std::borrow::Cow;
@@ -20,7 +20,6 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use crate::Exit;
-use crate::replacement::replace;
 
 /// Why the first write to stdout that failed did so.
 static FAILED: OnceLock<io::Error> = OnceLock::new();
@@ -106,19 +105,6 @@ pub fn create(path: &Path) -> io::Result<File> {
     options.open(path)
 }
 
-/// Writes a whole file, or none; a device is written to.
-///
-/// # Errors
-/// Those of [`create`] and of [`replace`], and of writing.
-pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    match path.metadata() {
-        Ok(found) if !found.is_file() => create(path)?.write_all(bytes),
-        // A link stays, and its file is replaced.
-        Ok(_) => replace(&path.canonicalize()?, bytes),
-        Err(_) => replace(path, bytes),
-    }
-}
-
 /// The text with its control characters and the invisible characters that change
 /// the order of a line written as `\u001b`, as in JSON; line breaks and tabs stay.
 #[must_use]
@@ -156,25 +142,5 @@ mod tests {
         let json = serde_json::to_string_pretty(&[text]).unwrap();
         let read: Vec<String> = serde_json::from_str(&visible(&json)).unwrap();
         assert_eq!(read, [text]);
-    }
-
-    #[test]
-    #[cfg(unix)]
-    fn a_pipe_in_the_place_of_a_file_is_refused_at_once() {
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
-        rustix::fs::mkfifoat(rustix::fs::CWD, at("pipe"), mode).unwrap();
-        std::os::unix::fs::symlink(at("pipe"), at("link")).unwrap();
-        for name in ["pipe", "link"] {
-            assert_eq!(write(&at(name), b"x").unwrap_err().kind(), io::ErrorKind::InvalidInput);
-        }
-        std::os::unix::fs::symlink(at("file"), at("to-file")).unwrap();
-        for (name, text) in [("file", "longer"), ("to-file", "text")] {
-            write(&at(name), text.as_bytes()).unwrap();
-        }
-        assert_eq!(std::fs::read(at("file")).unwrap(), b"text");
-        assert!(at("to-file").is_symlink());
-        write(Path::new("/dev/null"), b"x").unwrap();
     }
 }

@@ -24,7 +24,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::config::check_within;
-use rusty_contract::{FieldError, input, output};
+use rusty_contract::replacement::replace;
+use rusty_contract::{FieldError, input};
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
@@ -255,7 +256,7 @@ impl RosMap {
         let height = rows.len();
         let grey: Vec<u8> = rows.flatten().map(|cell| GREY[*cell as usize]).collect();
         let comment = format!("{cell_m} m a pixel");
-        output::write(&image, &pgm::write(width, height, &comment, &grey)).map_err(io(&image))?;
+        replace(&image, &pgm::write(width, height, &comment, &grey)).map_err(io(&image))?;
         // A string of JSON is one of YAML.
         let name = serde_json::Value::from(name);
         let [x, y, yaw, cell] = [x, y, yaw_rad, cell_m].map(decimal);
@@ -263,6 +264,6 @@ impl RosMap {
             "image: {name}\nresolution: {cell}\norigin: [{x}, {y}, {yaw}]\nnegate: 0\n\
              occupied_thresh: {OCCUPIED_ABOVE}\nfree_thresh: {FREE_BELOW}\nmode: trinary\n"
         );
-        output::write(&yaml, page.as_bytes()).map_err(io(&yaml))
+        replace(&yaml, page.as_bytes()).map_err(io(&yaml))
     }
 }

@@ -176,8 +176,8 @@ fn drawing(text: &str, format: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// Refuses to replace a file without `--force`. Devices and pipes are written to,
-/// not replaced.
+/// Refuses to replace a file without `--force`. Devices are written to, not
+/// replaced.
 pub fn check_free(path: &Path, force: bool) -> Result<()> {
     if !force && std::fs::metadata(path).is_ok_and(|found| found.is_file()) {
         let path = path.display();
@@ -208,9 +208,6 @@ pub fn check_apart<'p>(
 /// Refuses a file that cannot be written, before the work that makes it: its folder is not
 /// there, or nothing can be made in it.
 pub fn check_writable(path: &Path) -> Result<()> {
-    if std::fs::metadata(path).is_ok_and(|found| !found.is_file()) {
-        return Ok(());
-    }
     let made = Replacement::of(path).map(drop);
     made.with_context(|| format!("{} cannot be written; give another path", path.display()))
 }

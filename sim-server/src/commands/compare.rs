@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::Args;
-use rusty_contract::{Exit, FieldError, errln};
+use rusty_contract::{Exit, FieldError, errln, replace};
 use rusty_study::versus::contest::versus;
 use rusty_study::versus::drawing::drawing;
 use rusty_study::versus::{Contents, Metric, sides};
@@ -76,7 +76,7 @@ pub fn run(args: &CompareArgs) -> Result<Exit> {
     let found = versus(sides, metrics, asked, level)?;
     args.output.print(&found);
     if let Some(path) = &args.svg {
-        std::fs::write(path, drawing(&found)).with_context(|| path.display().to_string())?;
+        replace(path, drawing(&found).as_bytes()).with_context(|| path.display().to_string())?;
         errln!("drawn into {}", path.display());
     }
     Ok(Exit::Done)

@@ -41,7 +41,7 @@ pub struct ConformanceArgs {
     #[arg(long, default_value_t = 2, value_name = "N")]
     pub jobs: usize,
     /// List the checks with actions, expected results and rules
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["only", "client"])]
     pub list: bool,
     #[command(flatten)]
     pub output: Output,

@@ -7,7 +7,8 @@ use anyhow::{Context as _, Result, bail};
 use clap::{Args, Command};
 use clap_complete::Shell;
 use clap_mangen::Man;
-use rusty_contract::{Exit, FieldError, outln, output};
+use rusty_contract::replacement::replace;
+use rusty_contract::{Exit, FieldError, outln};
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
@@ -56,7 +57,7 @@ pub fn man(args: &ManArgs, command: Command) -> Result<Exit> {
     }
     std::fs::create_dir_all(&args.dir).with_context(|| of(&args.dir))?;
     for (path, (_, page)) in paths.iter().zip(&pages) {
-        output::write(path, page).with_context(|| of(path))?;
+        replace(path, page).with_context(|| of(path))?;
     }
     outln!("{} pages in {}", pages.len(), args.dir.display());
     Ok(Exit::Done)

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result};
 use clap::Args;
 use rusty_contract::config::check_within;
-use rusty_contract::{Exit, errln};
+use rusty_contract::{Exit, errln, replace};
 use rusty_engine::scenario_file;
 use rusty_plot::png;
 use rusty_study::umbmark::drawing::drawing;
 use rusty_study::umbmark::{Square, umbmark as drive};
 
-use super::arguments::{Output, check_apart, check_free, png_file, seed, svg_file};
+use super::arguments::{Output, check_apart, check_free, check_writable, png_file, seed, svg_file};
 
 const AFTER_HELP: &str = "\
 The robot of the scenario drives a square in both directions by its encoders only,
@@ -81,6 +81,9 @@ pub fn run(args: &UmbmarkArgs) -> Result<Exit> {
     check_within("--turn", args.turn, 0.001, 1000.0)?;
     args.svg.iter().chain(&args.png).try_for_each(|path| check_free(path, args.force))?;
     check_apart([], args.svg.iter().chain(&args.png))?;
+    args.svg.iter().chain(&args.png).try_for_each(|path| check_writable(path))?;
+    let given = [("seed", "--seed", args.seed.is_some())];
+    scenario_file::check_options(&args.changes, &given)?;
     let mut config =
         scenario_file::load(&args.scenario, &args.changes)?.config_with(rusty_floorplan::read)?;
     config.seed = args.seed.unwrap_or(config.seed);
@@ -98,7 +101,7 @@ pub fn run(args: &UmbmarkArgs) -> Result<Exit> {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    std::fs::write(path, bytes).with_context(|| path.display().to_string())?;
+    replace(path, bytes).with_context(|| path.display().to_string())?;
     errln!("drawn into {}", path.display());
     Ok(())
 }

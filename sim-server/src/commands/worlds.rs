@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::Args;
-use rusty_contract::{Exit, FieldError, errln, outln};
+use rusty_contract::{Exit, FieldError, errln, outln, replace};
 use rusty_floorplan::check::check;
 use rusty_floorplan::map_server::RosMap;
 use rusty_floorplan::trace::{TOLERANCE_CELLS, Traced};
@@ -63,10 +63,10 @@ pub struct WorldsArgs {
     #[arg(long, value_name = "N", requires = "scan", default_value_t = 42)]
     pub seed: u64,
     /// Number of beams of the scan over the full circle
-    #[arg(long, default_value_t = 180)]
+    #[arg(long, requires = "scan", default_value_t = 180)]
     pub beams: u32,
     /// Longest range of the scan, m
-    #[arg(long, default_value_t = 8.0)]
+    #[arg(long, requires = "scan", default_value_t = 8.0)]
     pub range_max: f64,
     /// Draw the world into this SVG file
     #[arg(long, value_name = "FILE", value_parser = svg_file, requires = "name")]
@@ -103,7 +103,7 @@ pub fn run(args: &WorldsArgs) -> Result<Exit> {
         check_free(path, args.force)?;
         check_apart(&file, [path])?;
         let map = map.as_ref();
-        std::fs::write(path, drawing(&spec, map.map(|map| &map.map), scan.as_ref()))
+        replace(path, drawing(&spec, map.map(|map| &map.map), scan.as_ref()).as_bytes())
             .with_context(|| path.display().to_string())?;
         if let Some(TracedMap { map, traced }) = map {
             errln!("{}", description(map, traced));

@@ -68,7 +68,7 @@ pub fn export(
     Ok(rows.exported(walk, sheet.finish()?))
 }
 
-type Writer<'a> = SerializedFileWriter<&'a mut std::io::BufWriter<tempfile::NamedTempFile>>;
+type Writer<'a> = SerializedFileWriter<&'a mut std::io::BufWriter<rusty_contract::Replacement>>;
 
 fn writer<'a>(
     sheet: &'a mut Sheet,

@@ -2,10 +2,9 @@
 
 use std::fmt::Arguments;
 use std::io::{BufWriter, Write as _};
-use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
-use tempfile::{Builder, NamedTempFile};
+use rusty_contract::Replacement;
 
 use super::error::ExportError;
 
@@ -13,7 +12,7 @@ use super::error::ExportError;
 /// nothing is left.
 pub struct Sheet {
     path: PathBuf,
-    out: BufWriter<NamedTempFile>,
+    out: BufWriter<Replacement>,
     /// Number of lines, without the heads.
     pub lines: u64,
     force: bool,
@@ -22,17 +21,11 @@ pub struct Sheet {
 impl Sheet {
     /// A file to be at `path`; with `force` also over one that is there.
     pub fn create(path: &Path, force: bool) -> Result<Self, ExportError> {
-        if !force && path.exists() {
+        if !force && path.is_file() {
             return Err(ExportError::InTheWay(path.display().to_string()));
         }
-        let folder = match path.parent() {
-            Some(folder) if folder != Path::new("") => folder,
-            _ => Path::new("."),
-        };
-        // Others may read it, as any file that is written here.
-        let mode = std::fs::Permissions::from_mode(0o644);
-        let file = Builder::new().prefix(".export-").permissions(mode).tempfile_in(folder);
-        let out = BufWriter::with_capacity(1 << 16, file.map_err(ExportError::io(path))?);
+        let file = Replacement::of(path).map_err(ExportError::io(path))?;
+        let out = BufWriter::with_capacity(1 << 16, file);
         Ok(Self { path: path.to_owned(), out, lines: 0, force })
     }
 
@@ -49,13 +42,13 @@ impl Sheet {
     }
 
     /// Where the bytes of a file that has no lines go.
-    pub fn out(&mut self) -> &mut BufWriter<NamedTempFile> {
+    pub fn out(&mut self) -> &mut BufWriter<Replacement> {
         &mut self.out
     }
 
     /// Leaves no file, and none that was there before if it may be replaced.
     pub fn discard(self) -> Result<(), ExportError> {
-        if !self.force {
+        if !self.force || !self.path.is_file() {
             return Ok(());
         }
         match std::fs::remove_file(&self.path) {
@@ -71,13 +64,13 @@ impl Sheet {
         let Self { path, out, force, .. } = self;
         let shown = path.display().to_string();
         let file = out.into_inner().map_err(|e| ExportError::io(&path)(e.into_error()))?;
-        let put = if force { file.persist(&path) } else { file.persist_noclobber(&path) };
+        let put = if force { file.commit(&path) } else { file.commit_new(&path) };
         match put {
-            Ok(_) => Ok(shown),
-            Err(e) if e.error.kind() == std::io::ErrorKind::AlreadyExists => {
+            Ok(()) => Ok(shown),
+            Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {
                 Err(ExportError::InTheWay(shown))
             }
-            Err(e) => Err(ExportError::io(&path)(e.error)),
+            Err(e) => Err(ExportError::io(&path)(e)),
         }
     }
 }

@@ -196,7 +196,10 @@ pub fn answer(args: &AnswerArgs) -> Result<Exit> {
         jobs: args.pace.jobs(),
     };
     let count = args.logs.len();
-    let answered = answering.write(&stop_flag()?, |number| args.pace.say(number, count))?;
+    let answered = answering.write(&stop_flag()?, |number| args.pace.say(number, count));
+    // It stays if something is in it.
+    let _ = fs::remove_dir(&args.out);
+    let answered = answered?;
     let lost: Vec<_> = answered.iter().filter(|a| a.trajectory.is_none()).collect();
     args.pace.output.print_with(&answered, || {
         let written = answered.len() - lost.len();

@@ -4,11 +4,11 @@ mod blind;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::{Args, Subcommand};
 use rusty_bench::machine::Machine;
 use rusty_contract::log::Ending;
-use rusty_contract::{Exit, Participant, errln, outln, replace};
+use rusty_contract::{Exit, FieldError, Participant, errln, outln, replace};
 use rusty_engine::source::FrameSource;
 use rusty_logs::replay::Recording;
 use rusty_study::benchmark::recorded_log::RecordedLog;
@@ -223,6 +223,11 @@ fn make(args: &RunArgs) -> Result<Exit> {
     let mut entries = args.make.added(&suite)?;
     let wanted = args.part.wanted(recordings.logs.clone());
     let selection = Selection::with(&suite, wanted, &entries)?;
+    if let (Some(log), true) = (args.make.logs.first(), selection.recordings.is_empty()) {
+        let problem = "is not replayed: the scenario `recordings` is not selected";
+        let remedy = "add --only recordings and a track that has it, or leave out --log";
+        bail!(FieldError::new("--log", log.display(), problem, remedy));
+    }
     entries.extend(Entry::baselines(&suite));
     let confined = !args.unconfined;
     let job = args.make.job(&suite, &selection, (&entries, confined), &recordings);

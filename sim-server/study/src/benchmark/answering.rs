@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::entry::{Entry, started};
 use super::error::BenchmarkError;
 use super::play::{play, side_by_side};
-use super::recordings::{OpenLog, opened};
+use super::recordings::{OpenLog, check_names, name, opened};
 
 /// Logs that are replayed to a filter.
 pub struct Answering<'a> {
@@ -48,12 +48,14 @@ impl Answering<'_> {
     /// each before it begins.
     ///
     /// # Errors
-    /// [`BenchmarkError`] if a log cannot be replayed or a file cannot be written.
+    /// [`BenchmarkError`] if two logs have the same name, a log cannot be replayed or a file
+    /// cannot be written.
     pub fn write(
         &self,
         stop: &Arc<AtomicBool>,
         progress: impl Fn(usize) + Sync,
     ) -> Result<Vec<Answered>, BenchmarkError> {
+        check_names("LOG", self.logs)?;
         side_by_side(self.logs.len(), self.jobs, stop, |number| {
             progress(number);
             self.one(&self.logs[number], stop)
@@ -61,7 +63,7 @@ impl Answering<'_> {
     }
 
     fn one(&self, log: &Path, stop: &Arc<AtomicBool>) -> Result<Option<Answered>, BenchmarkError> {
-        let run = log.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let run = name(log);
         let entry = self.entry.of_run(&run);
         let sandbox = if self.confined { Sandbox::Required } else { Sandbox::None };
         // A blind log tells what may be known.

@@ -97,6 +97,12 @@ impl Entry {
         self.command.iter().any(|word| word.contains(RUN))
     }
 
+    /// Returns whether its command has [`RUN`].
+    #[must_use]
+    pub fn is_by_run(&self) -> bool {
+        self.command.iter().any(|word| word.contains(RUN))
+    }
+
     /// Returns it with the name of a run in place of [`RUN`].
     #[must_use]
     pub fn of_run(&self, run: &str) -> Self {

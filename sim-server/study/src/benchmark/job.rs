@@ -49,6 +49,7 @@ impl BenchmarkJob<'_> {
         let sandbox = if self.confined { Sandbox::Required } else { Sandbox::None };
         let blocks = blocks(self.suite, self.selection, self.entries);
         // Whatever is wrong with one of them shows before the first run.
+        self.recordings.check_names(self.entries)?;
         let plan = |block: &Block<'_>| {
             let is_recorded = block.scenario.is_recorded();
             (!is_recorded).then(|| block.plans(self.selection, sandbox)).transpose()

@@ -11,6 +11,7 @@ use rusty_engine::source::FrameSource;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::block::Block;
+use super::entry::Entry;
 use super::error::BenchmarkError;
 use super::play::{play, side_by_side};
 use super::recorded_log::RecordedLog;
@@ -19,6 +20,20 @@ use crate::sweep::inside::Place;
 
 /// Opens a log that these participants replay.
 pub type OpenLog = fn(&Path, Vec<Participant>) -> Result<Box<dyn FrameSource>, String>;
+
+/// The name of a log, by which its rows and files are called.
+pub(super) fn name(path: &Path) -> String {
+    path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// Refuses logs of one name.
+pub(super) fn check_names(option: &str, paths: &[PathBuf]) -> Result<(), FieldError> {
+    let is_taken = |k: &usize| paths[..*k].iter().any(|other| name(other) == name(&paths[*k]));
+    (1..paths.len()).find(is_taken).map_or(Ok(()), |k| {
+        let problem = "has the name of another one, and its answers are called by it";
+        Err(FieldError::new(option, paths[k].display(), problem, "rename one of both"))
+    })
+}
 
 /// Logs that a benchmark replays.
 #[derive(Clone, Debug, Default)]
@@ -36,9 +51,8 @@ impl Recordings {
     /// [`BenchmarkError::Io`] if one cannot be read; [`BenchmarkError::Field`] if two are one.
     pub fn of(paths: &[PathBuf]) -> Result<Self, BenchmarkError> {
         let log = |path: &PathBuf| {
-            let name = path.file_stem().map(|n| n.to_string_lossy().into_owned());
             let digest = digest(path).map_err(BenchmarkError::io(path))?;
-            Ok(RecordedLog { name: name.unwrap_or_default(), digest })
+            Ok(RecordedLog { name: name(path), digest })
         };
         let logs = paths.iter().map(log).collect::<Result<Vec<_>, BenchmarkError>>()?;
         // Each log is a sample, and two of the same bytes are one.
@@ -50,6 +64,17 @@ impl Recordings {
             return Err(error.into());
         }
         Ok(Self { logs, paths: paths.to_vec() })
+    }
+
+    /// Refuses recordings of one name where an entry has its answers by that.
+    ///
+    /// # Errors
+    /// [`FieldError`] names the second.
+    pub fn check_names(&self, entries: &[Entry]) -> Result<(), FieldError> {
+        match entries.iter().any(Entry::is_by_run) {
+            true => check_names("--log", &self.paths),
+            false => Ok(()),
+        }
     }
 
     /// Returns those of a result, in its order.

@@ -57,7 +57,10 @@ impl Selection {
         let names = || suite.scenarios.iter().map(|s| s.name.as_str());
         if let Some(other) = wanted.only.iter().find(|only| !names().any(|name| name == *only)) {
             let hint = did_you_mean(other, names());
-            let remedy = format!("give one of {}{hint}", names().collect::<Vec<_>>().join(", "));
+            let remedy = match other == RECORDINGS {
+                true => "give the logs by --log FILE".to_owned(),
+                false => format!("give one of {}{hint}", names().collect::<Vec<_>>().join(", ")),
+            };
             return Err(FieldError::new("--only", other, "is not a scenario of it", remedy));
         }
         let is_wanted =

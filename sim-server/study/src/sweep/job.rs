@@ -161,6 +161,13 @@ impl SweepJob {
     /// Without leave, what is there is not touched.
     fn complete(&self, table: &Table, settings: &Settings) -> Result<Option<Settings>, SweepError> {
         let part = table.beside(".part");
+        if table.path().is_dir() {
+            return Err(SweepError::InTheWay {
+                path: table.path().display().to_string(),
+                what: "is a folder".to_owned(),
+                remedy: "choose another --out",
+            });
+        }
         if self.force {
             return Ok(None);
         }

@@ -4,7 +4,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use rusty_contract::output;
+use rusty_contract::replacement::replace;
 use rusty_floorplan::map_server::beside;
 use serde::Serialize;
 
@@ -97,7 +97,7 @@ pub fn draw(swept: &Swept, out: &Path) -> Result<Vec<PathBuf>, SweepError> {
         };
         let png = rusty_plot::png(&svg).map_err(failed)?;
         for (path, bytes) in paths.into_iter().zip([svg.into_bytes(), png]) {
-            output::write(&path, &bytes).map_err(SweepError::io(&path))?;
+            replace(&path, &bytes).map_err(SweepError::io(&path))?;
             written.push(path);
         }
     }

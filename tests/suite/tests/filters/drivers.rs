@@ -169,7 +169,7 @@ fn a_tour_of_five_rooms_touches_nothing() {
 #[test]
 fn a_car_touches_nothing_and_stops_with_the_heading_it_was_asked_for() {
     let goals = [SE2::new(4.9, 2.0, 1.6), SE2::new(1.8, 7.0, 0.0), SE2::new(9.6, 4.5, -1.6)];
-    let turning = goto::Turning::default();
+    let turning = goto::Options::default().turning;
     for seed in 0..seeds(1) {
         let header = header(seed, SE2::new(6.0, 4.5, 0.0));
         let waypoint = |goal: &SE2| goto::Waypoint {

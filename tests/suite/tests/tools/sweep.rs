@@ -203,6 +203,10 @@ fn a_table_that_is_there_is_not_written_over() {
         assert_eq!(fs::read(place.at(file)).unwrap(), b"mine");
         fs::remove_file(place.at(file)).unwrap();
     }
+    fs::create_dir(place.at("d.csv")).unwrap();
+    for more in [&[][..], &["--force"]] {
+        sweep(&[&args[..], more].concat(), &place.at("d.csv"), 2).says("is a folder");
+    }
     for name in ["a.csv", "b.parquet"] {
         let out = place.at(name);
         sweep(&args, &out, 0);

@@ -142,7 +142,7 @@ fn files_that_cannot_be_used_are_named() {
     let error = import(&good, &good);
     assert!(error.contains("same file"), "{error}");
     let error = import(&good, folder.path());
-    assert!(error.contains("completing the run log: "), "{error}");
+    assert!(error.contains("creating the run log: "), "{error}");
     let error = import(&good, std::path::Path::new("/"));
     assert!(error.contains("the path names no file"), "{error}");
     assert_eq!(std::fs::read_to_string(&good).unwrap(), odom(HERE, 1.0));

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Parser;
+use rusty_contract::replacement::replace;
 use rusty_contract::{Exit, errln, outln, output};
 
 use crate::module::Module;
@@ -52,6 +53,5 @@ fn write_pages(out: &Path) -> Result<()> {
 
 /// Writes a page as a whole: a reader never sees a part of one.
 fn write(path: &Path, html: &str) -> Result<()> {
-    output::write(path, html.as_bytes())
-        .with_context(|| format!("writing {} failed", path.display()))
+    replace(path, html.as_bytes()).with_context(|| format!("writing {} failed", path.display()))
 }
