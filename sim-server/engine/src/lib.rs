@@ -7,7 +7,8 @@
 //! * [`source`]: where frames come from;
 //! * [`executable`]: the program of a participant, which this binary may contain;
 //! * [`confine`]: the kernel gate, for participants with a sandbox;
-//! * [`scenario_file`]: scenarios, built in or in files; [`remarks`]: what is odd in one.
+//! * [`scenario_file`]: scenarios, built in or in files; [`remarks`]: what is odd in one;
+//! * [`mod@shell`]: commands in words.
 //!
 //! It knows the world, the transport and the contract. Command line, tables and
 //! drawings are in the crates that use it.
@@ -18,4 +19,5 @@ pub mod lockstep;
 pub mod remarks;
 pub mod run;
 pub mod scenario_file;
+pub mod shell;
 pub mod source;

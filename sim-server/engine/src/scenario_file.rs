@@ -15,6 +15,8 @@ use rusty_geometry::places::{PLACES, place};
 use rusty_geometry::{Twist, WorldSpec};
 use thiserror::Error;
 
+use crate::shell;
+
 /// The scenarios that come with the program: name and text.
 pub const BUILT_IN: [(&str, &str); 15] = [
     ("apartment", include_str!("../scenarios/apartment.toml")),
@@ -62,7 +64,8 @@ pub enum SetupError {
     /// A world was given as a scenario.
     #[error(
         "{path}: expected a scenario, got a world; run a scenario in it with `sim-server launch \
-         --set world_file={path}`, or draw it with `sim-server worlds {path} --svg FILE`"
+         --set world_file={0}`, or draw it with `sim-server worlds {0} --svg FILE`",
+        shell::quoted(path)
     )]
     WorldGiven {
         /// The file.
@@ -85,17 +88,25 @@ pub struct Loaded {
     pub folder: PathBuf,
 }
 
-/// Adds the estimator of `--add NAME=COMMAND`; one without a command is started by
-/// hand.
-pub fn add_estimator(roster: &mut Vec<Participant>, text: &str) {
+/// Adds the estimator of an option like `--add NAME=COMMAND`; one without a command is
+/// started by hand.
+///
+/// # Errors
+/// [`FieldError`] where the command is no words.
+pub fn add_estimator(
+    roster: &mut Vec<Participant>,
+    option: &str,
+    text: &str,
+) -> Result<(), FieldError> {
     let (name, command) = match text.split_once('=') {
-        Some((name, command)) => (name, command.split_whitespace().map(str::to_owned).collect()),
+        Some((name, command)) => (name, shell::words(option, command)?),
         None => (text, Vec::new()),
     };
     let estimator = Participant { command, ..Participant::new(name, Role::Estimator) };
     // Estimators first: they come before scorer and logger in the table.
     let place = roster.iter().take_while(|p| p.role.answers()).count();
     roster.insert(place, estimator);
+    Ok(())
 }
 
 /// Loads a built-in scenario by name, or a file by path, and applies changes

@@ -48,10 +48,10 @@ impl Output {
 /// Options of every run.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-`{out}` in the COMMAND of --add is the run's folder. `control RUN step` or `resume`
-continues a paused run. Waiting by `spin` occupies one core per process. --watch
-prints the address of a page, which stays after the run until it is closed or Ctrl-C;
-`view --help` has more.")]
+`{out}` in the COMMAND of --add is the run's folder, and quotes keep spaces in a word.
+`control RUN step` or `resume` continues a paused run. Waiting by `spin` occupies one
+core per process. --watch prints the address of a page, which stays after the run until
+it is closed or Ctrl-C; `view --help` has more.")]
 pub struct RunArgs {
     /// Name of the run [default: the scenario's and a random suffix]
     #[arg(long, value_name = "NAME")]
@@ -138,7 +138,9 @@ impl RunArgs {
                 bail!(FieldError::new("--without", name, "is not there", remedy));
             }
         }
-        self.add.iter().for_each(|text| scenario_file::add_estimator(roster, text));
+        for text in &self.add {
+            scenario_file::add_estimator(roster, "--add", text)?;
+        }
         for participant in roster.iter_mut().filter(|p| !p.role.holds_key()) {
             participant.sandbox = self.sandbox.unwrap_or(participant.sandbox);
             participant.data_sheet = self.data_sheet.unwrap_or(participant.data_sheet);

@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use rusty_contract::{Exit, TextTable, errln, outln};
+use rusty_engine::shell;
 use rusty_logs::export::mcap::{RosExported, RosOptions};
 use rusty_logs::export::tum::Tum;
 use rusty_logs::export::{Exported, StampOrder, Walked, csv, mcap, parquet, rosbag, scenario};
@@ -239,7 +240,7 @@ fn export_scenario(args: &ExportScenarioArgs, stop: &AtomicBool) -> Result<Exit>
             true => String::new(),
             false => format!(" --seed {}", exported.seed),
         };
-        outln!("run       sim-server launch {}{seed}", exported.files[0]);
+        outln!("run       sim-server launch {}{seed}", shell::quoted(&exported.files[0]));
     });
     Ok(if exported.walked.is_whole() { Exit::Done } else { Exit::Lost })
 }

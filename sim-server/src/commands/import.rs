@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use rusty_contract::{Exit, errln, outln};
+use rusty_engine::shell;
 use rusty_geometry::SE2;
 use rusty_logs::import::ros::{Poses, RosOptions, TrajectoryReport, import_ros, import_trajectory};
 use rusty_logs::import::{self, ImportOptions, ImportReport};
@@ -151,9 +152,10 @@ fn trajectory(args: &TrajectoryArgs) -> Result<Exit> {
             &report;
         outln!("{poses} poses of {source}, {with_covariance} with a covariance");
         outln!("stamps    {first_stamp_s:?} to {last_stamp_s:?} s");
-        let file = trajectory.display();
+        let file = trajectory.to_string_lossy();
         outln!("file      {file}");
-        outln!("score it  sim-server replay LOG --add NAME=\"trajectory {file}\"");
+        let command = format!("trajectory {}", shell::quoted(&file));
+        outln!("score it  sim-server replay LOG --add NAME={}", shell::quoted(&command));
     });
     Ok(Exit::Done)
 }
@@ -188,8 +190,9 @@ fn convert(
     let report = import(args, options, &mut shown(counted, &args.output))?;
     args.output.print_with(&report, || {
         outln!("{report}");
-        outln!("log       {}", args.log.display());
-        outln!("play it   sim-server replay {}", args.log.display());
+        let log = args.log.to_string_lossy();
+        outln!("log       {log}");
+        outln!("play it   sim-server replay {}", shell::quoted(&log));
     });
     Ok(Exit::Done)
 }

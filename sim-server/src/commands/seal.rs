@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use rusty_contract::{Exit, errln, outln};
+use rusty_engine::shell;
 
 use super::arguments::Output;
 use super::{WRITER, warn_of_guessable_seed};
@@ -40,8 +41,9 @@ pub fn run(args: &SealArgs) -> Result<Exit> {
         outln!("start      {}", word(sealed.start_known));
         outln!("world      {}", word(sealed.world_known));
         outln!("observable {}", sealed.observable_digest);
-        outln!("play it    sim-server replay {} --add NAME=COMMAND", sealed.blind);
-        outln!("score it   score --log RUN.log --key-file {}", sealed.key_file);
+        outln!("play it    sim-server replay {} --add NAME=COMMAND", shell::quoted(&sealed.blind));
+        let key_file = shell::quoted(&sealed.key_file);
+        outln!("score it   score --log RUN.log --key-file {key_file}");
     });
     Ok(if sealed.complete { Exit::Done } else { Exit::Lost })
 }

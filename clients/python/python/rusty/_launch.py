@@ -7,6 +7,7 @@ import ctypes
 import html
 import json
 import os
+import shlex
 import shutil
 import signal
 import subprocess
@@ -347,14 +348,7 @@ def _added(name: str, command: str | Sequence[str | os.PathLike[str]] | None) ->
     if command is None:
         return name
     if not isinstance(command, str):
-        words = [os.fspath(word) for word in command]
-        for word in words:
-            if word.split() != [word]:
-                raise ValueError(
-                    f"add[{name!r}]: {word!r} is not one word; give the scenario a "
-                    "[[participant]] with this command instead"
-                )
-        command = " ".join(words)
+        command = shlex.join(os.fspath(word) for word in command)
     return f"{name}={command}"
 
 

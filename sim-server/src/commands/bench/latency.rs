@@ -5,6 +5,7 @@ use clap::Args;
 use rusty_bench::latency::Plan;
 use rusty_bench::noise::NoiseMeter;
 use rusty_contract::{Exit, FieldError, MAX_PARTICIPANTS};
+use rusty_engine::shell;
 use rusty_link::WaitPolicy;
 
 use super::{CommonArgs, check_repeat, prepare, stopped};
@@ -63,7 +64,7 @@ pub fn run(args: &LatencyArgs) -> Result<Exit> {
         beams: args.beams.clone(),
         scan_every: args.scan_every.clone(),
         mix: args.mix,
-        beside: command.split_whitespace().map(str::to_owned).collect(),
+        beside: shell::words("--beside", command)?,
         ticks: args.ticks,
         repeat: args.repeat,
         wait: args.wait,

@@ -46,7 +46,7 @@ impl Entry {
             let wrong =
                 |problem: &str, remedy: &str| Err(FieldError::new(option, text, problem, remedy));
             let mut own = Vec::new();
-            add_estimator(&mut own, text);
+            add_estimator(&mut own, option, text)?;
             let Some(Participant { name, command, .. }) = own.pop() else { continue };
             if command.is_empty() {
                 return wrong("has no command", "write NAME=COMMAND: mine=./target/release/mine");

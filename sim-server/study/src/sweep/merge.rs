@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use rusty_engine::shell;
+
 use super::cell::Swept;
 use super::error::SweepError;
 use super::incomplete::Incomplete;
@@ -32,7 +34,8 @@ pub fn merge(
     if faults.is_empty() {
         return Ok(swept(plan, records));
     }
-    let command =
-        format!("sim-server sweep run {} --shard I --out {}", path.display(), folder.display());
+    let [path, folder] = [path, folder].map(Path::to_string_lossy);
+    let [path, folder] = [&path, &folder].map(|word| shell::quoted(word));
+    let command = format!("sim-server sweep run {path} --shard I --out {folder}");
     Err(SweepError::Incomplete(Incomplete { shards: manifest.shards, faults, command }))
 }

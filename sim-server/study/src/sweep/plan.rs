@@ -223,7 +223,9 @@ fn load(
     loaded.scenario.ticks = request.ticks.unwrap_or(loaded.scenario.ticks);
     let roster = &mut loaded.scenario.participants;
     own.into_iter().for_each(|own| *roster = own.to_vec());
-    request.add.iter().for_each(|text| scenario_file::add_estimator(roster, text));
+    for text in &request.add {
+        scenario_file::add_estimator(roster, "--add", text)?;
+    }
     loaded
         .scenario
         .check()

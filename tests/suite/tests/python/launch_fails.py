@@ -30,9 +30,10 @@ assert raised(rusty.LaunchError, "built-in scenarios: apartment", "attic").exit_
 assert raised(rusty.LaunchError, "unknown field `beems`", set={"lidar.beems": 3}).exit_code == 2
 assert raised(rusty.LaunchError, "unknown field `tocks`", {"tocks": 3}).run is None
 raised(ValueError, "TOML has no null", {"world_file": None, "start": None})
-raised(ValueError, "is not one word", add={"a": ["my program"]})
+quote = raised(rusty.LaunchError, "has a quote without an end", add={"a": "my 'program"})
+assert quote.exit_code == 2
 raised(FileNotFoundError, "no program that can be run", server=out)
-failing = {"fails": [sys.executable, "-c", "raise(SystemExit(7))"]}
+failing = {"fails": [sys.executable, "-c", "raise SystemExit(7)"]}
 error = raised(rusty.LaunchError, "exited with code 7", add=failing)
 assert error.exit_code == 1 and error.run.report["ended"] == "aborted"
 # A run that lost something is no run, unless it is asked for.

@@ -77,3 +77,14 @@ fn links_are_made_in_a_folder_and_other_files_are_not_replaced_unasked() {
     assert!(other.join("view").is_symlink());
     assert_eq!(fs::read_dir(&other).unwrap().count(), clients().len());
 }
+
+#[test]
+fn a_program_in_a_folder_with_a_space_is_added() {
+    let place = folder();
+    let bin = place.at("my programs");
+    sim_server(&["programs", "--link", arg(&bin)]).expect(0);
+    let add = format!("mine='{}'", bin.join("ekf").display());
+    let report = launch("quoted", &place.at("my run"), &["--ticks", "60", "--add", &add]);
+    assert!(number(score_of(&report, "mine"), "ate_rmse_m") < 0.05);
+    sim_server(&["launch", "--ticks", "60", "--add", "mine='ekf"]).expect(2).says("--add");
+}
