@@ -195,6 +195,11 @@ fn parse(line: &str) -> Result<(f64, Estimate), String> {
         return Ok((time_s, Estimate::new(pose)));
     }
     let [xx, xy, xt, yy, yt, tt] = covariance;
+    if let Some(negative) = [xx, yy, tt].into_iter().find(|variance| *variance < 0.0) {
+        return Err(format!(
+            "a variance is {negative}; the last six numbers are xx xy xθ yy yθ θθ"
+        ));
+    }
     let world = Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt);
     let body = tangent::symmetric(&carried(&world, &SE2::new(0.0, 0.0, yaw_rad)));
     Ok((time_s, tangent::estimate(&pose, &body)))
@@ -235,7 +240,8 @@ mod tests {
 
     #[test]
     fn the_nearest_pose_within_the_limit_is_the_answer() {
-        let text = "# time x y z q\n2.00 2 0 0 0 0 0 1\n1.00 1 0 0 0 0 0 1\n1.015 9 0 0 0 0 0 1\n";
+        let text =
+            "\u{feff}# time x y z q\n2.00 2 0 0 0 0 0 1\n1.00 1 0 0 0 0 0 1\n1.015 9 0 0 0 0 0 1\n";
         let trajectory = read(text).unwrap();
         let x_m = |time_s: f64| trajectory.at(time_s).map(|e| e.pose_in_world.x());
         assert_eq!(x_m(1.0), Some(1.0));
@@ -282,6 +288,7 @@ mod tests {
             ("\n1 0 0 0 0 0 0 1\n2 0 x 0 0 0 0 1\n", ["line 3", "ty = \"x\""]),
             ("1 0 0 0 0 0 0 nan\n", ["line 1", "qw"]),
             ("1 0 0 0 1 0 0 1\n", ["line 1", "length 1.414"]),
+            ("1 0 0 0 0 0 0 1 1 0 0 -2 0 1\n", ["line 1", "variance is -2"]),
             ("# nothing\n", ["a.tum", "no pose"]),
         ];
         for (text, wanted) in cases {

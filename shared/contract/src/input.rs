@@ -32,6 +32,9 @@ pub fn open(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
+/// What some editors put before text in UTF-8.
+pub const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
 /// Reads a whole regular file.
 ///
 /// # Errors
@@ -56,12 +59,16 @@ pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Reads a whole text file of at most `max_bytes` bytes.
+/// Reads a whole text file of at most `max_bytes` bytes, without a byte order mark.
 ///
 /// # Errors
 /// Those of [`read_at_most`]; text that is not UTF-8 is an error.
 pub fn read_text_at_most(path: &Path, max_bytes: u64) -> io::Result<String> {
-    let text = String::from_utf8(read_at_most(path, max_bytes)?);
+    let mut bytes = read_at_most(path, max_bytes)?;
+    if bytes.starts_with(BYTE_ORDER_MARK) {
+        bytes.drain(..BYTE_ORDER_MARK.len());
+    }
+    let text = String::from_utf8(bytes);
     text.map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
 }
 

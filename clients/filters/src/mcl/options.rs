@@ -66,7 +66,7 @@ pub struct Options {
     #[arg(long, value_name = "X,Y,THETA", value_parser = pose, allow_hyphen_values = true)]
     pub at: Option<SE2>,
 
-    /// First scan that is used after the first tick, s or ticks (12.5, 400ticks)
+    /// First scan that is used after the start of the run, s or ticks (12.5, 400ticks)
     #[arg(long, value_name = "MOMENT", default_value = "0")]
     pub from: Moment,
 

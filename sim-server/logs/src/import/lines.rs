@@ -5,6 +5,7 @@ use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
+use rusty_contract::input::BYTE_ORDER_MARK;
 
 use super::error::{ImportError, MAX_LINE_BYTES};
 
@@ -80,8 +81,9 @@ impl Lines {
             );
             return Err(ImportError::file(Path::new(&self.path), problem));
         }
+        let marked = self.raw.strip_prefix(BYTE_ORDER_MARK).filter(|_| self.line == 1);
         self.text.clear();
-        self.text.push_str(&String::from_utf8_lossy(&self.raw));
+        self.text.push_str(&String::from_utf8_lossy(marked.unwrap_or(&self.raw)));
         Ok(true)
     }
 }

@@ -13,7 +13,7 @@ use rusty_study::sweep::{
 use serde::Serialize;
 
 use super::super::WRITER;
-use super::super::arguments::{Output, check_free};
+use super::super::arguments::{Output, check_free, check_writable};
 use super::{WhatArgs, stop_flag};
 
 /// Time that a shard takes on one core, s.
@@ -126,6 +126,7 @@ struct Planned<'a> {
 
 pub fn plan(args: &PlanArgs) -> Result<Exit> {
     check_free(&args.output_file, args.force)?;
+    check_writable(&args.output_file)?;
     if folder(None, &args.output_file) == args.output_file {
         let remedy = "give it another ending, e.g. .toml";
         let problem = "has the name of the folder of its parts";

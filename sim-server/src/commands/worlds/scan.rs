@@ -66,7 +66,9 @@ impl Scan {
 
     pub fn print(&self, output: &Output) {
         let material = |hit: &Hit| hit.material.map(|m| m.to_string());
+        let beams = 0..self.hits.len() as u32;
         let report = json!({
+            "bearings_rad": beams.map(|k| self.lidar.bearing_rad(k)).collect::<Vec<_>>(),
             "ranges": self.hits.iter().map(|h| h.distance_m).collect::<Vec<_>>(),
             "materials": self.hits.iter().map(material).collect::<Vec<_>>(),
             "measured": self.measured_m,

@@ -112,6 +112,7 @@ fn a_scan_with_noise_is_that_of_a_run_in_the_same_place() {
     assert_eq!(Some(said("measured")), ranges);
     assert_eq!(said("ranges")[90], 2.26);
     assert_eq!(scan["cliffs"], json!([6, 78, 103]));
+    assert_eq!(list(&scan, "bearings_rad").len(), list(&scan, "ranges").len());
 }
 
 #[test]

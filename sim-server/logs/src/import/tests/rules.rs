@@ -36,6 +36,14 @@ fn dead_reckoning(imported: &Imported, n: usize) -> SE2 {
     pose
 }
 
+#[test]
+fn a_byte_order_mark_is_no_part_of_the_first_line() {
+    let text: String = [1.0, 2.0, 3.0].map(|at| odom([at, 0.0, 0.0], at)).concat();
+    let marked = import_text(&format!("\u{feff}{text}")).unwrap();
+    assert_eq!(steps_m(&marked), steps_m(&import_text(&text).unwrap()));
+    assert!(marked.report.skipped.is_empty(), "{:?}", marked.report.skipped);
+}
+
 fn remarks(imported: &Imported) -> String {
     let Source::Recorded { format, remarks, .. } = &imported.header.source else {
         panic!("{:?}", imported.header.source);
