@@ -13,8 +13,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use rusty_clients::recorder::{Ending, Step};
 use rusty_clients::{ClientArgs, ClientError, Filter, Recorder, Tick};
-use rusty_contract::replacement::replace;
-use rusty_contract::{Brief, Exit, Reply, Start, errln};
+use rusty_contract::{Brief, Exit, Reply, Start, errln, replace};
 use rusty_geometry::SE2;
 
 use crate::beams::believed_lidar;

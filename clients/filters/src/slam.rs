@@ -36,8 +36,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use nalgebra::{Matrix3, Point2};
 use rusty_clients::{ClientError, Filter, Tick};
-use rusty_contract::replacement::replace;
-use rusty_contract::{Estimate, Reply, Start, errln, tum};
+use rusty_contract::{Estimate, Reply, Start, errln, replace, tum};
 use rusty_geometry::{EncoderCounts, SE2};
 
 use crate::gridmap::{self, Mapper, Poses};

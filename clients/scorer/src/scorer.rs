@@ -10,14 +10,13 @@ mod shown;
 
 use std::path::{Path, PathBuf};
 
-use rusty_contract::WeightedPose;
 use rusty_contract::belief::{file_name, tidy};
 use rusty_contract::digest::observable_of;
 use rusty_contract::log::{LogHeader, Source};
-use rusty_contract::replacement::replace;
 use rusty_contract::score::{ReferenceNoise, ScoreTable};
 use rusty_contract::{
-    BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport, errln, outln,
+    BeliefHeader, BeliefKind, Brief, Effects, Exit, RunDigest, ScoreReport, WeightedPose, errln,
+    outln, replace,
 };
 use rusty_geometry::place;
 use rusty_metrics::{Given, Goals, Held, Meter, Moment, Planned, Yardstick};

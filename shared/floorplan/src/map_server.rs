@@ -24,8 +24,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::config::check_within;
-use rusty_contract::replacement::replace;
-use rusty_contract::{FieldError, input};
+use rusty_contract::{FieldError, input, replace};
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 

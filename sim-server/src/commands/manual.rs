@@ -7,8 +7,7 @@ use anyhow::{Context as _, Result, bail};
 use clap::{Args, Command};
 use clap_complete::Shell;
 use clap_mangen::Man;
-use rusty_contract::replacement::replace;
-use rusty_contract::{Exit, FieldError, outln};
+use rusty_contract::{Exit, FieldError, outln, replace};
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\

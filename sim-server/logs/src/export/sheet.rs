@@ -51,12 +51,7 @@ impl Sheet {
         if !self.force || !self.path.is_file() {
             return Ok(());
         }
-        match std::fs::remove_file(&self.path) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-                Err(ExportError::io(&self.path)(e))
-            }
-            _ => Ok(()),
-        }
+        std::fs::remove_file(&self.path).map_err(ExportError::io(&self.path))
     }
 
     /// Puts the file in its place; says where that is.

@@ -23,7 +23,7 @@ pub type OpenLog = fn(&Path, Vec<Participant>) -> Result<Box<dyn FrameSource>, S
 
 /// The name of a log, by which its rows and files are called.
 pub(super) fn name(path: &Path) -> String {
-    path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Refuses logs of one name.

@@ -4,7 +4,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use rusty_contract::replacement::replace;
+use rusty_contract::replace;
 use rusty_floorplan::map_server::beside;
 use serde::Serialize;
 

@@ -8,8 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Parser;
-use rusty_contract::replacement::replace;
-use rusty_contract::{Exit, errln, outln, output};
+use rusty_contract::{Exit, errln, outln, output, replace};
 
 use crate::module::Module;
 use crate::page::PAGES;
