@@ -14,7 +14,8 @@
 //! * Across the corridor there is nothing to search: offset and heading come from
 //!   the straight walls of the last scan, and from the odometry since. Two walls look
 //!   the same either way round, so it is the odometry that says when the robot has
-//!   turned about, and then all that was believed of one heading is believed of the
+//!   turned about (the variance of the offset takes the heading's errors of two ticks
+//!   for independent), and then all that was believed of one heading is believed of the
 //!   other. Half-way round, what looks like a side is an end of the corridor.
 //! * The answer is the mean of the peak with the most likely cell. Its covariance
 //!   is that of the whole belief around it, other peaks and the other heading

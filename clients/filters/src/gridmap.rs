@@ -108,11 +108,11 @@ pub struct Mapper {
 ///
 /// # Errors
 /// [`ClientError::InTheWay`] names the first of its files that is there,
-/// [`ClientError::Unusable`] a stem that is a folder.
+/// [`ClientError::Usage`] a stem that is a folder.
 pub fn check_free(args: &ClientArgs, stem: &Path) -> Result<(), ClientError> {
     if stem.file_name().is_none() || stem.as_os_str().as_encoded_bytes().ends_with(b"/.") {
         let text = format!("{} is a folder: give a name for the map in it", stem.display());
-        return Err(ClientError::Unusable(text));
+        return Err(ClientError::Usage(text));
     }
     [".pgm", ".yaml", ".png"].iter().try_for_each(|end| args.check_free(&beside(stem, end)))
 }
@@ -279,7 +279,7 @@ impl GridMapOf {
         let place = match &options.poses {
             Poses::Of(name) => Some(names().position(|n| n == name).ok_or_else(|| {
                 let there: Vec<&str> = names().collect();
-                ClientError::Unusable(format!(
+                ClientError::Usage(format!(
                     "--poses {name}: nobody of that name answered in this run; there are odometry, \
                      truth, {}",
                     there.join(", ")
@@ -288,7 +288,7 @@ impl GridMapOf {
             Poses::Truth => None,
             Poses::Odometry => {
                 let text = "--poses odometry: who maps with the wheels' poses is an estimator";
-                return Err(ClientError::Unusable(text.to_owned()));
+                return Err(ClientError::Usage(text.to_owned()));
             }
         };
         if place.is_none() && brief.header.is_blind() {

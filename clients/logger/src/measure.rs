@@ -13,6 +13,7 @@ use std::time::Instant;
 
 use rusty_contract::frame::MAX_BEAMS;
 use rusty_contract::log::{Ending, LogHeader, LogReader, LogWriter, Read, TickRef, Trailer};
+use rusty_contract::output::make_folder;
 use rusty_contract::{Frame, RunDigest, Scenario, TruthKey};
 use rusty_geometry::{EncoderCounts, SE2, Twist};
 use serde::Serialize;
@@ -77,7 +78,7 @@ impl Measure {
             let text = format!("--beams {beams}: a frame has at most {MAX_BEAMS}");
             return Err(ClientError::Unusable(text));
         }
-        fs::create_dir_all(&self.folder).map_err(ClientError::io(&self.folder))?;
+        make_folder(&self.folder).map_err(ClientError::io(&self.folder))?;
         let (mut log_s, mut plain_s, mut encode_s) = (f64::MAX, f64::MAX, f64::MAX);
         let (mut bytes, mut digest) = (0, RunDigest::default());
         for _ in 0..self.rounds.max(1) {

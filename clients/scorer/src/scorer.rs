@@ -275,7 +275,7 @@ impl Scorer {
         if let Some(name) = only.iter().find(|name| !names.contains(&name.as_str())) {
             let there = names.join(", ");
             let text = format!("--only {name}: expected an estimator of this run, one of {there}");
-            return Err(ClientError::Unusable(text));
+            return Err(ClientError::Usage(text));
         }
         self.only = only.to_vec();
         Ok(self)

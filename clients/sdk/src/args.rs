@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{Arg, Args, Command, CommandFactory, FromArgMatches};
+use clap::{Arg, ArgGroup, Args, Command, CommandFactory, FromArgMatches};
 use rusty_contract::RunName;
 use rusty_contract::output::same_file;
 use rusty_link::WaitPolicy;
@@ -12,12 +12,13 @@ use crate::ClientError;
 
 /// Options of every participant, in a run (`--run`) or on a log (`--log`).
 #[derive(Args, Clone, Debug, Default)]
+#[command(group = ArgGroup::new("frames").args(["run", "log"]).required(true))]
 #[command(
     after_help = "On a log, --out is the file for the answers as CSV, and --beliefs the file for the\nparticles or histogram of a filter. A scorer reads such files. The keys of a run are\nin its folder; with --log, --key-file is the key that `sim-server seal` wrote.\n\nA launcher appends --run, --name, --wait, --launcher and --key-stdin.\nExit codes: 0 done, 1 failed, 2 wrong usage, 3 data was lost, 4 not bit-exact."
 )]
 pub struct ClientArgs {
     /// Join the run of this name
-    #[arg(long, value_name = "NAME", required_unless_present = "log", conflicts_with = "log")]
+    #[arg(long, value_name = "NAME")]
     pub run: Option<RunName>,
 
     /// Work on a log without a server
@@ -29,11 +30,11 @@ pub struct ClientArgs {
     pub name: Option<String>,
 
     /// Waiting method, balanced, spin or block
-    #[arg(long, default_value_t, value_name = "HOW")]
+    #[arg(long, default_value_t, value_name = "HOW", conflicts_with = "log")]
     pub wait: WaitPolicy,
 
     /// Time limit of joining, s
-    #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
+    #[arg(long, default_value_t = 20.0, value_name = "SECONDS", conflicts_with = "log")]
     pub join_timeout: f64,
 
     /// Stop joining when the process with this ID has ended
@@ -151,12 +152,12 @@ impl ClientArgs {
     /// to replace.
     ///
     /// # Errors
-    /// [`ClientError::InTheWay`] if there is a file already, [`ClientError::Unusable`] if it
+    /// [`ClientError::InTheWay`] if there is a file already, [`ClientError::Usage`] if it
     /// is the log or that of `--out`.
     pub fn check_free(&self, path: &Path) -> Result<(), ClientError> {
         if self.out.as_ref().is_some_and(|out| out == path || same_file(out, path)) {
             let text = format!("{}: --out has the same file; give another one", path.display());
-            return Err(ClientError::Unusable(text));
+            return Err(ClientError::Usage(text));
         }
         self.check_replaced(path)
     }
@@ -170,7 +171,7 @@ impl ClientArgs {
         if self.log.as_ref().is_some_and(|log| same_file(log, path)) {
             let path = path.display();
             let text = format!("{path} is the log being read; give another file to write");
-            return Err(ClientError::Unusable(text));
+            return Err(ClientError::Usage(text));
         }
         // Devices and pipes are written to, not replaced.
         let is_file = std::fs::metadata(path).is_ok_and(|found| found.is_file());
@@ -183,11 +184,11 @@ impl ClientArgs {
     /// Checks that a program without answers and beliefs is asked for no file of them.
     ///
     /// # Errors
-    /// [`ClientError::Unusable`] and [`ClientError::ShowsNone`] name the option.
+    /// [`ClientError::Usage`] and [`ClientError::ShowsNone`] name the option.
     pub fn check_no_answers(&self) -> Result<(), ClientError> {
         if self.log.is_some() && self.out.is_some() {
             let text = "--out: there are no answers to write; leave it out".to_owned();
-            return Err(ClientError::Unusable(text));
+            return Err(ClientError::Usage(text));
         }
         self.check_no_beliefs()
     }
@@ -232,7 +233,7 @@ mod tests {
         let other = folder.path().join("y.csv");
         for path in [&file, &other] {
             let out = ["--force", "--out", path.to_str().unwrap()];
-            assert!(matches!(free(&out, path), Err(ClientError::Unusable(_))), "{path:?}");
+            assert!(matches!(free(&out, path), Err(ClientError::Usage(_))), "{path:?}");
         }
         assert!(parse(&["x", "--log", "l", "--out", "y"]).unwrap().check_out().is_ok());
         for (args, path) in [
@@ -251,7 +252,7 @@ mod tests {
         check(&["--log", "l"]).unwrap();
         check(&["--run", "lab"]).unwrap();
         let out = check(&["--log", "l", "--out", "y"]);
-        assert!(matches!(out, Err(ClientError::Unusable(_))), "{out:?}");
+        assert!(matches!(out, Err(ClientError::Usage(_))), "{out:?}");
         let beliefs = check(&["--log", "l", "--beliefs", "y"]);
         assert!(matches!(beliefs, Err(ClientError::ShowsNone(_))), "{beliefs:?}");
     }

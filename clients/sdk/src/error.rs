@@ -83,6 +83,9 @@ pub enum ClientError {
     /// The log has no participant of this name, or holds something unusable.
     #[error("{0}")]
     Unusable(String),
+    /// Options that do not fit each other, the run or the log.
+    #[error("{0}")]
+    Usage(String),
     /// There is nothing to write with `--beliefs`.
     #[error(
         "{0} shows no belief: --beliefs FILE is for filters that hold more than one pose possible, \
@@ -125,7 +128,9 @@ impl ClientError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
-            Self::Argument(_) | Self::ShowsNone(_) | Self::InTheWay { .. } => Exit::Usage,
+            Self::Argument(_) | Self::Usage(_) | Self::ShowsNone(_) | Self::InTheWay { .. } => {
+                Exit::Usage
+            }
             #[cfg(feature = "link")]
             Self::Link(LinkError::Dropped { .. }) => Exit::Lost,
             _ => Exit::Failed,

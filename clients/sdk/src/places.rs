@@ -1,9 +1,9 @@
 //! Where a participant writes.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::Brief;
+use rusty_contract::output::make_folder;
 
 use crate::{ClientArgs, ClientError};
 
@@ -21,7 +21,7 @@ pub fn output_folder(brief: &Brief, args: &ClientArgs) -> Result<PathBuf, Client
         }
     };
     if !folder.as_os_str().is_empty() {
-        fs::create_dir_all(&folder).map_err(ClientError::io(&folder))?;
+        make_folder(&folder).map_err(ClientError::io(&folder))?;
     }
     Ok(folder)
 }

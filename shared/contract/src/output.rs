@@ -102,7 +102,26 @@ pub fn create(path: &Path) -> io::Result<File> {
         // A pipe that comes between these two steps does not hold anybody, either.
         options.custom_flags(rustix::fs::OFlags::NONBLOCK.bits().cast_signed());
     }
-    options.open(path)
+    options.open(path).map_err(|e| {
+        let remedy = match e.kind() {
+            io::ErrorKind::NotFound => "make its folder first, or give another path",
+            _ => "give another path",
+        };
+        explained(&e, "cannot be written", remedy)
+    })
+}
+
+/// Makes a folder, and those above it.
+///
+/// # Errors
+/// What the operating system reports, with the remedy.
+pub fn make_folder(path: &Path) -> io::Result<()> {
+    let refused = |e| explained(&e, "the folder cannot be made", "give another one");
+    std::fs::create_dir_all(path).map_err(refused)
+}
+
+fn explained(error: &io::Error, problem: &str, remedy: &str) -> io::Error {
+    io::Error::new(error.kind(), format!("{problem}: {error}; {remedy}"))
 }
 
 /// The text with its control characters and the invisible characters that change

@@ -33,7 +33,7 @@ impl Replacement {
         hidden.push(format!(".{}.partial", std::process::id()));
         // On the same disk, or it could not be renamed.
         let partial = path.with_file_name(hidden);
-        Ok(Self { file: File::create(&partial)?, partial: Some(partial) })
+        Ok(Self { file: create(&partial)?, partial: Some(partial) })
     }
 
     /// Returns the name of the file that a hidden one in its folder was to become, if

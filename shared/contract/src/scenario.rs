@@ -2,6 +2,7 @@
 
 mod participant;
 mod robots;
+mod seed;
 
 use std::collections::BTreeSet;
 
@@ -32,6 +33,7 @@ pub struct Scenario {
     /// What to call it.
     pub name: String,
     /// The seed of all noise.
+    #[serde(with = "seed")]
     pub seed: u64,
     /// How many ticks.
     pub ticks: u64,

@@ -20,10 +20,10 @@
 pub mod pgm;
 pub mod png;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::config::check_within;
+use rusty_contract::output::make_folder;
 use rusty_contract::{FieldError, input, replace};
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
@@ -248,7 +248,7 @@ impl RosMap {
             return Err(field(stem)(error));
         };
         if let Some(folder) = stem.parent().filter(|f| !f.as_os_str().is_empty()) {
-            fs::create_dir_all(folder).map_err(io(folder))?;
+            make_folder(folder).map_err(io(folder))?;
         }
         let Self { origin_m: [x, y], yaw_rad, cell_m, width, .. } = *self;
         let rows = self.cells.chunks_exact(width).rev();

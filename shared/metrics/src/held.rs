@@ -12,8 +12,8 @@
 //! whether it was blocked or not, and does not count. And a wheel could slip by
 //! exactly what it turned; of ε ~ N(0, 0.02²) that is an event of 50 σ.
 
-use rusty_contract::LogHeader;
 use rusty_contract::log::Source;
+use rusty_contract::{Kidnapping, LogHeader, RunConfig};
 use rusty_geometry::{DiffDrive, SE2, Twist};
 
 /// Counts the ticks in which something held the robot.
@@ -35,14 +35,23 @@ impl Held {
     /// to the bit.
     #[must_use]
     pub fn of(header: &LogHeader) -> Option<Self> {
-        matches!(header.source, Source::Simulated | Source::Forked { .. }).then(|| Self {
-            drive: header.config.robot.nominal().drive,
-            dt_s: header.config.dt_s,
-            before: Some(header.config.start),
-            carried: header.kidnappings().map(|k| (k.tick, k.to)).collect(),
+        matches!(header.source, Source::Simulated | Source::Forked { .. })
+            .then(|| Self::of_run(&header.config, header.kidnappings()))
+    }
+
+    /// Of a simulated run, before its first tick.
+    pub fn of_run<'k>(
+        config: &RunConfig,
+        kidnappings: impl IntoIterator<Item = &'k Kidnapping>,
+    ) -> Self {
+        Self {
+            drive: config.robot.nominal().drive,
+            dt_s: config.dt_s,
+            before: Some(config.start),
+            carried: kidnappings.into_iter().map(|k| (k.tick, k.to)).collect(),
             next_carried: 0,
             ticks: 0,
-        })
+        }
     }
 
     /// A tick with its true pose at the end, where known, and the command that
@@ -78,7 +87,7 @@ fn bits(pose: &SE2) -> [u64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rusty_contract::{Kidnapping, Scenario};
+    use rusty_contract::Scenario;
 
     /// The header of a run of the first scenario.
     fn header() -> LogHeader {

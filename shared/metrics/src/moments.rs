@@ -26,11 +26,13 @@ impl Moments {
         Self { n, mean: all.mean(), standard_deviation: variance.sqrt() }
     }
 
-    /// Standard error of the mean: the standard deviation over √n; NaN where
-    /// there are none.
+    /// Standard error of the mean: the standard deviation over √n; NaN for fewer than two.
     #[must_use]
     pub fn standard_error(&self) -> f64 {
-        self.standard_deviation / (self.n as f64).sqrt()
+        match self.n {
+            0 | 1 => f64::NAN,
+            n => self.standard_deviation / (n as f64).sqrt(),
+        }
     }
 
     /// Variance of the mean.
@@ -149,7 +151,8 @@ mod tests {
         // A spread of 1 about 10⁹, where a sum of squares would have lost it.
         let far = Moments::of(&[1e9 - 1.0, 1e9, 1e9 + 1.0]);
         assert_eq!((far.mean, far.standard_deviation), (1e9, 1.0));
-        assert_eq!(Moments::of(&[7.0]).standard_deviation, 0.0);
+        let one = Moments::of(&[7.0]);
+        assert!(one.standard_deviation == 0.0 && one.standard_error().is_nan());
         assert!(Moments::of(&[]).mean.is_nan());
     }
 

@@ -1,12 +1,12 @@
 //! Where every repetition takes place: a separate domain, real processes.
 
 use std::cell::RefCell;
-use std::fs;
 use std::path::PathBuf;
 
 use rustix::process::Pid;
 use rustix::thread::{CpuSet, sched_setaffinity};
 use rusty_contract::config::RunConfig;
+use rusty_contract::output::make_folder;
 use rusty_contract::{OnLoss, Participant, Phase, Role, RunName};
 use rusty_link::floor::FloorServer;
 use rusty_link::raw::RawServer;
@@ -226,7 +226,7 @@ impl Stage<'_> {
 /// Makes the folder for what participants print and write. It goes with the domain.
 fn out_dir(domain: &Domain) -> Result<PathBuf, RunError> {
     let folder = domain.folder().join("out");
-    fs::create_dir_all(&folder).map_err(RunError::io(&folder))?;
+    make_folder(&folder).map_err(RunError::io(&folder))?;
     Ok(folder)
 }
 

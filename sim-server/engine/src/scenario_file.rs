@@ -99,6 +99,10 @@ pub fn add_estimator(
     text: &str,
 ) -> Result<(), FieldError> {
     let (name, command) = match text.split_once('=') {
+        Some((_, command)) if command.trim().is_empty() => {
+            let remedy = "give NAME=COMMAND, or NAME alone for one that is started by hand";
+            return Err(FieldError::new(option, text, "has no command", remedy));
+        }
         Some((name, command)) => (name, shell::words(option, command)?),
         None => (text, Vec::new()),
     };

@@ -84,7 +84,7 @@ pub struct RunArgs {
     /// Time limit of joining, s [default: the scenario's]
     #[arg(long, value_name = "SECONDS")]
     pub join_timeout: Option<f64>,
-    /// Add an estimator, and start it if COMMAND is given
+    /// Add an estimator, and start it if COMMAND is given (not with serve)
     #[arg(long, value_name = "NAME[=COMMAND]")]
     pub add: Vec<String>,
     /// Confine started participants that hold no key to the truth
@@ -190,14 +190,20 @@ pub fn check_free(path: &Path, force: bool) -> Result<()> {
     Ok(())
 }
 
-/// Refuses to write over files that the command reads, or one file twice.
+/// Refuses to write over files that the command reads, alone or in a folder, or one file
+/// twice.
 pub fn check_apart<'p>(
     read: impl IntoIterator<Item = &'p PathBuf>,
     written: impl IntoIterator<Item = &'p PathBuf>,
 ) -> Result<()> {
     let mut others: Vec<&PathBuf> = read.into_iter().collect();
     for path in written {
-        if others.iter().any(|other| *other == path || same_file(other, path)) {
+        let is_in = |folder: &Path| {
+            folder.is_dir()
+                && matches!((folder.canonicalize(), path.canonicalize()),
+                    (Ok(folder), Ok(path)) if path.starts_with(&folder))
+        };
+        if others.iter().any(|other| *other == path || same_file(other, path) || is_in(other)) {
             let path = path.display();
             let text = format!("{path} is read or written by this command already");
             bail!(WrongUsage(format!("{text}; give another path")));
@@ -211,7 +217,7 @@ pub fn check_apart<'p>(
 /// there, or nothing can be made in it.
 pub fn check_writable(path: &Path) -> Result<()> {
     let made = Replacement::of(path).map(drop);
-    made.with_context(|| format!("{} cannot be written; give another path", path.display()))
+    made.with_context(|| path.display().to_string())
 }
 
 /// Reads a seed.

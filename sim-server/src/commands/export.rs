@@ -236,11 +236,7 @@ fn export_scenario(args: &ExportScenarioArgs, stop: &AtomicBool) -> Result<Exit>
             outln!("driver    {name}: its commands are the script");
         }
         exported.files.iter().for_each(|path| outln!("written   {path}"));
-        let seed = match exported.has_seed {
-            true => String::new(),
-            false => format!(" --seed {}", exported.seed),
-        };
-        outln!("run       sim-server launch {}{seed}", shell::quoted(&exported.files[0]));
+        outln!("run       sim-server launch {}", shell::quoted(&exported.files[0]));
     });
     Ok(if exported.walked.is_whole() { Exit::Done } else { Exit::Lost })
 }

@@ -12,7 +12,7 @@ use rusty_logs::import::ros::{Poses, RosOptions, TrajectoryReport, import_ros, i
 use rusty_logs::import::{self, ImportOptions, ImportReport};
 
 use super::WRITER;
-use super::arguments::{Output, check_free};
+use super::arguments::{Output, check_apart, check_free};
 
 const AFTER_ROS: &str = "\
 Read are scans (sensor_msgs/LaserScan) and odometry (nav_msgs/Odometry, or the frame
@@ -145,6 +145,7 @@ pub fn run(format: &ImportFormat) -> Result<Exit> {
 fn trajectory(args: &TrajectoryArgs) -> Result<Exit> {
     let TrajectoryArgs { input, trajectory, topic, frames, force, output } = args;
     check_free(trajectory, *force)?;
+    check_apart([input], [trajectory])?;
     let poses = frames.clone().unwrap_or_else(|| Poses::Topic(topic.clone()));
     let report = import_trajectory(input, trajectory, &poses, &mut shown("messages", output))?;
     output.print_with(&report, || {
@@ -186,6 +187,7 @@ fn convert(
     import: impl FnOnce(&Files, ImportOptions<'_>, &mut dyn FnMut(u64)) -> Imported,
 ) -> Result<Exit> {
     check_free(&args.log, args.force)?;
+    check_apart([&args.input], [&args.log])?;
     let options = ImportOptions { writer: WRITER, strict: args.strict };
     let report = import(args, options, &mut shown(counted, &args.output))?;
     args.output.print_with(&report, || {

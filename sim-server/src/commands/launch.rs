@@ -1,9 +1,9 @@
 //! `launch` and `serve`: run a scenario, with participants that the server starts or
 //! that are started by hand.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::Args;
-use rusty_contract::{Exit, LogHeader, errln};
+use rusty_contract::{Exit, FieldError, LogHeader, errln};
 use rusty_engine::remarks::remarks;
 use rusty_engine::scenario_file::{self, SetupError};
 use rusty_engine::source::{Simulated, simulated_header};
@@ -30,6 +30,11 @@ pub fn serve(args: &LaunchArgs) -> Result<Exit> {
 
 fn simulate(args: &LaunchArgs, starting: Starting) -> Result<Exit> {
     let LaunchArgs { scenario: which, run } = args;
+    if let (Starting::ByHand, Some(text)) = (starting, run.add.iter().find(|a| a.contains('='))) {
+        let remedy = "give the name only and start it with --run, or use launch";
+        let problem = "has a command, and serve starts no participant";
+        bail!(FieldError::new("--add", text, problem, remedy));
+    }
     let given =
         [("seed", "--seed", which.seed.is_some()), ("ticks", "--ticks", which.ticks.is_some())];
     scenario_file::check_options(&which.changes, &given)?;

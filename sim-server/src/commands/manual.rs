@@ -7,6 +7,7 @@ use anyhow::{Context as _, Result, bail};
 use clap::{Args, Command};
 use clap_complete::Shell;
 use clap_mangen::Man;
+use rusty_contract::output::make_folder;
 use rusty_contract::{Exit, FieldError, outln, replace};
 
 #[derive(Args, Clone, Debug)]
@@ -54,7 +55,7 @@ pub fn man(args: &ManArgs, command: Command) -> Result<Exit> {
         let remedy = "give another folder, or --force to replace the pages";
         bail!(FieldError::new("DIR", there.display(), "is there already", remedy));
     }
-    std::fs::create_dir_all(&args.dir).with_context(|| of(&args.dir))?;
+    make_folder(&args.dir).with_context(|| of(&args.dir))?;
     for (path, (_, page)) in paths.iter().zip(&pages) {
         replace(path, page).with_context(|| of(path))?;
     }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
+use rusty_contract::output::make_folder;
 use rusty_contract::{Exit, FieldError, TextTable, outln};
 use serde_json::json;
 
@@ -63,7 +64,7 @@ fn link(dir: &Path, args: &ProgramsArgs) -> Result<Exit> {
         bail!(FieldError::new("--link", path.display(), problem, remedy));
     }
     let target = target(dir)?;
-    fs::create_dir_all(dir).with_context(|| dir.display().to_string())?;
+    make_folder(dir).with_context(|| dir.display().to_string())?;
     for path in &paths {
         replace(path, &target).with_context(|| path.display().to_string())?;
     }

@@ -77,15 +77,17 @@ pub struct UmbmarkArgs {
 
 pub fn run(args: &UmbmarkArgs) -> Result<Exit> {
     check_within("--side", args.side, 0.01, 10_000.0)?;
-    check_within("--speed", args.speed, 0.001, 100.0)?;
-    check_within("--turn", args.turn, 0.001, 1000.0)?;
     args.svg.iter().chain(&args.png).try_for_each(|path| check_free(path, args.force))?;
-    check_apart([], args.svg.iter().chain(&args.png))?;
+    check_apart([&PathBuf::from(&args.scenario)], args.svg.iter().chain(&args.png))?;
     args.svg.iter().chain(&args.png).try_for_each(|path| check_writable(path))?;
     let given = [("seed", "--seed", args.seed.is_some())];
     scenario_file::check_options(&args.changes, &given)?;
     let mut config =
         scenario_file::load(&args.scenario, &args.changes)?.config_with(rusty_floorplan::read)?;
+    let robot = &config.robot;
+    let most_m_s = robot.wheel_limit_rad_s * robot.wheel_radius_m;
+    check_within("--speed", args.speed, 1e-6, most_m_s)?;
+    check_within("--turn", args.turn, 1e-6, 2.0 * most_m_s / robot.track_m)?;
     config.seed = args.seed.unwrap_or(config.seed);
     let square = Square { side_m: args.side, speed_m_s: args.speed, turn_rad_s: args.turn };
     let report = drive(&config, &square, args.runs)?;

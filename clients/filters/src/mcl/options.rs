@@ -117,7 +117,7 @@ impl Reading {
                 Some(_) => "",
                 None => " (the dropout of the data sheet)",
             };
-            return Err(ClientError::Unusable(format!(
+            return Err(ClientError::Usage(format!(
                 "--z-short {z_short}, --z-max {z_max}{by} and --z-rand {z_rand} leave {z_hit:.3} \
                  for hits, and without {LEAST_HIT} a scan says nothing: give smaller ones"
             )));

@@ -105,7 +105,7 @@ pub(super) fn sense(
     options: &Options,
 ) -> Result<(Sensor, FreeSpace), ClientError> {
     if options.least() > options.particles {
-        return Err(ClientError::Unusable(format!(
+        return Err(ClientError::Usage(format!(
             "--particles-min {} is more than --particles {}, the most there may be: give \
              fewer of the one or more of the other",
             options.least(),
@@ -126,7 +126,7 @@ pub(super) fn sense(
             let space = FreeSpace::of_world(&world, body_radius_m);
             Ok((Sensor::of_world(&world, model, beams, scan, how), space))
         }
-        Map::Cells(_) if how.rays => Err(ClientError::Unusable(
+        Map::Cells(_) if how.rays => Err(ClientError::Usage(
             "--model beam needs walls to cast rays at, and --map has cells: use --model \
                  field"
                 .to_owned(),

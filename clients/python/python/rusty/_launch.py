@@ -231,9 +231,10 @@ def launch(
         folder_out = None if out is None else os.fspath(out)
         options = {"seed": seed, "ticks": ticks, "out": folder_out, "run": run, "pace": pace}
         words += [f"--{name}={value}" for name, value in options.items() if value is not None]
-        words += [f"--set={key}={toml_value(_json(v))}" for key, v in _fields(set or {})]
+        words += [f"--set={change}" for change in _changes(set)]
         words += [f"--add={_added(name, command)}" for name, command in (add or {}).items()]
-        words += [f"--without={name}" for name in without]
+        names = [without] if isinstance(without, str) else without
+        words += [f"--without={name}" for name in names]
         words += ["--force"] if force else []
         code, printed, said = _run(words, quiet)
     return _outcome(code, printed, said, allow_loss)
@@ -304,6 +305,9 @@ def _scenario(scenario: str | os.PathLike[str] | Mapping[str, Any], folder: str)
     if not isinstance(scenario, Mapping):
         return os.fspath(scenario)
     whole = dict(scenario)
+    # TOML has no larger integer; a scenario takes a seed as text.
+    if isinstance(whole.get("seed"), int) and whole["seed"] >= 2**63:
+        whole["seed"] = str(whole["seed"])
     # Paths are the caller's, not the temporary file's.
     if whole.get("world_file") is not None:
         whole["world_file"] = os.path.abspath(whole["world_file"])
@@ -331,6 +335,15 @@ def _json(value: Any) -> str:
         raise TypeError(f"{other!r} cannot be part of a scenario")
 
     return json.dumps(value, default=plain, allow_nan=False)
+
+
+def _changes(changes: Mapping[str, Any] | None) -> Iterator[str]:
+    """The changes of a scenario as ``--set`` has them."""
+    for key, value in _fields(changes or {}):
+        try:
+            yield f"{key}={toml_value(_json(value))}"
+        except ValueError as e:
+            raise ValueError(f"set: {key} = {value!r}: {e}") from None
 
 
 def _fields(changes: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

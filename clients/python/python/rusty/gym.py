@@ -14,6 +14,7 @@ near: these worlds are the caller's, and with them everything that is true in th
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 from dataclasses import dataclass
@@ -22,8 +23,7 @@ from typing import Any, Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._launch import _fields, _json, _scenario
-from ._rusty import toml_value
+from ._launch import _changes, _scenario
 
 try:
     import gymnasium
@@ -88,6 +88,10 @@ class Goal:
     y_m: float
     radius_m: float = 0.3
 
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.x_m) and math.isfinite(self.y_m) and self.radius_m > 0):
+            raise ValueError(f"{self!r}: expected finite coordinates and a radius above 0")
+
     def __call__(self, step: Step) -> tuple[ArrayLike, ArrayLike]:
         goal = np.array([self.x_m, self.y_m])
         before_m, after_m = (
@@ -109,8 +113,10 @@ class _Worlds:
         count: int,
         threads: int,
     ) -> None:
+        if not callable(task):
+            raise TypeError(f"task {task!r}: expected a function of Step, such as Goal(5.0, 4.5)")
         with tempfile.TemporaryDirectory(prefix="rusty-gym-") as folder:
-            words = [f"{key}={toml_value(_json(v))}" for key, v in _fields(changes or {})]
+            words = [*_changes(changes)]
             self.native = Worlds(_scenario(scenario, folder), words, count, threads)
         self.task, self.flat, self.count = task, flat, count
         self.dt_s, self.ticks = self.native.dt_s, self.native.ticks

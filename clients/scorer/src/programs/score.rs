@@ -49,7 +49,8 @@ struct Destinations {
     goals: Vec<Point2<f64>>,
 
     /// Distance at which a goal counts as reached, m
-    #[arg(long, default_value_t = 0.25, value_name = "METRES", value_parser = positive)]
+    #[arg(long, default_value_t = 0.25, value_name = "METRES", value_parser = positive,
+        requires = "goals")]
     goal_within_m: f64,
 }
 

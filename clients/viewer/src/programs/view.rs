@@ -53,7 +53,7 @@ struct Cli {
     run: Option<RunName>,
 
     /// Let the page drive the robot, if the driver is `drive`
-    #[arg(long, requires = "run")]
+    #[arg(long, conflicts_with = "log")]
     drive: bool,
 
     /// Port of the page on 127.0.0.1, 0 for any
@@ -73,7 +73,7 @@ struct Cli {
     launcher: Option<u32>,
 
     /// Read the keys from standard input until it ends
-    #[arg(long, requires = "run")]
+    #[arg(long, conflicts_with = "log")]
     key_stdin: bool,
 }
 

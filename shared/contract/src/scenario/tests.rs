@@ -27,6 +27,15 @@ fn a_participant_that_asks_for_no_sandbox_is_written_as_before_there_was_one() {
 }
 
 #[test]
+fn a_seed_that_toml_has_no_integer_for_is_text() {
+    for seed in [0, 42, i64::MAX as u64, 1 << 63, u64::MAX] {
+        let text = toml::to_string(&Scenario { seed, ..Scenario::default() }).unwrap();
+        assert_eq!(Scenario::from_toml(&text).unwrap().seed, seed, "{text}");
+        assert_eq!(text.contains(&format!("seed = {seed}\n")), seed < 1 << 63, "{text}");
+    }
+}
+
+#[test]
 fn what_is_wrong_is_named() {
     for (text, expected) in [
         ("sede = 1", "unknown field `sede`"),
@@ -34,6 +43,7 @@ fn what_is_wrong_is_named() {
         ("[kidnapping]\ntick = 5", "write [[kidnapping]]"),
         ("[participant]\nname = \"a\"", "write [[participant]]"),
         ("seed = -1", "seed"),
+        ("seed = \"x\"", "a whole number from 0"),
         ("ticks = 0", "ticks = 0: is out of range"),
         ("dt_s = \"fast\"", "dt_s"),
         ("[robot]\nslip_std = nan", "robot.slip_std = NaN: is not a number"),

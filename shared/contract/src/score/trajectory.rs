@@ -74,7 +74,7 @@ pub struct AbsoluteErrors {
 pub struct RelativeErrors {
     /// From one scored tick to the next.
     pub per_tick: Option<PoseErrors>,
-    /// From one pose to the first that is a metre further along the believed
+    /// From one pose to the first that is a metre further along the true
     /// path, and on from there.
     pub per_metre: Option<PoseErrors>,
 }

@@ -14,6 +14,7 @@
 //! surfaces that are closer than its pulse, and one that measures a phase may report a
 //! range outside of both. A beam whose outermost rays meet the same wall as its middle
 //! keeps the range of its middle, so it does not see a post thinner than its spot.
+//! People and other robots have no mixed pixels: they shorten the ray in the middle.
 
 use nalgebra::Vector2;
 use rusty_contract::LidarConfig;

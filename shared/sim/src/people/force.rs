@@ -9,8 +9,8 @@
 //! liked counts half (c = 0.5).
 //!
 //! Departures: attraction and fluctuations are left out, others with b > 3 m (where the
-//! force is below 10⁻³ m/s²) are not looked at, and distances are taken between
-//! rims and not centres where two bodies touch.
+//! force is below 10⁻³ m/s²) are not looked at, nor walls farther than 1.5 m, and the
+//! robot counts as one that stands.
 
 use nalgebra::{Point2, Vector2};
 use rusty_geometry::trig;

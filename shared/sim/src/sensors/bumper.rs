@@ -78,6 +78,10 @@ impl Bumper {
         let mut from_first = (bearing_rad - first_bearing_rad) % turn;
         if from_first < 0.0 {
             from_first += turn;
+            // Rounded up from a bearing just before the first one.
+            if from_first == turn {
+                from_first = 0.0;
+            }
         }
         let k = (from_first / fov_rad * f64::from(sectors)) as u32;
         if from_first < fov_rad { 1 << k.min(sectors - 1) } else { 0 }
@@ -122,6 +126,9 @@ mod tests {
         let bits = Bumper::new(&ring, 0.11).read(&apartment(), &pose, Some(&to));
         // The wall is at −3.0 rad of the body: sector ⌊(2π − 3)/(π/4)⌋ = 4.
         assert_eq!(bits, 1 << 4);
+        // Just before the first bearing, by less than a rounding of 2π.
+        let seam = Bumper::new(&ring, 0.11).sector(-1e-16);
+        assert!(seam == 1 || seam == 1 << 7, "{seam}");
     }
 
     #[test]

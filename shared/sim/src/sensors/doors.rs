@@ -7,7 +7,7 @@
 //! rate of false alarms, each by its number and independently.
 //!
 //! Departures: a door is in view where its middle is within range and field of view
-//! and no wall is before it.
+//! and no wall, person or robot is before it.
 
 use nalgebra::Point2;
 use rusty_contract::config::sensors::DoorSensorConfig;

@@ -10,10 +10,10 @@
 //! the log the truth. It is so on every kernel, with or without a gate.
 
 use std::ffi::OsString;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use rusty_contract::Participant;
+use rusty_contract::output::make_folder;
 use rusty_link::with_umask;
 
 /// What stands for the run's folder.
@@ -37,7 +37,7 @@ pub(super) fn own_folder(
         return Ok(None);
     }
     let folder = out_dir.join(&participant.name);
-    match with_umask(|| fs::create_dir_all(&folder)) {
+    match with_umask(|| make_folder(&folder)) {
         Ok(()) => Ok(Some(folder)),
         Err(error) => Err((folder, error)),
     }
@@ -83,7 +83,7 @@ mod tests {
         mapper.sandbox = Sandbox::IfPossible;
         assert_eq!(own_folder(&mapper, out.path()).unwrap(), Some(out.path().join("mapper")));
         assert!(out.path().join("mapper").is_dir());
-        fs::write(out.path().join("file"), "").unwrap();
+        std::fs::write(out.path().join("file"), "").unwrap();
         mapper.name = "file".to_owned();
         let (path, error) = own_folder(&mapper, out.path()).unwrap_err();
         assert!(path.ends_with("file") && error.kind() == std::io::ErrorKind::AlreadyExists);

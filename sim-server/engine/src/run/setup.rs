@@ -1,8 +1,8 @@
 //! The set-up of a run, from its options to its participants' processes.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use rusty_contract::output::make_folder;
 use rusty_contract::{
     Brief, Credentials, Json as _, LogHeader, MAX_PARTICIPANTS, Participant, Role, RunName,
     Scenario, Start, TruthKey,
@@ -176,7 +176,7 @@ impl PreparedRun {
                 self.domain.leave_credentials(&participant.name, &credentials)?;
             }
         }
-        with_umask(|| fs::create_dir_all(out_dir)).map_err(|error| {
+        with_umask(|| make_folder(out_dir)).map_err(|error| {
             let path = out_dir.display().to_string();
             RunError::Folder { path, error }
         })?;

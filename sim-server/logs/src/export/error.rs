@@ -61,8 +61,8 @@ pub enum ExportError {
     },
     /// A folder that an export may not replace.
     #[error(
-        "{0}: expected a folder of rosbag2 (with metadata.yaml) to replace, or a new name; \
-         choose another -o"
+        "{0}: expected a bag of rosbag2 and no other files to replace, or a new name; choose \
+         another -o"
     )]
     NotABag(String),
     /// Ctrl-C during the export of a log.

@@ -15,9 +15,12 @@ use super::mcap::{self, RosExported, RosOptions};
 
 /// The page of a bag.
 const PAGE: &str = "metadata.yaml";
+/// How it begins.
+const PAGE_HEAD: &str = "rosbag2_bagfile_information:\n";
 
 /// Writes the ticks of `log` into the folder `out`: all of it or nothing. With
 /// [`RosOptions::force`] it takes the place of a bag that is there, and of no other folder.
+/// A link stays, and its bag is replaced.
 ///
 /// # Errors
 /// [`ExportError`]; nothing is written then.
@@ -27,13 +30,15 @@ pub fn export(
     options: &RosOptions,
     stop: &AtomicBool,
 ) -> Result<RosExported, ExportError> {
-    let failed = || ExportError::io(out);
     let shown = out.display().to_string();
+    let linked = out.canonicalize().ok().filter(|_| out.is_symlink());
+    let out = linked.as_deref().unwrap_or(out);
+    let failed = || ExportError::io(out);
     let is_there = fs::symlink_metadata(out).is_ok();
     if is_there && !options.force {
         return Err(ExportError::InTheWay(shown));
     }
-    if is_there && !out.join(PAGE).is_file() {
+    if is_there && !is_bag(out) {
         return Err(ExportError::NotABag(shown));
     }
     let name = out.file_name().and_then(|name| name.to_str());
@@ -53,6 +58,18 @@ pub fn export(
     renameat_with(CWD, made.path(), CWD, out, flags).map_err(|e| failed()(e.into()))?;
     exported.path = shown;
     Ok(exported)
+}
+
+/// Whether there is a bag and nothing else in its folder.
+fn is_bag(folder: &Path) -> bool {
+    let Ok(page) = fs::read_to_string(folder.join(PAGE)) else { return false };
+    let is_of_bag = |entry: fs::DirEntry| {
+        let name = entry.file_name();
+        let is_named = name.to_str().is_some_and(|name| name == PAGE || page.contains(name));
+        is_named && entry.file_type().is_ok_and(|kind| kind.is_file())
+    };
+    let mut entries = fs::read_dir(folder).into_iter().flatten();
+    page.starts_with(PAGE_HEAD) && entries.all(|entry| entry.is_ok_and(is_of_bag))
 }
 
 /// Returns the page. A text of JSON is one of YAML.
@@ -76,7 +93,7 @@ fn page(exported: &RosExported, file: &str) -> String {
         })
         .collect();
     format!(
-        "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n  duration:\n    \
+        "{PAGE_HEAD}  version: 5\n  storage_identifier: mcap\n  duration:\n    \
          nanoseconds: {span}\n  starting_time:\n    nanoseconds_since_epoch: {first}\n  \
          message_count: {count}\n  topics_with_message_count:\n{topics}  \
          compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - {file}\n  \

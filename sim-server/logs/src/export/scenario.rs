@@ -1,12 +1,12 @@
 //! The scenario of a log, with the commands of its driver as a script: the run again,
 //! without the person or program that drove.
 
-use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use rusty_contract::config::MAX_COMMANDS;
 use rusty_contract::log::Source;
+use rusty_contract::output::make_folder;
 use rusty_contract::scenario::Robots;
 use rusty_contract::{LogHeader, Role, Scenario, ScriptConfig};
 use rusty_geometry::Twist;
@@ -32,10 +32,8 @@ pub struct ExportedScenario {
     pub walked: Walked,
     /// The files, the scenario first.
     pub files: Vec<String>,
-    /// The seed, which is in the file unless TOML has no number for it.
+    /// The seed.
     pub seed: u64,
-    /// Whether the seed is in the file.
-    pub has_seed: bool,
     /// The drivers whose commands are the script now; they take part no more.
     pub drivers: Vec<String>,
 }
@@ -71,13 +69,16 @@ pub fn export(
     while walk.tick()?.is_some() {
         commands.push(walk.command());
     }
+    if walk.walked.ticks == 0 {
+        return refused("it has no complete tick");
+    }
     commands.truncate(usize::try_from(walk.walked.ticks).unwrap_or(usize::MAX));
     if is_driven && commands.len() > MAX_COMMANDS {
         return refused("its drive is longer than a list of commands can be");
     }
     let drivers = header.roster.iter().filter(|p| is_driven && p.role == Role::Driver);
     let drivers = drivers.map(|p| p.name.clone()).collect();
-    fs::create_dir_all(folder).map_err(ExportError::io(folder))?;
+    make_folder(folder).map_err(ExportError::io(folder))?;
     let sheet = |name: &str| Sheet::create(&folder.join(name), force);
     // All of them before the first is put in its place.
     let mut files = vec![(SCENARIO, sheet(SCENARIO)?)];
@@ -104,7 +105,6 @@ pub fn export(
         walked: walk.walked.clone(),
         files: written,
         seed: header.config.seed,
-        has_seed: scenario.seed == header.config.seed,
         drivers,
     })
 }
@@ -121,8 +121,7 @@ fn scenario(header: &LogHeader, ticks: u64, is_driven: bool) -> Scenario {
     let usual = Scenario::default();
     Scenario {
         name: config.scenario,
-        // TOML has integers of 64 bits with a sign.
-        seed: if i64::try_from(config.seed).is_ok() { config.seed } else { usual.seed },
+        seed: config.seed,
         ticks,
         dt_s: config.dt_s,
         scan_every: config.scan_every,

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use rusty_contract::output::make_folder;
 use rusty_contract::tum::line;
 
 use super::error::ExportError;
@@ -48,7 +49,7 @@ impl Tum {
         let every = self.all || !has_truth(log, stop)?;
         let mut walk = Walk::open(log, stop)?;
         let made = !folder.exists();
-        fs::create_dir_all(folder).map_err(ExportError::io(folder))?;
+        make_folder(folder).map_err(ExportError::io(folder))?;
         let done = self.write(&mut walk, folder, every);
         if done.is_err() && made {
             // Only if it is empty, which it is unless another process uses it.

@@ -16,6 +16,7 @@ use std::os::unix::fs::FileExt as _;
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{FlockOperation, flock};
+use rusty_contract::output::make_folder;
 
 pub use error::{FolderError, FolderProblem};
 pub use found::{FoundRun, runs_in};
@@ -128,7 +129,7 @@ impl FreeFolder {
     pub fn take(self, marker: Marker) -> Result<RunFolder, FolderError> {
         let Self { path, old } = self;
         let made = !path.exists();
-        fs::create_dir_all(&path).map_err(FolderError::at(&path))?;
+        make_folder(&path).map_err(FolderError::at(&path))?;
         // Participants may run in another folder than the server.
         let path = fs::canonicalize(&path).map_err(FolderError::at(&path))?;
         old.iter().try_for_each(OldRun::clear)?;

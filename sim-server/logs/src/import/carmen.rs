@@ -30,6 +30,8 @@ const ODOM_FIELDS: usize = 9;
 const FLASER_FIXED_FIELDS: usize = 10;
 const ODOM_FORM: &str = "x y theta tv rv accel stamp host stamp";
 const FLASER_FORM: &str = "n, n ranges, x y theta odom_x odom_y odom_theta stamp host stamp";
+/// Largest time, s: what a count of nanoseconds of 64 bits can hold.
+const MAX_TIME_S: f64 = 1e10;
 pub(super) const MEND: &str = "correct or delete the line";
 // The message below says so.
 const _: () = assert!(MAX_BEAMS == 1080);
@@ -44,6 +46,11 @@ pub(super) struct Stamps {
     pub(super) measured_s: f64,
     /// `logger_timestamp`: when it was written.
     pub(super) logged_s: f64,
+}
+
+/// Whether a stamp, s, is a time.
+pub(super) fn is_time(stamp_s: f64) -> bool {
+    stamp_s.abs() <= MAX_TIME_S
 }
 
 /// What a line says.
@@ -121,7 +128,7 @@ impl<'a> Fields<'a> {
         let pose = self.pose(["x", "y", "theta"])?;
         let odometry = self.pose(["odom_x", "odom_y", "odom_theta"])?;
         let stamps = self.stamps()?;
-        if !stamps.measured_s.is_finite() {
+        if !is_time(stamps.measured_s) {
             // Two fields back: the stamp, then host and logger's stamp.
             self.field -= 2;
             let found = stamps.measured_s.to_string();

@@ -16,7 +16,7 @@ use std::rc::Rc;
 
 use rusty_geometry::SE2;
 
-use super::carmen::{MEND, Message, Stamps, Triple, parse};
+use super::carmen::{MEND, Message, Stamps, Triple, is_time, parse};
 use super::error::{ImportError, excerpt};
 use super::lines::Lines;
 
@@ -113,7 +113,7 @@ impl Recording {
         if is_echo || self.detached.binary_search(&line).is_ok() {
             return Ok(Event::Anchor { pose: se2(pose), line });
         }
-        if !stamp_s.is_finite() {
+        if !is_time(stamp_s) {
             let problem = format!("ODOM field 7 (stamp) = \"{stamp_s}\": is no time; {MEND}");
             return Err(ImportError::line(&self.lines.path, line, problem));
         }

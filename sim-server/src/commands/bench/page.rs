@@ -7,6 +7,7 @@ use anyhow::{Context as _, Result};
 use clap::Args;
 use rusty_bench::page::render::{read_template, render};
 use rusty_bench::page::{BENCHES, Bench, Documents, PageError};
+use rusty_contract::output::make_folder;
 use rusty_contract::{Exit, errln, outln};
 
 #[derive(Args, Clone, Debug)]
@@ -55,7 +56,7 @@ pub fn run(args: &PageArgs) -> Result<Exit> {
     }
     let template = read_template(&folder.join("notes.md"))?;
     if args.write.is_some() {
-        fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        make_folder(&folder).with_context(|| folder.display().to_string())?;
     }
     for bench in to_measure {
         errln!("bench {}", bench.name);

@@ -217,6 +217,8 @@ fn open_log(
 
 fn make(args: &RunArgs) -> Result<Exit> {
     check_free(&args.out, args.force)?;
+    let files: Vec<PathBuf> = args.make.files.iter().map(PathBuf::from).collect();
+    check_apart(args.make.logs.iter().chain(&files), [&args.out])?;
     check_writable(&args.out)?;
     let recordings = recordings(&args.make.logs)?;
     let suite = Suite::built_in()?.with(&recordings.logs);

@@ -18,7 +18,7 @@ use rusty_study::sweep::{Plan, Request, Seeds, SweepJob, SweepOutcome, Table, ax
 use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-use super::arguments::{Output, check_writable};
+use super::arguments::{Output, check_apart, check_writable};
 use super::{WRITER, WrongUsage};
 
 const AFTER_HELP: &str = "\
@@ -154,6 +154,7 @@ pub fn run(args: &SweepArgs) -> Result<Exit> {
 
 /// A sweep in one process.
 fn whole(args: &SweepArgs) -> Result<Exit> {
+    check_apart([&PathBuf::from(&args.what.scenario)], &args.out)?;
     let plan = args.what.plan()?;
     let table = args.out.as_deref().map(Table::at).transpose()?;
     args.out.iter().filter(|path| !path.exists()).try_for_each(|path| check_writable(path))?;

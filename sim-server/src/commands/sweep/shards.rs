@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
+use rusty_contract::output::make_folder;
 use rusty_contract::{Exit, FieldError, errln, outln};
 use rusty_engine::run::Progress;
 use rusty_study::sweep::report::{Report, draw, drawings};
@@ -13,7 +14,7 @@ use rusty_study::sweep::{
 use serde::Serialize;
 
 use super::super::WRITER;
-use super::super::arguments::{Output, check_free, check_writable};
+use super::super::arguments::{Output, check_apart, check_free, check_writable};
 use super::{WhatArgs, stop_flag};
 
 /// Time that a shard takes on one core, s.
@@ -126,6 +127,7 @@ struct Planned<'a> {
 
 pub fn plan(args: &PlanArgs) -> Result<Exit> {
     check_free(&args.output_file, args.force)?;
+    check_apart([&PathBuf::from(&args.what.scenario)], [&args.output_file])?;
     check_writable(&args.output_file)?;
     if folder(None, &args.output_file) == args.output_file {
         let remedy = "give it another ending, e.g. .toml";
@@ -221,7 +223,7 @@ pub fn run(args: &RunArgs) -> Result<Exit> {
     manifest.check_goldens()?;
     // Before anything is on disk: who sees the folder may interrupt the shard.
     let stop = stop_flag()?;
-    std::fs::create_dir_all(&folder).map_err(SweepError::io(&folder))?;
+    make_folder(&folder).map_err(SweepError::io(&folder))?;
     let job = job(whole.of_shard(part.shard()), usize::from(args.jobs));
     let ticks = job.plan.runs.clone().map(|run| job.plan.ticks(run)).sum();
     let progress = Progress::new(ticks, args.quiet || args.output.json);
@@ -254,6 +256,7 @@ struct MergedDocument {
 }
 
 pub fn merge(args: &MergeArgs) -> Result<Exit> {
+    check_apart([&args.manifest], &args.out)?;
     let manifest = Manifest::read(&args.manifest)?;
     let table = args.out.as_deref().map(Table::at).transpose()?;
     if let Some(table) = &table {

@@ -80,8 +80,12 @@ impl Recordings {
     /// Returns those of a result, in its order.
     ///
     /// # Errors
-    /// [`FieldError`] names the first that is not there.
+    /// [`FieldError`] names the first that is not there, or those of a result without any.
     pub fn matching(&self, wanted: &[RecordedLog]) -> Result<Self, FieldError> {
+        if let (Some(path), true) = (self.paths.first(), wanted.is_empty()) {
+            let problem = "is not replayed: the result has no recordings";
+            return Err(FieldError::new("--log", path.display(), problem, "leave it out"));
+        }
         let path = |log: &RecordedLog| {
             let place = self.logs.iter().position(|own| own.digest == log.digest);
             place.map(|k| self.paths[k].clone()).ok_or_else(|| {

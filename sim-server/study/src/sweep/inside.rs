@@ -11,8 +11,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use rusty_contract::score::Figures;
 use rusty_contract::{Frame, Reply, RunDigest};
 use rusty_geometry::{DiffDrive, EncoderCounts, SE2, odometry_delta};
-use rusty_metrics::{Errors, PathLength};
-use rusty_sim::{Sim, StepOutcome};
+use rusty_metrics::{Errors, Held, PathLength};
+use rusty_sim::Sim;
 
 use super::error::SweepError;
 use super::plan::{Plan, Sampling};
@@ -88,7 +88,7 @@ impl Maker for Inside<'_> {
         row.ticks = ticks;
         row.time_s = self.frame.time_s();
         row.distance_m = reckoned.path.metres();
-        row.blocked_ticks = Some(reckoned.blocked);
+        row.blocked_ticks = Some(reckoned.held.tick_count());
         row.z_short = beams.as_ref().map_or(f64::NAN, ShortBeams::share);
         row.digest = reckoned.digest.run_hex();
         let tracks = match reckoned.samples.is_empty() {
@@ -147,7 +147,7 @@ struct Reckoned {
     last: EncoderCounts,
     digest: RunDigest,
     path: PathLength,
-    blocked: u64,
+    held: Held,
     sampling: Sampling,
     next_sample: u64,
     samples: Vec<Sample>,
@@ -162,7 +162,7 @@ impl Reckoned {
             last: EncoderCounts::default(),
             digest: RunDigest::default(),
             path: PathLength::new(Some(sim.config().start), carried_at),
-            blocked: 0,
+            held: Held::of_run(sim.config(), &sim.config().kidnappings),
             samples: Vec::with_capacity(sampling.count()),
             next_sample: sampling.next_tick(),
             sampling,
@@ -172,9 +172,9 @@ impl Reckoned {
     /// One tick of the world and of the estimator.
     fn step(&mut self, sim: &mut Sim, frame: &mut Frame, errors: &mut Errors) {
         let tick = sim.tick();
-        let outcome = sim.step(None, frame);
-        self.blocked += u64::from(outcome == StepOutcome::Blocked);
+        let _ = sim.step(None, frame);
         let truth = sim.truth();
+        self.held.push(tick, Some(truth), frame.command());
         frame.write_digest(true);
         self.digest.absorb_frame(frame, Some(truth));
         let delta = odometry_delta(self.last, frame.encoders(), &self.drive);

@@ -20,6 +20,7 @@ use super::report::{draw, drawings};
 use super::settings::Settings;
 use super::table::Table;
 use super::workers::{Listener, work};
+use rusty_contract::output::make_folder;
 use rusty_engine::run::{Progress, RunError, check_limits, check_programs};
 
 /// How a sweep is carried out. None of it reaches the rows.
@@ -247,7 +248,7 @@ impl SweepJob {
                 own.insert(made).path().to_owned()
             }
         };
-        fs::create_dir_all(&folder).map_err(SweepError::io(&folder))?;
+        make_folder(&folder).map_err(SweepError::io(&folder))?;
         let how = (own.is_none(), self.force || self.resume);
         let maker = || Clients::new(&self.plan, stop, ticks_done, &folder, how);
         work(todo, self.jobs, stop, maker, listener)

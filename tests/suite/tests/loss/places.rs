@@ -10,8 +10,7 @@ fn a_launch_into_a_place_that_is_read_only_does_not_start_and_names_it() {
     for (out, file) in [(arg(disk.0.path()), "run.json"), (&new, "")] {
         let ended = run_to("ro", Path::new(out), &["launch"]).expect(1);
         let file = Path::new(out).join(file).display().to_string();
-        let words = format!("{}: Read-only file system", file.trim_end_matches('/'));
-        ended.says(&words);
+        ended.says(&format!("{}: ", file.trim_end_matches('/'))).says("Read-only file system");
     }
 }
 
@@ -22,7 +21,7 @@ fn a_logger_that_cannot_write_is_lost_and_the_others_can_go_on() {
     let logger = live.join("logger", &["--out", arg(disk.0.path())]);
     let others = ["dead-reckoning", "score"].map(|name| live.join(name, &[]));
     let logger = logger.wait().expect(1);
-    logger.says("run.log: Read-only file system");
+    logger.says("run.log: cannot be written: Read-only file system");
     assert!(others.map(|other| other.wait().code) == [Some(0); 2]);
     let after = live.ends_with(3);
     is_lost(&after.report, "logger");
@@ -61,7 +60,7 @@ fn with_a_folder_in_place_of(file: &str, more: &[&str], code: i32) -> (Value, Fo
     assert!(out.at(file).is_dir(), "what is not the scorer's stays");
     is_lost(&report, who);
     let said = format!("{}{}", report["losses"], report["remarks"]);
-    let words = format!("{}: Is a directory", out.at(file).display());
+    let words = format!("{}: cannot be written: Is a directory", out.at(file).display());
     assert!(said.contains(&words), "{words:?} is not in {said}");
     (report, out)
 }

@@ -204,7 +204,7 @@ fn nothing_is_written_over_and_nothing_left_half_done() {
     let bytes = fs::read(&log).unwrap();
     export("csv", &log, &["-o", arg(&log), "--force"], 2).says("read or written");
     let filter = ["--log", arg(&log), "--out", arg(&log), "--force"];
-    Process::start("dead-reckoning", &filter).wait().expect(1).says("is the log being read");
+    Process::start("dead-reckoning", &filter).wait().expect(2).says("is the log being read");
     assert!(fs::read(&log).unwrap() == bytes);
     // What follows a trailer belongs to another file, or to none.
     let longer = place.at("longer.log");

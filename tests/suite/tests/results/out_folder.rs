@@ -71,6 +71,6 @@ fn a_confined_one_has_a_folder_of_its_own_and_no_other() {
     let ended = sim_server(&["launch", &file, "--force", "--out", arg(&out)]);
     assert_ne!(ended.code, Some(0));
     let said = format!("{}{}", ended.stdout, ended.stderr);
-    assert!(said.contains("map.pgm: Permission denied"), "{said}");
+    assert!(said.contains("map.pgm: cannot be written: Permission denied"), "{said}");
     assert!(!has_map(&out.join("map")));
 }

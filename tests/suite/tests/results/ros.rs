@@ -106,6 +106,14 @@ fn a_bag_is_whole_or_not_there_and_replaces_bags_only() {
     fs::write(other.join("mine"), "mine").unwrap();
     export("rosbag", &log, &["-o", arg(&other), "--force"], 2);
     assert_eq!(fs::read_to_string(other.join("mine")).unwrap(), "mine");
+    // Nor is a bag with something else in its folder, or what is read.
+    fs::write(bag.join("notes"), "mine").unwrap();
+    export("rosbag", &log, &[&to[..], &["--force"]].concat(), 2).says("no other files");
+    assert_eq!(fs::read_to_string(bag.join("notes")).unwrap(), "mine");
+    let recorded = bag.join("bag_0.mcap");
+    let bytes = fs::read(&recorded).unwrap();
+    import("rosbag", &bag, &recorded, &["--force"], 2).says("read or written");
+    assert!(fs::read(&recorded).unwrap() == bytes);
     let left = fs::read_dir(place.path()).unwrap().flatten();
     let left = left.filter(|e| e.file_name().to_string_lossy().starts_with(".export")).count();
     assert_eq!(left, 0);

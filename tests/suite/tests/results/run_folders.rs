@@ -266,6 +266,22 @@ fn an_import_and_a_drawing_replace_nothing_unforced() {
 }
 
 #[test]
+fn a_scenario_that_is_read_is_not_written_over_even_with_force() {
+    let place = folder();
+    for (name, verb) in [
+        ("s.toml", &["sweep", "plan", "--seeds", "0..2", "--shards", "1", "--force", "-o"][..]),
+        ("s.csv", &["sweep", "--seeds", "0..2", "--force", "--out"]),
+        ("s.svg", &["umbmark", "--runs", "2", "--force", "--svg"]),
+    ] {
+        let file = place.at(name);
+        fs::write(&file, "ticks = 20\n").unwrap();
+        let ended = sim_server(&[verb, &[arg(&file), arg(&file)]].concat()).expect(2);
+        ended.says("read or written");
+        assert_eq!(fs::read_to_string(&file).unwrap(), "ticks = 20\n");
+    }
+}
+
+#[test]
 fn what_a_scenario_plans_in_vain_is_named_and_happens_to_nobody() {
     let place = folder();
     let file = place.at("vain.toml");

@@ -78,7 +78,7 @@ fn a_log_is_scored_for_some_estimators_only() {
     );
     let page = fs::read_to_string(some.at("report.html")).unwrap();
     assert!(page.contains("third") && !page.contains("<span>dead-reckoning</span>"));
-    let said = execute("score", &[&args[..], &["nobody"]].concat()).expect(1);
+    let said = execute("score", &[&args[..], &["nobody"]].concat()).expect(2);
     said.says("nobody").says("dead-reckoning, second, third");
 }
 

@@ -97,6 +97,17 @@ fn ticks_that_a_wall_held_are_counted_inside_and_by_the_scorer() {
         "{:?}",
         a.column("blocked_ticks")
     );
+    // A robot that stands is held by no box that is put on it.
+    let place = folder();
+    let standing = place.at("standing.csv");
+    let set = [
+        "script={ kind = 'commands', list = [{ v_m_s = 0.0, omega_rad_s = 0.0 }] }",
+        "event=[{ kind = 'put-box', tick = 9, number = 1, \
+         at = { x_m = 6.0, y_m = 4.5, theta_rad = 0.0 }, size_m = [0.4, 0.4] }]",
+    ];
+    let set = set.map(|set| ["--set", set]).concat();
+    sweep(&[&["apartment", "--seeds", "1", "--ticks", "20"], &set[..]].concat(), &standing, 0);
+    assert_eq!(Table::read(&standing).column("blocked_ticks"), ["0"]);
 }
 
 #[test]
