@@ -24,7 +24,7 @@ fn main() {
     let world = apartment();
     let lidar = LidarConfig { dropout: 0.02, ..LidarConfig::default() };
     let drive = DiffDrive::rusty();
-    let robot = Robot { drive, body_radius_m: 0.11, lidar };
+    let robot = Robot { drive, body_radius_m: 0.11, lidar, dt_s: PERIOD_S };
     let truth = SE2::new(9.6, 3.0, 0.4);
     // It turns a little, to and fro: of a robot that stands no second scan counts.
     let turned = EncoderCounts { left: -400, right: 400 };

@@ -313,6 +313,8 @@ impl Scorer {
             "the frames are those of a blind log, and their truth is in its key: log this run, \
              then `score --log run.log --key-file KEY`"
                 .to_owned()
+        } else if self.next_tick == 0 {
+            "the run has no tick".to_owned()
         } else {
             "no tick of this run has a known truth".to_owned()
         }

@@ -18,6 +18,8 @@
 //!   most [`BEAMS_WORTH`] beams and a factor of 20. What is not on the map is in all
 //!   scans of a room, and a hypothesis survives it.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::SE2;
 
@@ -26,9 +28,11 @@ use super::everywhere::{Fits, is_near, is_within};
 use super::sensor::BEAMS_WORTH;
 use crate::Motion;
 
-/// A scan is of a new place after this way, m, or turn, rad.
+/// A scan is of a new place after this way, m, or turn, rad. Where a laser sees all round, the
+/// scan after a turn on the spot, m, is of the same place.
 const PLACE_M: f64 = 0.6;
 const PLACE_RAD: f64 = 0.6;
+const SPOT_M: f64 = 0.15;
 /// What a scan costs a hypothesis at most, in ln p: it is 20 times less likely.
 const MOST_COST: f64 = 3.0;
 /// No hypothesis is less likely than the first by more than this, in ln p.
@@ -72,6 +76,8 @@ impl Hypothesis {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Hypotheses {
     all: Vec<Hypothesis>,
+    /// Whether the laser sees all round.
+    sees_all: bool,
     /// Way since the last scan that counted, and the number of those.
     since: SE2,
     scans: u32,
@@ -86,9 +92,14 @@ pub(super) fn covariance() -> Matrix3<f64> {
 }
 
 impl Hypotheses {
+    /// Begins with none, for a laser with this field of view, rad.
+    pub fn of_view(fov_rad: f64) -> Self {
+        Self { sees_all: TAU - fov_rad < PLACE_RAD, ..Self::default() }
+    }
+
     /// Forgets all, for a robot that is found or was.
     pub fn clear(&mut self) {
-        *self = Self { was_found: true, ..Self::default() };
+        *self = Self { was_found: true, sees_all: self.sees_all, ..Self::default() };
     }
 
     /// Moves all with the robot.
@@ -101,8 +112,10 @@ impl Hypotheses {
 
     /// Whether a scan counts: the first one, and those of other places.
     pub fn is_new_place(&self) -> bool {
-        let is_far = self.since.translation().norm() >= PLACE_M;
-        self.scans == 0 || is_far || self.since.theta().abs() >= PLACE_RAD
+        let way_m = self.since.translation().norm();
+        let shows_more = !self.sees_all || way_m >= SPOT_M;
+        let is_turned = shows_more && self.since.theta().abs() >= PLACE_RAD;
+        self.scans == 0 || way_m >= PLACE_M || is_turned
     }
 
     /// Takes the places where a scan fits.
@@ -150,11 +163,12 @@ impl Hypotheses {
     }
 
     /// Whether a mode of the belief may be the place where the robot is. Scans of two places
-    /// can tell; the scan of one can only tell whether places look alike.
+    /// can tell; the scan of one can only tell whether places look alike. Of a robot that left
+    /// the map it takes as much as to find it: places that are not on the map are like others.
     pub fn agree(&self, mode: &Mode) -> bool {
         let is_likely = |first: &Hypothesis| mode.is_at(&first.pose_in_world);
         let is_it = self.scans < 2 || self.all.first().is_some_and(is_likely);
-        is_it && self.margin() >= LIKELY
+        is_it && self.margin() >= if self.was_found { MARGIN } else { LIKELY }
     }
 
     /// Whether scans of two places tell that the robot is elsewhere than a mode of the belief.
@@ -264,6 +278,13 @@ mod tests {
             drive(&mut hypotheses, &[places], -0.4);
             assert_eq!(hypotheses.agree(&mode), is_enough, "{places:?}");
         }
+        // By hand: 5.6 behind.
+        let mut hypotheses = Hypotheses::default();
+        let unlike: &[(f64, f64)] = &[(0.0, 0.4), (9.0, 0.05)];
+        drive(&mut hypotheses, &[unlike; 2], -0.4);
+        assert!(hypotheses.agree(&mode_at(2.0)));
+        hypotheses.was_found = true;
+        assert!(!hypotheses.agree(&mode_at(2.0)));
     }
 
     #[test]
@@ -290,6 +311,24 @@ mod tests {
         hypotheses.was_found = true;
         assert!(hypotheses.decided(Some(here)).is_some());
         assert_eq!(hypotheses.decided(Some(SE2::new(13.0, 0.0, 0.0))), None);
+    }
+
+    #[test]
+    fn a_turn_shows_a_new_place_where_the_laser_does_not_see_all_round() {
+        for (fov_deg, is_new) in [(360.0_f64, false), (270.0, true), (180.0, true)] {
+            let mut hypotheses = Hypotheses::of_view(fov_deg.to_radians());
+            drive(&mut hypotheses, &[&[(0.0, 0.4)]], -0.4);
+            let turn =
+                |x_m, rad| Motion { now_in_then: SE2::new(x_m, 0.0, rad), ..Motion::default() };
+            hypotheses.move_by(&turn(0.0, 3.0));
+            assert_eq!(hypotheses.is_new_place(), is_new, "{fov_deg}");
+            hypotheses.clear();
+            hypotheses.take(&fits(&[(0.0, 0.4)], -0.4));
+            hypotheses.move_by(&turn(0.0, -0.7));
+            assert_eq!(hypotheses.is_new_place(), is_new, "{fov_deg}");
+            hypotheses.move_by(&turn(0.2, 0.0));
+            assert!(hypotheses.is_new_place());
+        }
     }
 
     #[test]

@@ -114,6 +114,7 @@ pub struct Mcl {
     /// Whether it was told where it is, or knows it from scans of several places.
     is_found: bool,
     clock: RunClock,
+    dt_s: f64,
     asleep: bool,
     places: Random,
 }
@@ -163,7 +164,7 @@ impl Mcl {
         initial: Option<SE2>,
         options: &Options,
     ) -> Result<Self, ClientError> {
-        let Robot { drive, body_radius_m, .. } = robot;
+        let Robot { drive, body_radius_m, lidar, dt_s } = robot;
         let initial = options.at.or(initial.filter(|_| !options.global));
         if space.is_empty() && initial.is_none() {
             return Err(ClientError::Unusable(format!(
@@ -182,13 +183,14 @@ impl Mcl {
             holding: Holding::default(),
             belief: Cloud::new(options.seed, 2),
             search: Search::new(options.seed),
-            hypotheses: Some(Hypotheses::default()),
+            hypotheses: Some(Hypotheses::of_view(lidar.fov_rad)),
             modes: Modes::default(),
             mode: None,
             is_known: false,
             is_contested: false,
             is_found: initial.is_some(),
             clock: RunClock::default(),
+            dt_s,
             asleep: true,
             places: Random::new(options.seed, 1),
         })
@@ -197,7 +199,7 @@ impl Mcl {
     /// Takes the encoder counts at the end of a tick.
     pub fn advance(&mut self, time_s: f64, ticks: EncoderCounts) {
         let motion = *self.odometry.advance(ticks);
-        let now = self.clock.tick(time_s, 0.0);
+        let now = self.clock.tick(time_s, self.dt_s);
         if self.asleep && now.is_from(self.options.from) {
             self.asleep = false;
             self.wake(&motion);

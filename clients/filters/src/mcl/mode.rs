@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use rusty_geometry::SE2;
 
 use super::Particles;
+use super::everywhere::is_within;
 use crate::kld::Bins;
 
 /// Side of the bins that touch within a mode, m.
@@ -15,8 +16,10 @@ pub(crate) const SIDE_M: f64 = 0.25;
 /// How many of them to a full turn.
 pub(crate) const TURNS: u32 = 24;
 
-/// Modes of two beliefs farther apart than this are not the same place, m.
+/// Modes of two beliefs farther apart than this are not the same place, m, nor are those that
+/// head so much elsewhere, rad: a corridor looks the same both ways.
 const APART_M: f64 = 0.5;
+const APART_RAD: f64 = 1.0;
 
 /// The largest σ of the position of an answer, m.
 const NOWHERE_M: f64 = 1.0;
@@ -40,10 +43,9 @@ pub struct Mode {
 }
 
 impl Mode {
-    /// Whether its mean is no more than half a metre from a pose.
+    /// Whether its mean is no more than half a metre and a radian from a pose.
     pub fn is_at(&self, pose_in_world: &SE2) -> bool {
-        let way = self.pose_in_world.translation() - pose_in_world.translation();
-        way.norm() <= APART_M
+        is_within(&self.pose_in_world, pose_in_world, APART_M, APART_RAD)
     }
 }
 
@@ -66,7 +68,7 @@ impl Modes {
         Self { bins, shares: Vec::new() }
     }
 
-    /// Whether the heaviest modes of two beliefs are more than half a metre apart.
+    /// Whether the heaviest modes of two beliefs are not the same place.
     pub fn are_apart(&mut self, one: &Particles, other: &Particles) -> bool {
         let [one, other] = [one, other].map(|particles| self.heaviest(particles));
         one.zip(other).is_some_and(|(one, other)| !one.is_at(&other.pose_in_world))
@@ -138,6 +140,21 @@ mod tests {
             assert!((ratio - 1.0).abs() < 0.1, "{i}: {ratio}");
         }
         assert!((mode.covariance - mode.covariance.transpose()).norm() == 0.0);
+    }
+
+    #[test]
+    fn a_place_is_another_one_the_other_way_round() {
+        let mode = Mode {
+            pose_in_world: SE2::new(1.0, 2.0, 3.0),
+            covariance: Matrix3::identity(),
+            share: 1.0,
+            second_share: 0.0,
+        };
+        for (x_m, rad, is_at) in
+            [(1.4, 3.0, true), (1.6, 3.0, false), (1.0, -2.9, true), (1.0, 0.1, false)]
+        {
+            assert_eq!(mode.is_at(&SE2::new(x_m, 2.0, rad)), is_at, "{x_m} {rad}");
+        }
     }
 
     #[test]

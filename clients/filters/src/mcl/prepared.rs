@@ -28,6 +28,8 @@ pub struct Robot {
     pub body_radius_m: f64,
     /// Its laser.
     pub lidar: LidarConfig,
+    /// How long before its end the first tick began, s.
+    pub dt_s: f64,
 }
 
 impl Robot {
@@ -37,6 +39,7 @@ impl Robot {
             drive: start.robot.drive,
             body_radius_m: start.robot.body_radius_m,
             lidar: believed_lidar(start),
+            dt_s: start.dt_s,
         }
     }
 }

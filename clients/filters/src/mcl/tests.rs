@@ -28,7 +28,7 @@ impl Drive {
 
     fn within(world: World, truth: SE2) -> Self {
         let lidar = LidarConfig { dropout: 0.02, ..LidarConfig::default() };
-        let robot = Robot { drive: DiffDrive::rusty(), body_radius_m: 0.11, lidar };
+        let robot = Robot { drive: DiffDrive::rusty(), body_radius_m: 0.11, lidar, dt_s: 0.1 };
         Self {
             world,
             robot,
@@ -89,7 +89,7 @@ fn it_finds_itself_keeps_to_that_and_finds_itself_again() {
     drive.truth = SE2::new(1.6, 6.6, -1.2);
     (0..10).for_each(|_| drive.step(&mut mcl));
     assert_eq!(mcl.answer(), None, "it has noticed");
-    (0..40).for_each(|_| drive.step(&mut mcl));
+    (0..90).for_each(|_| drive.step(&mut mcl));
     let tau = error(&mcl, &drive.truth).unwrap();
     assert!(tau.norm() < 0.02, "{tau}");
 }
@@ -146,7 +146,7 @@ fn asleep_it_counts_and_says_nothing() {
     let mut drive = Drive::from(SE2::new(9.6, 3.0, 0.4));
     let options = Options { from: Moment::Seconds(0.95), ..Options::default() };
     let mut mcl = drive.mcl(Some(drive.truth), &options);
-    for _ in 0..10 {
+    for _ in 0..9 {
         drive.step(&mut mcl);
         assert_eq!(mcl.answer(), None, "{}", drive.tick);
     }

@@ -302,6 +302,7 @@ fn check(args: &VerifyArgs) -> Result<Exit> {
 
 fn report(args: &ReportArgs) -> Result<Exit> {
     args.page.as_ref().map_or(Ok(()), |path| check_free(path, args.force))?;
+    check_apart([], &args.files)?;
     check_apart(&args.files, &args.page)?;
     let suite = Suite::built_in()?;
     let read = |path: &PathBuf| -> Result<(String, BenchmarkResult), BenchmarkError> {

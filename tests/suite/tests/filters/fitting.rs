@@ -100,7 +100,7 @@ fn a_log_is_mapped_with_the_poses_that_are_asked_for() {
     );
     assert!(part.expect(0).stderr.contains("20 scans"));
     execute("gridmap", &["--log", &log, "--poses", "mcl", "--save", &stem("x")])
-        .expect(1)
+        .expect(2)
         .says("there are odometry, truth, dead-reckoning");
     execute("gridmap", &["--log", &log, "--from", "99", "--save", &stem("x")])
         .expect(1)
