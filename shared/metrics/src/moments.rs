@@ -35,10 +35,10 @@ impl Moments {
         }
     }
 
-    /// Variance of the mean.
+    /// Variance of the mean; 0 of one number, NaN where there are none.
     #[must_use]
     pub fn variance_of_mean(&self) -> f64 {
-        let standard_error = self.standard_error();
+        let standard_error = self.standard_deviation / (self.n as f64).sqrt();
         standard_error * standard_error
     }
 }
