@@ -35,7 +35,7 @@ impl Moments {
         }
     }
 
-    /// Variance of the mean; 0 of one number, NaN where there are none.
+    /// Variance of the mean: 0 for one number, NaN for an empty list.
     #[must_use]
     pub fn variance_of_mean(&self) -> f64 {
         let standard_error = self.standard_deviation / (self.n as f64).sqrt();

@@ -23,7 +23,7 @@ from typing import Any, Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._launch import _changes, _scenario
+from ._scenario import changes_of, scenario_file
 
 try:
     import gymnasium
@@ -116,8 +116,8 @@ class _Worlds:
         if not callable(task):
             raise TypeError(f"task {task!r}: expected a function of Step, such as Goal(5.0, 4.5)")
         with tempfile.TemporaryDirectory(prefix="rusty-gym-") as folder:
-            words = [*_changes(changes)]
-            self.native = Worlds(_scenario(scenario, folder), words, count, threads)
+            words = [*changes_of(changes)]
+            self.native = Worlds(scenario_file(scenario, folder), words, count, threads)
         self.task, self.flat, self.count = task, flat, count
         self.dt_s, self.ticks = self.native.dt_s, self.native.ticks
         boxes: dict[str, gymnasium.spaces.Box] = {}
