@@ -4,6 +4,7 @@
 //! Its rows are those of separate launches, to the bit, if each participant begins every
 //! run alike. So the first run of a crew, in new processes, is repeated before its second,
 //! in the same processes, and the answers of all who stay must be the same.
+//! Where all must answer alike, whether they stay or not, it is repeated for want of a second too.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -64,7 +65,7 @@ struct AtWork {
     rules: Rules,
     /// Where its participants write.
     out: PathBuf,
-    /// Its first run, which is repeated before the second.
+    /// Its first run, until it is repeated.
     first: Option<First>,
     /// What happened when it was repeated, for the next record.
     remarks: Vec<String>,
@@ -73,6 +74,7 @@ struct AtWork {
 /// The first run of a crew, in new processes.
 struct First {
     run: u64,
+    on_loss: OnLoss,
     digests: AnswerDigests,
     record: Record,
     /// Names of the participants whose processes have stayed.
@@ -164,13 +166,8 @@ impl<'p> Crews<'p> {
 
     /// Repeats the first run of a crew in the same processes; `None` if it was stopped. Of
     /// a repetition in which a participant was lost, its name is kept.
-    fn check(
-        &self,
-        at_work: AtWork,
-        on_loss: OnLoss,
-        first: &First,
-    ) -> Result<Option<AtWork>, SweepError> {
-        let (mut at_work, report, digests) = self.run(at_work, on_loss, first.run)?;
+    fn check(&self, at_work: AtWork, first: &First) -> Result<Option<AtWork>, SweepError> {
+        let (mut at_work, report, digests) = self.run(at_work, first.on_loss, first.run)?;
         if self.stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
@@ -201,9 +198,16 @@ impl<'p> Crews<'p> {
         Ok(Some(at_work))
     }
 
-    /// Ends the crew, if there is one.
+    /// Ends the crew, if there is one. Where all must answer alike, the run of a crew that
+    /// made but one is repeated here; who is lost in it has no next record to be named in.
     fn end(&mut self) -> Result<(), SweepError> {
-        let Some(AtWork { crew, rules, .. }) = self.at_work.take() else { return Ok(()) };
+        let Some(mut at_work) = self.at_work.take() else { return Ok(()) };
+        let repeats = self.plan.all_alike && !self.stop.load(Ordering::Relaxed);
+        if let Some(first) = at_work.first.take().filter(|_| repeats) {
+            let Some(checked) = self.check(at_work, &first)? else { return Ok(()) };
+            at_work = checked;
+        }
+        let AtWork { crew, rules, .. } = at_work;
         let mut bad = crew.finish().into_iter();
         bad.next().map_or(Ok(()), |(slot, how)| {
             Err(SweepError::Ended { name: rules.roster[slot].name.clone(), how })
@@ -224,7 +228,7 @@ impl Maker for Crews<'_> {
         };
         let is_first = at_work.crew.runs() == 0;
         if let Some(first) = at_work.first.take() {
-            let Some(checked) = self.check(at_work, on_loss, &first)? else { return Ok(None) };
+            let Some(checked) = self.check(at_work, &first)? else { return Ok(None) };
             at_work = checked;
         }
         let (mut at_work, mut report, digests) = self.run(at_work, on_loss, run)?;
@@ -238,7 +242,7 @@ impl Maker for Crews<'_> {
         let stayed = at_work.crew.stayed(&at_work.rules.roster);
         let is_whole = record.lost.is_none();
         if is_first && is_whole && (self.plan.all_alike || !stayed.is_empty()) {
-            at_work.first = Some(First { run, digests, record: record.clone(), stayed });
+            at_work.first = Some(First { run, on_loss, digests, record: record.clone(), stayed });
         }
         self.at_work = Some(at_work);
         if is_first && !is_whole {
