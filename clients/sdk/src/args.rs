@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{Arg, ArgGroup, Args, Command, CommandFactory, FromArgMatches};
+use clap::{Arg, ArgGroup, ArgMatches, Args, Command, CommandFactory, FromArgMatches};
 use rusty_contract::RunName;
 use rusty_contract::output::same_file;
 use rusty_link::WaitPolicy;
@@ -60,6 +60,10 @@ pub struct ClientArgs {
     /// Read the keys from standard input until it ends
     #[arg(long, conflicts_with = "key_file")]
     pub key_stdin: bool,
+
+    /// The values of all options but `--out`: files that are read, among other things.
+    #[arg(skip)]
+    pub values: Vec<PathBuf>,
 }
 
 /// Invalid arguments, or a request for help.
@@ -76,6 +80,13 @@ pub struct Usage {
 fn program(word: Option<OsString>) -> String {
     let stem = word.and_then(|w| Some(Path::new(&w).file_stem()?.to_string_lossy().into_owned()));
     stem.unwrap_or_else(|| "client".to_owned())
+}
+
+/// The values of all options but `--out`.
+fn values(matches: &ArgMatches) -> Vec<PathBuf> {
+    let others = matches.ids().filter(|id| *id != "out");
+    let raw = others.filter_map(|id| matches.try_get_raw(id.as_str()).ok().flatten());
+    raw.flatten().map(PathBuf::from).collect()
 }
 
 /// The command line of a participant with the separate options `O`.
@@ -125,7 +136,8 @@ impl ClientArgs {
         let mut command = command::<O>(program(std::env::args_os().next()));
         let matches = command.get_matches_mut();
         let args = Self::from_arg_matches(&matches);
-        let args = args.unwrap_or_else(|e| e.format(&mut command).exit());
+        let mut args = args.unwrap_or_else(|e| e.format(&mut command).exit());
+        args.values = values(&matches);
         let options = move || {
             let options = O::from_arg_matches(&matches);
             options.unwrap_or_else(|e| e.format(&mut command).exit())
@@ -143,7 +155,9 @@ impl ClientArgs {
         let mut arguments = arguments.into_iter().peekable();
         let command = command::<()>(program(arguments.peek().cloned()));
         let parsed = command.try_get_matches_from(arguments);
-        let args = parsed.and_then(|matches| Self::from_arg_matches(&matches));
+        let args = parsed.and_then(|matches| {
+            Ok(Self { values: values(&matches), ..Self::from_arg_matches(&matches)? })
+        });
         args.map_err(|e| Usage { text: e.render().to_string(), code: e.exit_code() })
     }
 
@@ -162,16 +176,25 @@ impl ClientArgs {
         self.check_replaced(path)
     }
 
-    /// The same for the file of `--out`, if there is one.
+    /// The same for the file of `--out`, if there is one, which is no file of another option
+    /// either.
     pub(crate) fn check_out(&self) -> Result<(), ClientError> {
-        self.out.iter().try_for_each(|out| self.check_replaced(out))
+        let Some(out) = &self.out else { return Ok(()) };
+        self.check_replaced(out)?;
+        if out.is_file() && self.values.iter().any(|value| same_file(value, out)) {
+            let text = format!("{}: --out has the file of another option", out.display());
+            return Err(ClientError::Usage(format!("{text}; give another one")));
+        }
+        Ok(())
     }
 
     fn check_replaced(&self, path: &Path) -> Result<(), ClientError> {
-        if self.log.as_ref().is_some_and(|log| same_file(log, path)) {
-            let path = path.display();
-            let text = format!("{path} is the log being read; give another file to write");
-            return Err(ClientError::Usage(text));
+        for (read, what) in [(&self.log, "log"), (&self.key_file, "key file")] {
+            if read.as_ref().is_some_and(|read| same_file(read, path)) {
+                let path = path.display();
+                let text = format!("{path} is the {what} being read; give another file to write");
+                return Err(ClientError::Usage(text));
+            }
         }
         // Devices and pipes are written to, not replaced.
         let is_file = std::fs::metadata(path).is_ok_and(|found| found.is_file());
@@ -236,6 +259,16 @@ mod tests {
             assert!(matches!(free(&out, path), Err(ClientError::Usage(_))), "{path:?}");
         }
         assert!(parse(&["x", "--log", "l", "--out", "y"]).unwrap().check_out().is_ok());
+        let key = file.to_str().unwrap();
+        let with_key = |out: &str| {
+            let args = ["x", "--log", "l", "--key-file", key, "--force", "--out", out];
+            parse(&args).unwrap().check_out()
+        };
+        assert!(matches!(with_key(key), Err(ClientError::Usage(_))));
+        assert!(with_key(other.to_str().unwrap()).is_ok());
+        // Any file that another option names is read, or written by that option.
+        let named = parse(&["x", "--log", "l", "--beliefs", key, "--force", "--out", key]).unwrap();
+        assert!(matches!(named.check_out(), Err(ClientError::Usage(_))));
         for (args, path) in [
             (&["--force"][..], file.as_path()),
             (&["--launcher", "1"], &file),

@@ -1,6 +1,7 @@
 //! Scenarios: built in or in a file, changed on the command line, set up.
 
 mod changes;
+mod files;
 
 pub use changes::{change_config, check_options};
 

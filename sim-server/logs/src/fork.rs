@@ -43,6 +43,17 @@ pub enum ForkError {
         /// Present.
         ticks: u64,
     },
+    /// The log of another robot ends before that.
+    #[error("--with: the log of robot {robot} has {ticks} ticks, and the branch begins at tick \
+             {at_tick}; {}", remedy(*ticks))]
+    OtherEnds {
+        /// The robot.
+        robot: String,
+        /// Asked for.
+        at_tick: u64,
+        /// Present.
+        ticks: u64,
+    },
     /// The past is not what this build simulates.
     #[error(
         "{log} cannot be forked at tick {at_tick}, because its past does not come again: {found}; \
@@ -81,7 +92,10 @@ impl ForkError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::OtherPast { .. } => Exit::NotBitExact,
-            Self::Source { .. } | Self::NoSuchTick { .. } | Self::Sim(_) => Exit::Usage,
+            Self::Source { .. }
+            | Self::NoSuchTick { .. }
+            | Self::OtherEnds { .. }
+            | Self::Sim(_) => Exit::Usage,
             Self::Drivers(error) => error.exit(),
             Self::Damaged { .. } | Self::Log(_) => Exit::Failed,
         }
@@ -206,6 +220,9 @@ fn check_past(
             Read::End(_) => return Err(ForkError::NoSuchTick { log: name, at_tick, ticks: tick }),
         };
         let truth = world.step(effects.command(), &mut frame)?;
+        if let Some(robot) = world.ended() {
+            return Err(ForkError::OtherEnds { robot: robot.to_owned(), at_tick, ticks: tick });
+        }
         let again = record_of(&frame, truth);
         if let Some(found) = compare::frames(&record, &again, header.config.dt_s) {
             return Err(ForkError::OtherPast { log: name, at_tick, found: Box::new(found) });

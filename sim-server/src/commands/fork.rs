@@ -55,7 +55,9 @@ pub fn run(args: &ForkArgs) -> Result<Exit> {
     let mut source = Branch::new(&args.log, args.at, after, &args.with)?;
     args.run.change_roster(&mut source.header_mut().roster)?;
     check_driver(source.header())?;
-    let place = RunPlace::find(&args.run, &source.header().config.scenario, Some(&args.log))?;
+    let played: Vec<&Path> =
+        std::iter::once(&args.log).chain(&args.with).map(PathBuf::as_path).collect();
+    let place = RunPlace::find(&args.run, &source.header().config.scenario, &played)?;
     source.fork_mut().original_scores = original_scores(&args.log, source.header());
     let defaults = Scenario::default();
     RunSession {

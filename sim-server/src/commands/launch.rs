@@ -64,7 +64,7 @@ fn simulate(args: &LaunchArgs, starting: Starting) -> Result<Exit> {
         .for_each(|remark| errln!("{remark}"));
     let robots = scenario.robot.entries();
     if robots.is_empty() {
-        let place = RunPlace::find(run, &scenario.name, None)?;
+        let place = RunPlace::find(run, &scenario.name, &[])?;
         return session.run(place, &mut Simulated::new(headers.swap_remove(0))?);
     }
     let names: Vec<&str> = robots.iter().map(|robot| robot.name.as_str()).collect();

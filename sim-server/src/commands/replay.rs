@@ -44,7 +44,7 @@ pub fn run(args: &ReplayArgs) -> Result<Exit> {
         return Ok(Exit::Failed);
     }
     args.run.change_roster(&mut source.header_mut().roster)?;
-    let place = RunPlace::find(&args.run, &source.header().config.scenario, Some(&args.log))?;
+    let place = RunPlace::find(&args.run, &source.header().config.scenario, &[&args.log])?;
     let defaults = Scenario::default();
     RunSession {
         args: &args.run,

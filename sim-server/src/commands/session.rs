@@ -34,8 +34,8 @@ pub(super) struct RunPlace {
 }
 
 impl RunPlace {
-    /// Looks for it; nothing is written yet. `played` is a log that the run reads.
-    pub(super) fn find(args: &RunArgs, scenario: &str, played: Option<&Path>) -> Result<Self> {
+    /// Looks for it; nothing is written yet. `played` are the logs that the run reads.
+    pub(super) fn find(args: &RunArgs, scenario: &str, played: &[&Path]) -> Result<Self> {
         let name = match &args.run {
             Some(name) => name.clone(),
             None => name_after(scenario, 0)?,
@@ -57,7 +57,7 @@ impl RunPlace {
                 Some(folder) => folder.join(robot),
                 None => Path::new("runs").join(name.as_str()),
             };
-            Ok(Self { folder: FreeFolder::check(&path, args.force, None)?, name })
+            Ok(Self { folder: FreeFolder::check(&path, args.force, &[])?, name })
         };
         robots.iter().map(place).collect()
     }

@@ -78,12 +78,13 @@ pub struct UmbmarkArgs {
 pub fn run(args: &UmbmarkArgs) -> Result<Exit> {
     check_within("--side", args.side, 0.01, 10_000.0)?;
     args.svg.iter().chain(&args.png).try_for_each(|path| check_free(path, args.force))?;
-    check_apart([&PathBuf::from(&args.scenario)], args.svg.iter().chain(&args.png))?;
     args.svg.iter().chain(&args.png).try_for_each(|path| check_writable(path))?;
     let given = [("seed", "--seed", args.seed.is_some())];
     scenario_file::check_options(&args.changes, &given)?;
-    let mut config =
-        scenario_file::load(&args.scenario, &args.changes)?.config_with(rusty_floorplan::read)?;
+    let loaded = scenario_file::load(&args.scenario, &args.changes)?;
+    let read = std::iter::once(PathBuf::from(&args.scenario)).chain(loaded.files());
+    check_apart(&read.collect::<Vec<_>>(), args.svg.iter().chain(&args.png))?;
+    let mut config = loaded.config_with(rusty_floorplan::read)?;
     let robot = &config.robot;
     let most_m_s = robot.wheel_limit_rad_s * robot.wheel_radius_m;
     check_within("--speed", args.speed, 1e-6, most_m_s)?;

@@ -313,7 +313,7 @@ fn play(source: &mut Recording, folder: &Path) -> Result<FinishedRun> {
         output: Output { json: false },
         quiet: true,
     };
-    let place = RunPlace::find(&args, &source.header().config.scenario, None)?;
+    let place = RunPlace::find(&args, &source.header().config.scenario, &[])?;
     let defaults = Scenario::default();
     RunSession {
         args: &args,

@@ -88,12 +88,12 @@ pub struct FreeFolder {
 
 impl FreeFolder {
     /// Looks whether a run may have this folder: it does not exist, is empty, or,
-    /// with `force`, holds nothing but a run that is over. `played` is a log that
+    /// with `force`, holds nothing but a run that is over. `played` are the logs that
     /// the run reads.
     ///
     /// # Errors
     /// [`FolderError`] names what is in the way.
-    pub fn check(path: &Path, force: bool, played: Option<&Path>) -> Result<Self, FolderError> {
+    pub fn check(path: &Path, force: bool, played: &[&Path]) -> Result<Self, FolderError> {
         let refused = FolderError::at(path);
         let free = |old| Ok(Self { path: path.to_owned(), old });
         // Participants are told of it in JSON.
@@ -107,10 +107,12 @@ impl FreeFolder {
             Ok(_) => {}
         }
         let Some(file) = names_in(path)?.into_iter().next() else { return free(None) };
-        if let (Ok(real), Some(log)) = (fs::canonicalize(path), played)
-            && fs::canonicalize(log).is_ok_and(|log| log.starts_with(real))
-        {
-            return Err(refused(FolderProblem::HoldsLog(log.display().to_string())));
+        if let Ok(real) = fs::canonicalize(path) {
+            let is_in =
+                |log: &&&Path| fs::canonicalize(log).is_ok_and(|log| log.starts_with(&real));
+            if let Some(log) = played.iter().find(is_in) {
+                return Err(refused(FolderProblem::HoldsLog(log.display().to_string())));
+            }
         }
         let Some(marker) = Marker::of(path) else {
             return Err(refused(FolderProblem::Foreign(file)));

@@ -21,7 +21,7 @@ fn header() -> LogHeader {
 
 /// A run that was here and is over.
 fn a_run(path: &Path) {
-    let mut folder = FreeFolder::check(path, false, None).unwrap().take(marker()).unwrap();
+    let mut folder = FreeFolder::check(path, false, &[]).unwrap().take(marker()).unwrap();
     folder.begin();
     let end = RunEnd { ended: "done".to_owned(), ticks: 7, digest: "d".to_owned() };
     folder.end(end).unwrap();
@@ -32,7 +32,7 @@ fn marker() -> Marker {
 }
 
 fn check(path: &Path, force: bool) -> Result<FreeFolder, FolderError> {
-    FreeFolder::check(path, force, None)
+    FreeFolder::check(path, force, &[])
 }
 
 #[test]
@@ -121,7 +121,7 @@ fn a_log_that_is_read_stays_whatever_is_forced() {
     std::os::unix::fs::symlink(&path, place.path().join("link")).unwrap();
     for (folder, force) in [(path.clone(), false), (path, true), (place.path().join("link"), true)]
     {
-        let refused = FreeFolder::check(&folder, force, Some(&log));
+        let refused = FreeFolder::check(&folder, force, &[Path::new("other.log"), &log]);
         assert!(matches!(refused, Err(FolderError { problem: FolderProblem::HoldsLog(_), .. })));
     }
 }

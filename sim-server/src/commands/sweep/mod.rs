@@ -13,7 +13,8 @@ use rusty_bench::machine::cores;
 use rusty_contract::{Exit, errln, outln};
 use rusty_engine::remarks::remarks;
 use rusty_engine::run::Progress;
-use rusty_study::sweep::report::Report;
+use rusty_study::sweep::job::journal_of;
+use rusty_study::sweep::report::{Report, results};
 use rusty_study::sweep::{Plan, Request, Seeds, SweepJob, SweepOutcome, Table, axes};
 use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -154,9 +155,11 @@ pub fn run(args: &SweepArgs) -> Result<Exit> {
 
 /// A sweep in one process.
 fn whole(args: &SweepArgs) -> Result<Exit> {
-    check_apart([&PathBuf::from(&args.what.scenario)], &args.out)?;
     let plan = args.what.plan()?;
     let table = args.out.as_deref().map(Table::at).transpose()?;
+    let written: Vec<PathBuf> =
+        table.iter().flat_map(|table| results(table).chain([journal_of(table)])).collect();
+    check_apart(std::iter::once(&args.what.scenario.clone().into()).chain(&plan.files), &written)?;
     args.out.iter().filter(|path| !path.exists()).try_for_each(|path| check_writable(path))?;
     let ticks = plan.runs.clone().map(|run| plan.ticks(run)).sum();
     let sweeping = SweepJob {

@@ -7,7 +7,7 @@ use clap::Args;
 use rusty_contract::output::make_folder;
 use rusty_contract::{Exit, FieldError, errln, outln};
 use rusty_engine::run::Progress;
-use rusty_study::sweep::report::{Report, draw, drawings};
+use rusty_study::sweep::report::{Report, draw, results};
 use rusty_study::sweep::{
     Manifest, PartFault, Plan, SweepError, SweepJob, Table, merge as merge_parts, run_time_s,
 };
@@ -127,7 +127,6 @@ struct Planned<'a> {
 
 pub fn plan(args: &PlanArgs) -> Result<Exit> {
     check_free(&args.output_file, args.force)?;
-    check_apart([&PathBuf::from(&args.what.scenario)], [&args.output_file])?;
     check_writable(&args.output_file)?;
     if folder(None, &args.output_file) == args.output_file {
         let remedy = "give it another ending, e.g. .toml";
@@ -135,6 +134,8 @@ pub fn plan(args: &PlanArgs) -> Result<Exit> {
         return Err(FieldError::new("-o", args.output_file.display(), problem, remedy).into());
     }
     let plan = args.what.plan()?;
+    let scenario = PathBuf::from(&args.what.scenario);
+    check_apart(std::iter::once(&scenario).chain(&plan.files), [&args.output_file])?;
     let job = job(plan, 1);
     let run_s = match args.shards {
         Some(_) => None,
@@ -256,14 +257,12 @@ struct MergedDocument {
 }
 
 pub fn merge(args: &MergeArgs) -> Result<Exit> {
-    check_apart([&args.manifest], &args.out)?;
     let manifest = Manifest::read(&args.manifest)?;
     let table = args.out.as_deref().map(Table::at).transpose()?;
-    if let Some(table) = &table {
-        let mut files = table.files().into_iter().chain(drawings(table.path()));
-        files.try_for_each(|file| check_free(&file, args.force))?;
-    }
+    let written: Vec<PathBuf> = table.iter().flat_map(results).collect();
+    written.iter().try_for_each(|file| check_free(file, args.force))?;
     let (plan, settings) = manifest.plan(WRITER)?;
+    check_apart(std::iter::once(&args.manifest).chain(&plan.files), &written)?;
     let folder = folder(args.parts.as_deref(), &args.manifest);
     let mut document = MergedDocument {
         shards: manifest.shards,

@@ -16,12 +16,18 @@ use super::inside::Inside;
 use super::journal::{Journal, lock};
 use super::plan::Plan;
 use super::record::Record;
-use super::report::{draw, drawings};
+use super::report::{draw, results};
 use super::settings::Settings;
 use super::table::Table;
 use super::workers::{Listener, work};
 use rusty_contract::output::make_folder;
 use rusty_engine::run::{Progress, RunError, check_limits, check_programs};
+
+/// The file of what an interrupted sweep with this table has done: `FILE.part`.
+#[must_use]
+pub fn journal_of(table: &Table) -> PathBuf {
+    table.beside(".part")
+}
 
 /// How a sweep is carried out. None of it reaches the rows.
 pub struct SweepJob {
@@ -84,7 +90,7 @@ impl SweepJob {
                     return Ok(self.complete_before(there.lost()));
                 }
                 self.plan.rosters.iter().try_for_each(|roster| check_programs(roster))?;
-                let path = table.beside(".part");
+                let path = journal_of(table);
                 let (journal, records) =
                     Journal::open(&path, &settings, &self.plan.runs, self.force)?;
                 (Some(journal), records)
@@ -161,7 +167,7 @@ impl SweepJob {
     /// The settings of the table that is there already, where it is this one and complete.
     /// Without leave, what is there is not touched.
     fn complete(&self, table: &Table, settings: &Settings) -> Result<Option<Settings>, SweepError> {
-        let part = table.beside(".part");
+        let part = journal_of(table);
         if table.path().is_dir() {
             return Err(SweepError::InTheWay {
                 path: table.path().display().to_string(),
@@ -181,7 +187,7 @@ impl SweepJob {
                     remedy: "go on with --resume, or begin anew with --force",
                 });
             }
-            let mut files = table.files().into_iter().chain(drawings(table.path()));
+            let mut files = results(table);
             if let Some(file) = files.find(|file| file.is_file()) {
                 return Err(SweepError::InTheWay {
                     path: file.display().to_string(),

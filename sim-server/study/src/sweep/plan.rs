@@ -1,6 +1,7 @@
 //! What a sweep has to do: every seed in every cell, in one order.
 
 use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use rusty_contract::{FieldError, Participant, Role, ScriptConfig};
@@ -50,6 +51,8 @@ pub struct Plan {
     pub rosters: Vec<Vec<Participant>>,
     /// The worlds of the cells before their first tick; none with clients.
     pub worlds: Vec<Sim>,
+    /// The files that the settings are made of, besides the scenario.
+    pub files: Vec<PathBuf>,
     /// The runs that are made: all of them, or those of one shard.
     pub runs: Range<u64>,
     /// Whether participants of a new process must answer alike, too, in a repeated run.
@@ -83,8 +86,10 @@ impl Plan {
             FieldError::new("--set", "the lists", problem, "sweep fewer fields or values at once")
         })?;
         let (mut cells, mut rosters, mut worlds) = (Vec::new(), Vec::new(), Vec::new());
+        let mut files = Vec::new();
         for parameters in all {
-            let (cell, roster) = load(&request, parameters, own)?;
+            let (cell, roster, mut read) = load(&request, parameters, own)?;
+            files.append(&mut read);
             if request.clients {
                 check_roster(&roster)?;
                 rosters.push(roster);
@@ -98,7 +103,7 @@ impl Plan {
         match count {
             Some(count) if count <= MOST_RUNS => {
                 let all_alike = own.is_some();
-                Ok(Self { request, cells, rosters, worlds, runs: 0..count, all_alike })
+                Ok(Self { request, cells, rosters, worlds, files, runs: 0..count, all_alike })
             }
             _ => {
                 let problem = format!("makes more than {MOST_RUNS} runs");
@@ -213,7 +218,7 @@ fn load(
     request: &Request,
     parameters: Vec<(String, String)>,
     own: Option<&[Participant]>,
-) -> Result<(Cell, Vec<Participant>), SweepError> {
+) -> Result<(Cell, Vec<Participant>, Vec<PathBuf>), SweepError> {
     let changes: Vec<String> = parameters.iter().map(|(k, v)| format!("{k}={v}")).collect();
     let mut loaded = match own {
         None => scenario_file::load(&request.scenario, &changes)?,
@@ -241,7 +246,7 @@ fn load(
         }
     }
     let roster = loaded.scenario.roster_of(0);
-    Ok((Cell { parameters: Arc::from(parameters), config }, roster))
+    Ok((Cell { parameters: Arc::from(parameters), config }, roster, loaded.files()))
 }
 
 /// Inside, there is no driver.

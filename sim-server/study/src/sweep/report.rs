@@ -14,7 +14,7 @@ use super::growth::Growth;
 use super::overview::Overview;
 use super::paired::CellPair;
 use super::summary::SummaryRow;
-use super::{AneesText, Bands, GrowthText, OverviewText, Summary, Swept};
+use super::{AneesText, Bands, GrowthText, OverviewText, Summary, Swept, Table};
 use super::{ab, anees, drawing, growth, overview, summary};
 
 /// What a sweep says.
@@ -73,9 +73,10 @@ fn drawing_files(out: &Path, name: &str) -> [PathBuf; 2] {
     ["svg", "png"].map(|ending| beside(&stem, &format!("-{name}.{ending}")))
 }
 
-/// The files that [`draw`] makes.
-pub fn drawings(out: &Path) -> impl Iterator<Item = PathBuf> {
-    DRAWINGS.into_iter().flat_map(|name| drawing_files(out, name))
+/// The files of a sweep with this table: the table's, and those that [`draw`] makes.
+pub fn results(table: &Table) -> impl Iterator<Item = PathBuf> {
+    let drawings = DRAWINGS.into_iter().flat_map(|name| drawing_files(table.path(), name));
+    table.files().into_iter().chain(drawings)
 }
 
 /// Draws the fan, the growth and the errors next to the table at `out`. Nothing of a

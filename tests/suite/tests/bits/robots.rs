@@ -101,6 +101,13 @@ fn the_log_of_a_driven_robot_makes_the_others_again() {
     let fork = run_to("fork", &place.at("fork"), &at).expect(0).json();
     assert_eq!(fork["fork"]["frames_equal"], 50);
     sim_server(&["verify", text(&fork, "log"), "--with", b]).expect(0);
+    // A log that ends before the branch begins, and one in the folder that would be replaced.
+    let late = ["fork", a, "--at", "350", "--with"];
+    run_to("fork", &place.at("late"), &[&late[..], &[&cut]].concat()).expect(2).says("robot b");
+    let folder = logs[1].parent().unwrap();
+    let over = [&late[..], &[b, "--force"]].concat();
+    run_to("fork", folder, &over).expect(2).says("another --run or --out");
+    assert!(fs::read(b).unwrap() == bytes);
 }
 
 #[test]

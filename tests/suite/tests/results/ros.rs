@@ -114,6 +114,10 @@ fn a_bag_is_whole_or_not_there_and_replaces_bags_only() {
     let bytes = fs::read(&recorded).unwrap();
     import("rosbag", &bag, &recorded, &["--force"], 2).says("read or written");
     assert!(fs::read(&recorded).unwrap() == bytes);
+    let dotted = place.at("run.bag");
+    fs::remove_file(bag.join("notes")).unwrap();
+    fs::rename(&bag, &dotted).unwrap();
+    import("rosbag", &dotted, &place.at("dotted.log"), &[], 0);
     let left = fs::read_dir(place.path()).unwrap().flatten();
     let left = left.filter(|e| e.file_name().to_string_lossy().starts_with(".export")).count();
     assert_eq!(left, 0);

@@ -7,6 +7,7 @@ mod conformance;
 mod crews;
 mod doctor;
 mod handbook_commands;
+mod kept_files;
 mod manual;
 mod player;
 mod programs;

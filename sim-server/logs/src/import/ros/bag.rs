@@ -28,7 +28,8 @@ struct Information {
 /// Returns the files of `input`, which is a bag where `is_bag` says so.
 pub(super) fn files(input: &Path, is_bag: bool) -> Result<Vec<PathBuf>, ImportError> {
     let ending = input.extension().unwrap_or_default();
-    if ending == "bag" || ending == "db3" {
+    // A folder may have any name.
+    if (ending == "bag" || ending == "db3") && !input.is_dir() {
         return Err(other_storage(input, &ending.to_string_lossy()));
     }
     if !is_bag {
