@@ -162,12 +162,12 @@ impl ClientArgs {
     }
 
     /// Checks that a file which the command line names is not replaced unasked, and neither the
-    /// log that is read nor the file of `--out` at all. A launcher chooses files that are its own
-    /// to replace.
+    /// log and key file that are read nor the file of `--out` at all. A launcher chooses files
+    /// that are its own to replace.
     ///
     /// # Errors
     /// [`ClientError::InTheWay`] if there is a file already, [`ClientError::Usage`] if it
-    /// is the log or that of `--out`.
+    /// is one of these.
     pub fn check_free(&self, path: &Path) -> Result<(), ClientError> {
         if self.out.as_ref().is_some_and(|out| out == path || same_file(out, path)) {
             let text = format!("{}: --out has the same file; give another one", path.display());

@@ -7,8 +7,8 @@ use rusty_contract::ScriptConfig;
 use super::Loaded;
 
 impl Loaded {
-    /// Returns the files that the configuration is made of, besides the scenario: the world's
-    /// and those with commands.
+    /// Returns the files that the scenario names and the configuration is read from: the
+    /// world's, and those with commands.
     #[must_use]
     pub fn files(&self) -> Vec<PathBuf> {
         let s = &self.scenario;

@@ -159,7 +159,7 @@ fn whole(args: &SweepArgs) -> Result<Exit> {
     let table = args.out.as_deref().map(Table::at).transpose()?;
     let written: Vec<PathBuf> =
         table.iter().flat_map(|table| results(table).chain([journal_of(table)])).collect();
-    check_apart(std::iter::once(&args.what.scenario.clone().into()).chain(&plan.files), &written)?;
+    check_apart(&plan.files, &written)?;
     args.out.iter().filter(|path| !path.exists()).try_for_each(|path| check_writable(path))?;
     let ticks = plan.runs.clone().map(|run| plan.ticks(run)).sum();
     let sweeping = SweepJob {

@@ -134,8 +134,7 @@ pub fn plan(args: &PlanArgs) -> Result<Exit> {
         return Err(FieldError::new("-o", args.output_file.display(), problem, remedy).into());
     }
     let plan = args.what.plan()?;
-    let scenario = PathBuf::from(&args.what.scenario);
-    check_apart(std::iter::once(&scenario).chain(&plan.files), [&args.output_file])?;
+    check_apart(&plan.files, [&args.output_file])?;
     let job = job(plan, 1);
     let run_s = match args.shards {
         Some(_) => None,

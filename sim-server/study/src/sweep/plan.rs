@@ -1,5 +1,6 @@
 //! What a sweep has to do: every seed in every cell, in one order.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -51,8 +52,8 @@ pub struct Plan {
     pub rosters: Vec<Vec<Participant>>,
     /// The worlds of the cells before their first tick; none with clients.
     pub worlds: Vec<Sim>,
-    /// The files that the settings are made of, besides the scenario.
-    pub files: Vec<PathBuf>,
+    /// The files that the settings are read from: the scenario, and those that it names.
+    pub files: BTreeSet<PathBuf>,
     /// The runs that are made: all of them, or those of one shard.
     pub runs: Range<u64>,
     /// Whether participants of a new process must answer alike, too, in a repeated run.
@@ -86,10 +87,10 @@ impl Plan {
             FieldError::new("--set", "the lists", problem, "sweep fewer fields or values at once")
         })?;
         let (mut cells, mut rosters, mut worlds) = (Vec::new(), Vec::new(), Vec::new());
-        let mut files = Vec::new();
+        let mut files = BTreeSet::from([PathBuf::from(&request.scenario)]);
         for parameters in all {
-            let (cell, roster, mut read) = load(&request, parameters, own)?;
-            files.append(&mut read);
+            let (cell, roster, named) = load(&request, parameters, own)?;
+            files.extend(named);
             if request.clients {
                 check_roster(&roster)?;
                 rosters.push(roster);

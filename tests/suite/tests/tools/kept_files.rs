@@ -22,9 +22,16 @@ fn a_sweep_writes_over_nothing_that_it_reads() {
         sim_server(&args).expect(2).says("read or written");
         assert!(fs::read(place.at(file)).unwrap() == before, "{file}");
     }
+    let (manifest, table) = (place.at("m.json"), place.at("c.csv"));
+    fs::remove_file(&table).unwrap();
+    let plan = ["sweep", "plan", &world, "--seeds", "0..2", "--shards", "1", "-o", arg(&manifest)];
+    sim_server(&plan).expect(0);
+    let merge = ["sweep", "merge", arg(&manifest), "--out", arg(&table), "--force"];
+    sim_server(&merge).expect(2).says("read or written");
     let drawing = place.at("c-fan.svg");
     let umbmark = ["umbmark", &world, "--force", "--svg", arg(&drawing)];
     sim_server(&umbmark).expect(2).says("read or written");
+    assert_eq!(fs::read_to_string(&drawing).unwrap(), floor);
 }
 
 #[test]
