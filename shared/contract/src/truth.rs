@@ -249,8 +249,8 @@ impl TruthKey {
     pub fn seal(&self, tick: u64, pose_in_world: &SE2, digest: u64) -> SealedTruth {
         let mut bytes = [0; 32];
         let p = pose_in_world;
-        for (place, value) in bytes.chunks_exact_mut(8).zip([p.x(), p.y(), p.theta()]) {
-            place.copy_from_slice(&value.to_le_bytes());
+        for (place, value) in bytes.as_chunks_mut().0.iter_mut().zip([p.x(), p.y(), p.theta()]) {
+            *place = value.to_le_bytes();
         }
         bytes[24..].copy_from_slice(&digest.to_le_bytes());
         self.stream(tick, Purpose::Frame).apply_keystream(&mut bytes);

@@ -125,7 +125,7 @@ impl ClientLink {
 
     fn open(lobby: Lobby, policy: WaitPolicy, joined: Joined) -> Result<Self, LinkError> {
         let Joined { start, credentials, request, joins } = joined;
-        let joins = Some(joins).filter(|_| start.more_runs);
+        let joins = start.more_runs.then_some(joins);
         let node = &lobby.node;
         let holds_key = start.role.holds_key();
         let frames = services::subscribe::<WireFrame>(node, "frames", BUFFER)?;

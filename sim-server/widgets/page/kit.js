@@ -37,7 +37,7 @@ class Core {
   // Begins a run in the page's floor plan.
   open(scenario, seed, isKept = false) {
     const floor = { bounds: SCENE.bounds_m, walls: SCENE.walls };
-    return this.call('open', [seed, Number(isKept)], fields({ ...scenario, floor }));
+    return this.call('begin', [seed, Number(isKept)], fields({ ...scenario, floor }));
   }
 
   // Rows of the new ticks, and number of ticks and run digest after the last.

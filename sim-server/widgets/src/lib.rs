@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `memory` | the module's memory |
 //! | `input(length) -> address` | makes room for a text of `length` bytes, UTF-8 |
-//! | `open(seed: u64, keep) -> ok` | begins a run of the scenario in the input, see [`config`], if `keep` is not 0 with the commands of the run before |
+//! | `begin(seed: u64, keep) -> ok` | begins a run of the scenario in the input, see [`config`], if `keep` is not 0 with the commands of the run before |
 //! | `advance(ticks) -> ok` | simulates up to this number of ticks; numbers: a row for each new tick; text: run digest, world digest and number of ticks, a line each |
 //! | `scan() -> ok` | numbers: the ranges of the latest scan, m |
 //! | `belief(index) -> ok` | numbers: x, y, θ, weight of each pose that the estimator holds possible |
@@ -62,7 +62,7 @@ fn with(act: impl FnOnce(&mut State) -> Answer) -> u32 {
 fn with_run(act: impl FnOnce(&mut Run, &mut Vec<f64>) -> Answer) -> u32 {
     with(|state| match &mut state.run {
         Some(run) => act(run, &mut state.numbers),
-        None => Err("no run is open; call open first".to_owned()),
+        None => Err("no run has begun; call begin first".to_owned()),
     })
 }
 
@@ -77,7 +77,7 @@ pub extern "C" fn input(length: u32) -> *mut u8 {
 
 /// Begins a run of the scenario in the input.
 #[unsafe(no_mangle)]
-pub extern "C" fn open(seed: u64, keep: u32) -> u32 {
+pub extern "C" fn begin(seed: u64, keep: u32) -> u32 {
     with(|state| {
         let kept = state.run.as_ref().filter(|_| keep != 0).map(Run::commands_to_keep);
         let text = std::str::from_utf8(&state.input).map_err(|e| e.to_string())?;

@@ -133,8 +133,8 @@ impl<'a> TickRef<'a> {
                 body = postcard::to_extend(&(1u8, ranges_m.len() as u64), body)?;
                 let start = body.len();
                 body.resize(start + size_of_val(ranges_m), 0);
-                for (place, range_m) in body[start..].chunks_exact_mut(8).zip(ranges_m) {
-                    place.copy_from_slice(&range_m.to_bits().to_le_bytes());
+                for (place, range_m) in body[start..].as_chunks_mut().0.iter_mut().zip(ranges_m) {
+                    *place = range_m.to_bits().to_le_bytes();
                 }
             }
         }

@@ -116,7 +116,7 @@ fn binary(reader: &Reader<'_>, pixels: usize, maxval: u16) -> Result<Vec<u16>, F
     };
     let grey: Vec<u16> = match bytes_each {
         1 => body.iter().map(|byte| u16::from(*byte)).collect(),
-        _ => body.chunks_exact(2).map(|b| u16::from_be_bytes([b[0], b[1]])).collect(),
+        _ => body.as_chunks().0.iter().copied().map(u16::from_be_bytes).collect(),
     };
     match grey.iter().position(|value| *value > maxval) {
         None => Ok(grey),

@@ -139,7 +139,7 @@ fn runs(seeds: u64, failed: &[u64]) -> Vec<BenchmarkRun> {
         answered_ticks: 1500,
         distance_m: Some(5.0),
         figures: BTreeMap::from([
-            (Metric::Ate, Some(error).filter(|_| failure.is_none())),
+            (Metric::Ate, failure.is_none().then_some(error)),
             (Metric::Heading, Some(0.01)),
         ]),
         compute_p50_s: None,

@@ -72,7 +72,7 @@ impl Held {
         let at = self.call("input", scenario.len() as u32);
         let memory = self.instance.get_memory(&self.store, "memory").unwrap();
         memory.write(&mut self.store, at as usize, scenario.as_bytes()).unwrap();
-        self.call("open", (seed, 0))
+        self.call("begin", (seed, 0))
     }
 }
 

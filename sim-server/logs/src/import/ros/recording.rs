@@ -72,7 +72,7 @@ impl RosRecording {
         let Some(scan) = self.scan.take() else {
             return self.reading.replace((pose, moment)).map(Ready::Reading);
         };
-        let odometry = Some(pose).filter(|_| scan.0.0 == moment.0);
+        let odometry = (scan.0.0 == moment.0).then_some(pose);
         if odometry.is_none() {
             self.reading = Some((pose, moment));
         }
