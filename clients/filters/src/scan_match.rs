@@ -16,8 +16,7 @@
 //! it is matched again with a prior that allows for that, and where that does not fit
 //! either, it is searched in a map of the newest key scans ([`crate::submap`]). Where another
 //! pose fits nearly as well there, the motion is as unsure as half of the way between both.
-//! A scan of a laser with a narrow view or a short range that met only a piece of one wall, or of
-//! a laser with few beams, is not searched: it fits in many places.
+//! A scan of few ends, or of a piece of one wall, is not searched: it fits in many places.
 //!
 //! What it leaves out: one scan is the end of one motion and the beginning of
 //! the next, so errors of neighbouring motions are related (mostly of opposite

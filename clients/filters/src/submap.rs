@@ -45,8 +45,10 @@ const MOST_ENDS: usize = 150;
 /// direction, one deviation, m, fits in many places of a window.
 const FEW_ENDS: usize = 40;
 const BREADTH_M: f64 = 0.75;
-/// The scans of a laser with fewer beams than this fit in many places, too.
-const FEW_BEAMS: usize = 32;
+/// A wide laser with at least this many beams shows by few ends that there is little to see.
+const MANY_BEAMS: usize = 2 * FEW_ENDS;
+/// A scan with fewer ends than this does so wherever they are.
+const FEWEST_ENDS: usize = 32;
 /// The highest likelihood in the table, and the mark of what no scan looked at.
 const MOST: u8 = 254;
 const UNSEEN: u8 = 255;
@@ -313,11 +315,11 @@ fn cells(ends: &[Point2<f64>], pose: &SE2) -> Vec<[i32; 2]> {
     ends.iter().map(cell_of).collect()
 }
 
-/// Whether a scan of a laser that sees little shows too little to tell places apart: a piece of
-/// one wall, or only what is near.
+/// Whether a scan shows too little to tell places apart: a piece of one wall, or only what is
+/// near. Of a wide laser with few beams no scan is, because they are as few everywhere.
 pub fn is_narrow(laser: &Laser, rays: &[Ray]) -> bool {
-    let ends = if laser.sees_little() { thinned(rays) } else { return false };
-    if ends.len() >= FEW_ENDS {
+    let ends = thinned(rays);
+    if ends.len() >= FEW_ENDS || !(laser.sees_little() || laser.beams() >= MANY_BEAMS) {
         return false;
     }
     let count = ends.len().max(1) as f64;
@@ -330,10 +332,10 @@ pub fn is_narrow(laser: &Laser, rays: &[Ray]) -> bool {
     covariance.symmetric_eigenvalues().min() < BREADTH_M * BREADTH_M
 }
 
-/// Whether a scan is too little to be placed by one search: it is narrow, or its laser has few
-/// beams. Then wheels that it does not match are not refuted.
+/// Whether a scan is too little to be placed by one search: it is narrow, or few beams met
+/// something. Then wheels that it does not match are not refuted.
 pub fn is_meagre(laser: &Laser, rays: &[Ray]) -> bool {
-    laser.beams() < FEW_BEAMS || is_narrow(laser, rays)
+    rays.len() < FEWEST_ENDS || is_narrow(laser, rays)
 }
 
 /// The rays of a scan that count, with ends about evenly along the walls.

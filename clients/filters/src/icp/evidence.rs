@@ -14,7 +14,10 @@
 //!   fitted to. Terms with the residual itself are left out (Gauss–Newton).
 //! * Errors of the normals give H something in every direction on average, in a
 //!   featureless corridor as well. As much as they give is taken off again
-//!   (errors in variables; W. Fuller, *Measurement Error Models*, 1987, §1.2).
+//!   (errors in variables; W. Fuller, *Measurement Error Models*, 1987, §1.2), and M has as
+//!   much more, because what they gave in this scan is not known. y is corrected likewise: a
+//!   line that is too high leans as well, and a point that is too far from its wall is also
+//!   farther along it.
 
 use nalgebra::{Matrix3, Point2, Vector2, Vector3};
 use rusty_contract::Innovation;
@@ -22,7 +25,7 @@ use rusty_geometry::SE2;
 
 use super::SURE_DEVIATIONS;
 use super::laser::Ray;
-use super::surface::{Side, Surface};
+use super::surface::{Nearest, Side, Surface};
 use crate::Motion;
 use crate::tangent::{at_least_zero, right_jacobian, right_jacobian_inverse, seen_from, symmetric};
 
@@ -62,13 +65,14 @@ pub(super) fn pairs(
     viewpoint: &Point2<f64>,
     now: &SE2,
     reach_m: f64,
+    by: Nearest,
 ) -> Vec<Pair> {
     let viewpoint = now.transform_point(viewpoint);
     let turn = SE2::new(0.0, 0.0, now.theta());
     let turned = |v: &Vector2<f64>| turn.transform_point(&Point2::from(*v)).coords;
     let of_ray = |(k, ray): (usize, &Ray)| {
         let point = now.transform_point(&ray.point);
-        let (piece, at_m) = surface.nearest(&point, &viewpoint, reach_m, Side::Front)?;
+        let (piece, at_m) = surface.nearest(&point, &viewpoint, reach_m, Side::Front, by)?;
         let wall = &surface.pieces()[piece];
         let own = scan.piece_of(ray);
         let is_same_way = own.is_none_or(|own| turned(&own.normal).dot(&wall.normal) >= SAME_WAY);
@@ -157,6 +161,12 @@ impl Evidence {
             measured -= row * (weight * pair.residual_m);
             let wrong = self::row(&turned(&piece.tangent), &ray.point);
             of_normals += wrong * wrong.transpose() * (weight * piece.tilt_variance);
+            measured += wrong * (weight * piece.slope_with_height_m(pair.at_m));
+            // How the row changes with the range, which is about the heading only.
+            let by_range = self::row(&normal, &Point2::from(ray.direction)).z;
+            let of_range = weight * surface.range_variance_m2() * by_range;
+            of_normals[(2, 2)] += of_range * by_range;
+            measured.z += of_range * ray.direction.dot(&normal);
             if exactly {
                 let own_m2 = surface.variance_m2(&ray.direction, &normal);
                 noise += row * row.transpose() * (weight * weight * own_m2);
@@ -166,6 +176,7 @@ impl Evidence {
             }
         }
         of_ray.iter().for_each(|lever| noise += lever * lever.transpose());
+        noise += of_normals;
         if !exactly {
             noise = gain;
         }

@@ -46,6 +46,7 @@ use thiserror::Error;
 pub use self::evidence::{Evidence, Fused};
 use self::evidence::{Pair, loosen, pairs};
 pub use self::laser::{Laser, Ray};
+use self::surface::Nearest;
 pub use self::surface::{Piece, Side, Surface};
 use crate::Motion;
 use crate::numbers::{positive, share};
@@ -166,7 +167,7 @@ pub fn match_scans(
     let (mut now, mut reach_m) = (*guess, options.pair_within_m);
     let mut deviations = f64::INFINITY;
     for _ in 0..MOST_STEPS {
-        let mut pairs = pairs(surface, scan, &viewpoint, &now, reach_m);
+        let mut pairs = pairs(surface, scan, &viewpoint, &now, reach_m, Nearest::ByDistance);
         pairs.retain(counts);
         if reach_m > still_m && !sees_little {
             let unsure_m = UNSURE_PART * reach_m;
@@ -190,7 +191,7 @@ pub fn match_scans(
     if deviations > RESTLESS_STEP {
         return Err(NoMatch::Restless { deviations });
     }
-    let mut pairs = trimmed(pairs(surface, scan, &viewpoint, &now, reach_m));
+    let mut pairs = trimmed(pairs(surface, scan, &viewpoint, &now, reach_m, Nearest::ByMiddle));
     let sure = pairs.iter().filter(|pair| pair.surprise() <= SURE_DEVIATIONS).count();
     let share = enough(surface, rays, &now, sure, options.least_share)?;
     // Those that face another way lie on walls, so they are in the share; evidence they are not.

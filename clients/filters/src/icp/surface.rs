@@ -31,6 +31,9 @@ pub struct Piece {
     pub extent_m: [f64; 2],
     /// Variance of the normal's direction, rad².
     pub tilt_variance: f64,
+    /// Covariance of the line's slope and its height in the middle, m: not zero where the
+    /// angle of incidence changes along the piece.
+    tilt_height_m: f64,
     /// Mean variance of the points across the line, m².
     pub variance_m2: f64,
     /// Sum of the squared distances of the points from the middle, m².
@@ -48,7 +51,13 @@ impl Piece {
 
     /// Variance of the height of the line at `at_m`, m².
     pub fn height_variance_m2(&self, at_m: f64) -> f64 {
-        self.variance_m2 / self.window.1 as f64 + self.tilt_variance * at_m * at_m
+        let in_middle_m2 = self.variance_m2 / self.window.1 as f64;
+        in_middle_m2 + (2.0 * self.tilt_height_m + self.tilt_variance * at_m) * at_m
+    }
+
+    /// Covariance of the line's slope and its height at `at_m`, m.
+    pub(super) fn slope_with_height_m(&self, at_m: f64) -> f64 {
+        self.tilt_height_m + self.tilt_variance * at_m
     }
 }
 
@@ -59,6 +68,16 @@ pub enum Side {
     Front,
     /// The other one.
     Behind,
+}
+
+/// By what the nearest piece of wall is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Nearest {
+    /// By the distance from the piece.
+    ByDistance,
+    /// Of pieces that fit about as well, the one whose middle is nearest. The one that fits
+    /// best has the error of the point, and a scan would seem to match wherever it is.
+    ByMiddle,
 }
 
 /// The walls around a scan.
@@ -110,6 +129,11 @@ impl Surface {
         &self.rays
     }
 
+    /// Variance of a range, m².
+    pub(super) fn range_variance_m2(&self) -> f64 {
+        self.range_std_m * self.range_std_m
+    }
+
     /// Variance of a ray's end across a wall with this normal, m².
     pub(super) fn variance_m2(&self, direction: &Vector2<f64>, normal: &Vector2<f64>) -> f64 {
         let across_m = self.range_std_m * direction.dot(normal);
@@ -140,7 +164,7 @@ impl Surface {
     /// Whether a ray from the pose `now` ends within `reach_m` of a wall, seen from this side.
     pub fn has_wall(&self, ray: &Ray, now: &SE2, reach_m: f64, side: Side) -> bool {
         let [point, viewpoint] = [ray.point, self.view.viewpoint].map(|p| now.transform_point(&p));
-        self.nearest(&point, &viewpoint, reach_m, side).is_some()
+        self.nearest(&point, &viewpoint, reach_m, side, Nearest::ByDistance).is_some()
     }
 
     /// The piece of wall nearest to a point that was seen from `viewpoint`, from this side of
@@ -151,13 +175,18 @@ impl Surface {
         viewpoint: &Point2<f64>,
         reach_m: f64,
         side: Side,
+        by: Nearest,
     ) -> Option<(usize, f64)> {
         let beam = self.view.beam_towards(point);
         // A wall within reach is seen under no larger angle than this.
         let away_m = self.view.distance_m(point);
         let angle = if away_m > reach_m { 1.6 * reach_m / away_m } else { std::f64::consts::PI };
         let beams = (angle / self.view.step_rad).ceil() as usize + 1;
-        let (mut best, mut best_m2) = (None, reach_m * reach_m);
+        let noise_m2 = match by {
+            Nearest::ByDistance => 0.0,
+            Nearest::ByMiddle => self.range_variance_m2() + self.roughness_m * self.roughness_m,
+        };
+        let (mut best, mut best_m2) = (None, f64::INFINITY);
         for beam in self.view.around(beam, beams) {
             let Some(k) = self.of_beam[beam] else { continue };
             let piece = &self.pieces[k];
@@ -170,9 +199,11 @@ impl Surface {
             let beyond_m = (beyond_m - gap_m).max(0.0);
             let squared_m2 = across_m * across_m + beyond_m * beyond_m;
             let is_front = (viewpoint - piece.middle).dot(&piece.normal) > 0.0;
-            let counts = is_front == (side == Side::Front);
-            if squared_m2 < best_m2 && counts && beyond_m <= gap_m {
-                (best, best_m2) = (Some((k, along_m)), squared_m2);
+            let counts = is_front == (side == Side::Front) && beyond_m <= gap_m;
+            let beams_off = along_m / (2.0 * gap_m);
+            let sum_m2 = squared_m2 + noise_m2 * beams_off * beams_off;
+            if counts && squared_m2 < reach_m * reach_m && sum_m2 < best_m2 {
+                (best, best_m2) = (Some((k, along_m)), sum_m2);
             }
         }
         best
@@ -229,9 +260,13 @@ impl Surface {
         let sum: Vector2<f64> = points.clone().map(|k| self.rays[k].point.coords).sum();
         let middle = Point2::from(sum / count);
         let (mut xx, mut xy, mut yy) = (0.0f64, 0.0f64, 0.0f64);
+        // Noise of the ranges stretches the points along the beams; that is taken off.
+        let noise_m2 = (1.0 - 1.0 / count) * self.range_variance_m2();
         for k in points.clone() {
-            let d = self.rays[k].point - middle;
-            (xx, xy, yy) = (xx + d.x * d.x, xy + d.x * d.y, yy + d.y * d.y);
+            let (d, r) = (self.rays[k].point - middle, self.rays[k].direction);
+            xx += d.x * d.x - noise_m2 * r.x * r.x;
+            xy += d.x * d.y - noise_m2 * r.x * r.y;
+            yy += d.y * d.y - noise_m2 * r.y * r.y;
         }
         // Eigenvectors of the scatter, without an angle: the long one.
         let spread_m2 = 0.5 * (xx + yy) + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
@@ -246,6 +281,7 @@ impl Surface {
             normal = -normal;
         }
         let (mut from_m, mut to_m, mut chi2, mut variance_m2) = (0.0f64, 0.0f64, 0.0, 0.0);
+        let (mut tilt_variance, mut tilt_height_m) = (0.0, 0.0);
         for k in points {
             let ray = &self.rays[k];
             let offset = ray.point - middle;
@@ -257,9 +293,11 @@ impl Surface {
             }
             (from_m, to_m) = (from_m.min(along_m), to_m.max(along_m));
             (chi2, variance_m2) = (chi2 + squared, variance_m2 + of_ray_m2 / count);
+            let lever = along_m / spread_m2;
+            tilt_variance += lever * lever * of_ray_m2;
+            tilt_height_m += lever * of_ray_m2 / count;
         }
         let free = count - 2.0;
-        let tilt_variance = variance_m2 / spread_m2;
         let is_line = chi2 <= free + 2.5 * (2.0 * free).sqrt();
         let is_told = tilt_variance <= WORST_TILT_RAD * WORST_TILT_RAD;
         if !(is_line && is_told) || (to_m - from_m > LONGEST_M && window.1 > 3) {
@@ -274,6 +312,7 @@ impl Surface {
                 tangent,
                 extent_m,
                 tilt_variance,
+                tilt_height_m,
                 variance_m2,
                 spread_m2,
                 window,
