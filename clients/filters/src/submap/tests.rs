@@ -168,6 +168,13 @@ fn a_piece_of_a_wall_is_narrow_and_a_corner_is_not() {
     assert!(!is_narrow(5.0, 6.0, 0.25 * PI, 1.2));
     // The same walls in a wide view.
     assert!(!is_narrow(6.0, 0.0, 0.0, PI));
+    // One wall in a view all round: of 180 beams it is all there is, of 60 it may be more.
+    let is_one_wall = |beams: u32| {
+        let lidar = LidarConfig { beams, range_max_m: 2.2, ..LidarConfig::default() };
+        let rays = rays_of(&world, &SE2::new(6.0, 0.0, 0.0), &lidar);
+        super::is_narrow(&Laser::new(&lidar), &rays)
+    };
+    assert!(is_one_wall(180) && !is_one_wall(60));
     let near = LidarConfig { range_max_m: 1.5, ..LidarConfig::default() };
     let rays = rays_of(&world, &SE2::new(7.5, 0.0, 0.0), &near);
     assert!(super::is_narrow(&Laser::new(&near), &rays));
