@@ -318,8 +318,9 @@ fn cells(ends: &[Point2<f64>], pose: &SE2) -> Vec<[i32; 2]> {
 /// Whether a scan shows too little to tell places apart: a piece of one wall, or only what is
 /// near. Of a wide laser with few beams no scan is, because they are as few everywhere.
 pub fn is_narrow(laser: &Laser, rays: &[Ray]) -> bool {
-    let ends = thinned(rays);
-    if ends.len() >= FEW_ENDS || !(laser.sees_little() || laser.beams() >= MANY_BEAMS) {
+    let is_told = laser.sees_little() || laser.beams() >= MANY_BEAMS;
+    let ends = if is_told { thinned(rays) } else { return false };
+    if ends.len() >= FEW_ENDS {
         return false;
     }
     let count = ends.len().max(1) as f64;
