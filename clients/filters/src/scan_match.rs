@@ -17,6 +17,7 @@
 //! either, it is searched in a map of the newest key scans ([`crate::submap`]). Where another
 //! pose fits nearly as well there, the motion is as unsure as half of the way between both.
 //! A scan of few ends, or of a piece of one wall, is not searched: it fits in many places.
+//! Beams that end short of what both neighbours see are left out where there are many.
 //!
 //! What it leaves out: one scan is the end of one motion and the beginning of
 //! the next, so errors of neighbouring motions are related (mostly of opposite
@@ -32,7 +33,7 @@ use self::doubts::{lost, slipped};
 use self::matched::Matched;
 use crate::beams::believed_lidar;
 use crate::calibration::LearningWheels;
-use crate::icp::{Evidence, FEWEST, IcpOptions, Laser, NoMatch, Ray, Surface};
+use crate::icp::{Evidence, FEWEST, IcpOptions, Laser, NoMatch, Ray, Surface, without_lone};
 use crate::numbers::{not_negative, positive, share};
 use crate::submap::is_meagre;
 use crate::tangent::{chained, estimate, independent, placed, symmetric};
@@ -173,7 +174,7 @@ impl Tracker {
     pub fn scan(&mut self, ranges_m: &[f64]) -> ScanOutcome {
         self.to_scan = chained(&self.to_scan, &self.wheels.since_scan());
         self.wheels.begin_scan();
-        let rays = self.laser.rays(ranges_m);
+        let rays = without_lone(&self.laser, self.laser.rays(ranges_m));
         let scan = Surface::new(&self.laser, &rays, self.options.icp.roughness_m);
         let mut told = ScanOutcome::default();
         let Some(surface) = &self.surface else {

@@ -57,6 +57,8 @@ const UNLIKELY_COSTS: f64 = 0.2;
 /// A pose that scores this much less than the best is e^−½ times as likely. Beams are
 /// not independent: the error of a wall is that of all its beams.
 const SCORE_STD: f64 = 0.03;
+/// A pose with one near it that scores more by as many of these deviations is not the best.
+const SLOPE_STD: f64 = 2.0;
 /// A pose that scores less than the best one by no more than this is as good.
 pub const EQUAL_SCORE: f64 = 0.04;
 /// Poses as near to the best as this (m, rad) are not another solution.
@@ -236,8 +238,9 @@ impl Submap {
     }
 
     /// A pose and its covariance, from the scores around a pose that was found. Along a
-    /// corridor it is too sure, because ends far away are sparse.
-    pub fn spread(&self, rays: &[Ray], at: &SE2) -> Motion {
+    /// corridor it is too sure, because ends far away are sparse. `None` where one of these
+    /// poses scores far more: the search stopped on a slope, at the edge of what is likely.
+    pub fn spread(&self, rays: &[Ray], at: &SE2) -> Option<Motion> {
         let ends = thinned(rays);
         let best = self.mean(&cells(&ends, at), [0; 2]);
         let (mut sum, mut mean, mut square) = (0.0, Vector3::zeros(), Matrix3::zeros());
@@ -247,6 +250,9 @@ impl Submap {
             for y in -5..=5 {
                 for x in -5..=5 {
                     let less = (best - self.mean(&cells, [x, y])) / SCORE_STD;
+                    if less < -SLOPE_STD {
+                        return None;
+                    }
                     let weight = trig::exp((-0.5 * less.max(0.0) * less).max(-50.0));
                     let off = Vector3::new(CELL_M * f64::from(x), CELL_M * f64::from(y), angle);
                     sum += weight;
@@ -264,7 +270,7 @@ impl Submap {
         let (s, c) = trig::sin_cos(pose.theta());
         let back = Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
         let covariance = symmetric(&(back * covariance * back.transpose()));
-        Motion { now_in_then: pose, covariance }
+        Some(Motion { now_in_then: pose, covariance })
     }
 }
 

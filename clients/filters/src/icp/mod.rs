@@ -35,6 +35,7 @@
 
 mod evidence;
 mod laser;
+mod lone;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -46,6 +47,7 @@ use thiserror::Error;
 pub use self::evidence::{Evidence, Fused};
 use self::evidence::{Pair, loosen, pairs};
 pub use self::laser::{Laser, Ray};
+pub use self::lone::without_lone;
 use self::surface::Nearest;
 pub use self::surface::{Piece, Side, Surface};
 use crate::Motion;

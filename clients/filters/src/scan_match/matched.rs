@@ -161,7 +161,8 @@ impl Tracker {
                 return Ok(as_expected(told));
             }
         }
-        let evidence = map.spread(rays, &near.unwrap_or(best).pose).into();
+        let spread = map.spread(rays, &near.unwrap_or(best).pose);
+        let evidence = spread.ok_or(NoMatch::NoSolution)?.into();
         let found = Match { evidence, share: 0.0, pairs: 0 };
         let fused = found.evidence.fuse(wheels).ok_or(NoMatch::NoSolution)?;
         Ok(as_expected((fused, found)))

@@ -61,11 +61,14 @@ const CONFIRM_STD: Vector3<f64> = Vector3::new(0.1, 0.1, 0.03);
 type Measured = (SE2, Matrix3<f64>);
 
 impl Slam {
-    /// Matches the newest key scan with old ones near it, unless it is narrow. Returns whether a
-    /// loop was closed.
+    /// Matches the newest key scan with old ones near it. One that is narrow is not searched, and
+    /// that of a laser that sees little is not matched, because it fits nearby as well. Returns
+    /// whether a loop was closed.
     pub(super) fn close_loops(&mut self) -> bool {
         let Some(newest) = self.seen.last() else { return false };
-        if is_narrow(self.tracker.laser(), newest.surface.rays()) {
+        let laser = self.tracker.laser();
+        let is_narrow = is_narrow(laser, newest.surface.rays());
+        if is_narrow && laser.sees_little() {
             return false;
         }
         let candidates = self.candidates();
@@ -76,7 +79,8 @@ impl Slam {
         let (mut loops, mut searched) = (Vec::new(), Vec::<usize>::new());
         for (old, expected) in candidates.into_iter().zip(&expected) {
             if let Some(window) = window(expected) {
-                if searched.iter().all(|other| other.abs_diff(old) > NEIGHBOURS) {
+                let is_new = searched.iter().all(|other| other.abs_diff(old) > NEIGHBOURS);
+                if is_new && !is_narrow {
                     searched.push(old);
                     let found = self.searched(old, &window);
                     let new = found.map(|(from, found)| self.constraint(from, found));
@@ -157,7 +161,7 @@ impl Slam {
         if self.share_from_behind(&keys) > BEHIND * best.score {
             return None;
         }
-        let spread = map.spread(rays, &best.pose);
+        let spread = map.spread(rays, &best.pose)?;
         let information = symmetric(&spread.covariance.try_inverse()?);
         Some((old, (spread.now_in_then, information)))
     }

@@ -98,9 +98,21 @@ fn a_corridor_leaves_the_guess_along_it() {
     let found = map.search(&rays, &window)[0].unwrap().pose;
     assert!(found.x().abs() < 0.21 && found.y().abs() < 0.06, "{found:?}");
     assert!(found.theta().abs() < 0.02, "{found:?}");
-    let spread = map.spread(&rays, &SE2::identity()).covariance;
+    let spread = map.spread(&rays, &SE2::identity()).unwrap().covariance;
     // Too sure along the corridor: far ends are too sparse to be drawn as a wall.
     assert!(spread[(0, 0)] > 1.5 * spread[(1, 1)], "{spread}");
+}
+
+#[test]
+fn a_pose_on_a_slope_has_no_spread() {
+    let rays = rays(&apartment(), &SE2::new(8.0, 2.0, 1.0));
+    let map =
+        Submap::new(&laser(), [(SE2::identity(), rays.as_slice())].into_iter(), Unseen::Misses);
+    let best = map.spread(&rays, &SE2::identity()).unwrap();
+    assert!(best.covariance[(0, 0)].sqrt() < 0.1, "{best:?}");
+    for [x, y, theta] in [[0.3, 0.0, 0.0], [0.0, -0.2, 0.0], [0.0, 0.0, 0.1]] {
+        assert_eq!(map.spread(&rays, &SE2::new(x, y, theta)), None, "{x} {y} {theta}");
+    }
 }
 
 #[test]
