@@ -172,6 +172,7 @@ fn hint(which: &str, error: &std::io::Error) -> String {
             let remedy = "save it as UTF-8, or use `sim-server replay` if it is a log";
             return format!("; {remedy}");
         }
+        ErrorKind::IsADirectory => return "; give the scenario file in it".to_owned(),
         _ => return String::new(),
     }
     let names = BUILT_IN.map(|(name, _)| name);

@@ -136,7 +136,11 @@ impl Viewer {
 
     /// Serves the page, prints its address, and opens a browser if there is a display.
     fn serve(&self, cli: &Cli) -> Result<Option<NamedTempFile>, ClientError> {
-        let failed = |e| ClientError::Unusable(format!("127.0.0.1:{}: {e}", cli.port));
+        let failed = |e: std::io::Error| {
+            let is_taken = e.kind() == std::io::ErrorKind::AddrInUse;
+            let remedy = if is_taken { "; any free port is --port 0" } else { "" };
+            ClientError::Unusable(format!("--port {}: 127.0.0.1: {e}{remedy}", cli.port))
+        };
         let server = Server::bind(cli.port).map_err(failed)?;
         let [address, foxglove] =
             [server.address(&self.rights), server.foxglove_address(&self.rights)];
