@@ -36,7 +36,9 @@ fn prepare() -> Result<PathBuf, String> {
         return Ok(place);
     }
     let mut npm = Command::new("npm");
-    npm.args(["install", "--silent", "--no-audit", "--no-fund", "--ignore-scripts", "--prefix"]);
+    npm.args(["install", "--silent", "--no-audit", "--no-fund", "--ignore-scripts"]);
+    // Where nothing answers, npm would wait for ten minutes.
+    npm.args(["--fetch-timeout=30000", "--fetch-retries=1", "--prefix"]);
     run(npm.arg(&place).args(PACKAGES))?;
     fs::write(ready, text).unwrap();
     Ok(place)
