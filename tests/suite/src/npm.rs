@@ -37,7 +37,7 @@ fn prepare() -> Result<PathBuf, String> {
     }
     let mut npm = Command::new("npm");
     npm.args(["install", "--silent", "--no-audit", "--no-fund", "--ignore-scripts"]);
-    // Where nothing answers, npm would wait for ten minutes.
+    // Where nothing answers, npm would try for more than eight minutes.
     npm.args(["--fetch-timeout=30000", "--fetch-retries=1", "--prefix"]);
     run(npm.arg(&place).args(PACKAGES))?;
     fs::write(ready, text).unwrap();
