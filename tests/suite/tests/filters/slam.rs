@@ -157,28 +157,3 @@ fn key_poses_of_the_final_graph_are_a_trajectory_for_score() {
     assert_eq!(of_keys.scored_ticks, lines.len() as u64);
     assert!(of_keys.ate_rmse_m.unwrap() < 0.02, "{:?}", of_keys.ate_rmse_m);
 }
-
-/// Dead reckoning, scan matching and SLAM on a recording: absolute trajectory
-/// errors, m.
-fn on_a_recording(file: &str) -> Option<[f64; 3]> {
-    let input = real_data(file)?;
-    let place = folder();
-    let (log, out) = (place.at("real.log"), place.at("run"));
-    import(&input, &log, &[]).expect(0);
-    let adds = FILTERS.map(|name| format!("{name}={name}"));
-    let report = replay(&log, &out, &["--add", &adds[0], "--add", &adds[1]]).expect(0).json();
-    let all = scores(&report).scores;
-    let ate_m = |name: &str| all.iter().find(|s| s.name == name).unwrap().ate_rmse_m.unwrap();
-    Some([ate_m("dead-reckoning"), ate_m("scan-match"), ate_m("slam")])
-}
-
-#[test]
-fn a_real_robot_finds_its_way_where_its_wheels_do_not() {
-    // Measured: 33.6, 0.33 and 0.22 m over 210 m.
-    let Some([wheels_m, matched_m, slam_m]) = on_a_recording("freiburg-101-corrected.log.gz")
-    else {
-        return;
-    };
-    assert!(matched_m < 0.05 * wheels_m, "{matched_m} m, {wheels_m} m");
-    assert!(slam_m < 0.02 * wheels_m, "{slam_m} m, {wheels_m} m");
-}

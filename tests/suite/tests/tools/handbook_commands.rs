@@ -181,7 +181,8 @@ fn renamed(word: &str, runs: &BTreeSet<String>) -> String {
     }
 }
 
-/// The line with two seeds, sweeps of a hundred ticks, and poses that are there.
+/// The line with two seeds, sweeps of a hundred ticks, one scenario of the drivers, and poses
+/// that are there.
 fn small(line: &str) -> String {
     let mut small = line.replace("/amcl_pose", "/dead_reckoning/pose");
     if let Some(seeds) = after(line, "--seeds") {
@@ -196,7 +197,11 @@ fn small(line: &str) -> String {
     }
     // The steps after `sweep plan` have the ticks from the manifest.
     let has_ticks = line.contains("sweep run ") || line.contains("sweep merge ");
-    let more = [("sim-server sweep ", " --ticks 100"), ("sim-server budget ", " --seeds 0..20")];
+    let more = [
+        ("sim-server sweep ", " --ticks 100"),
+        ("sim-server budget ", " --seeds 0..20"),
+        ("--track driving ", " --only errand"),
+    ];
     let more = more.iter().filter(|(verb, _)| line.contains(verb) && !has_ticks);
     more.fold(small, |line, (_, more)| line + more)
 }
