@@ -21,8 +21,13 @@ impl Replacement {
     /// Begins a file for `path`.
     ///
     /// # Errors
-    /// What the operating system reports, or that the path names no file.
+    /// What the operating system reports, or that the path names no file: `-` does not,
+    /// which many programs take for standard output.
     pub fn of(path: &Path) -> io::Result<Self> {
+        if path.as_os_str() == "-" {
+            let text = "expected a file, got - (standard output); give a path, ./- for this name";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
+        }
         let path = &followed(path);
         let name = path.file_name().ok_or_else(|| io::Error::other("the path names no file"))?;
         if path.metadata().is_ok_and(|found| !found.is_file()) {
@@ -133,6 +138,7 @@ mod tests {
         replace(&path, b"three").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"three");
         assert!(replace(&folder.path().join("none/file"), b"").is_err());
+        assert_eq!(replace(Path::new("-"), b"").unwrap_err().kind(), io::ErrorKind::InvalidInput);
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "something is left");
     }
 
