@@ -1,5 +1,5 @@
-//! Scan matching and SLAM as processes: with the map hidden, on their own log, on
-//! a replay, and on a recording of a real robot.
+//! Scan matching and SLAM as processes: with the map hidden, on their own log, and on
+//! a replay.
 
 use rusty_contract::Start;
 use rusty_contract::score::ScoreReport;
