@@ -39,7 +39,7 @@ const TABLES: [(&str, usize, Check); 17] = [
     ("Grid or particles", 0, LongSweep),
     ("Lasers that see little", 0, LongSweep),
     ("Landmarks", 0, LongSweep),
-    ("Landmarks", 1, LongSweep),
+    ("Landmarks", 1, Sweep(&[])),
     ("When a filter does not know", 0, LongSweep),
     ("The motion model at other rates", 0, Elsewhere("it has default values, not results")),
     ("The motion model at other rates", 1, Sweep(&[])),
